@@ -1,0 +1,1 @@
+"""Offline tools on the gait and its simulated robot: rollouts, benchmarks, demo, figures."""

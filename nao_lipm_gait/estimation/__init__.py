@@ -1,0 +1,1 @@
+"""What the sensors say: torso orientation, measured CoM, odometry."""

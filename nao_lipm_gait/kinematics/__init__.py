@@ -1,0 +1,1 @@
+"""Legs and body: joint angles from sole and CoM targets."""

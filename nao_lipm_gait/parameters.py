@@ -1,0 +1,233 @@
+"""The parameter table of the gait: the one place where a parameter is born.
+
+The YAML presets, the ROS parameter descriptors, the table in the documentation and the tests are all
+made from `PARAMETERS`.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.resources import find
+
+
+def _parameter(
+    default: float | bool, minimum: float, maximum: float, unit: str, group: str, meaning: str
+) -> Any:
+    return dataclasses.field(
+        default=default,
+        metadata={
+            "minimum": minimum,
+            "maximum": maximum,
+            "unit": unit,
+            "group": group,
+            "meaning": meaning,
+        },
+    )
+
+
+def _switch(default: bool, group: str, meaning: str) -> Any:
+    return _parameter(default, 0, 1, "", group, meaning)
+
+
+@dataclass(frozen=True, slots=True)
+class GaitParameters:
+    """Everything that can be tuned; SI units. Each field carries its unit, range and meaning."""
+
+    # -- pendulum ----------------------------------------------------------------------------------
+    pendulum_height: float = _parameter(
+        0.262, 0.1, 0.6, "m", "pendulum", "assumed height h of the pendulum; sets k = sqrt(g/h)"
+    )
+    pendulum_width: float = _parameter(
+        0.042, 0.005, 0.1, "m", "pendulum",
+        "(x0)_y: distance of the CoM from the pendulum origin where it turns back; wider = faster",
+    )
+    pendulum_offset_y: float = _parameter(
+        0.05, 0.02, 0.12, "m", "pendulum", "r_y: distance of the pendulum origin from Q"
+    )
+    pendulum_shift_max: float = _parameter(
+        0.02, 0.0, 0.06, "m", "pendulum", "cap on |r_x|; a step that needs more is made smaller"
+    )
+    step_duration_min: float = _parameter(
+        0.14, 0.05, 0.5, "s", "pendulum", "no support change earlier than this after the last one"
+    )
+    step_duration_max: float = _parameter(
+        0.45, 0.1, 2.0, "s", "pendulum", "no single support longer than this"
+    )
+    # -- stance ------------------------------------------------------------------------------------
+    com_height: float = _parameter(
+        0.262, 0.15, 0.4, "m", "stance", "height of the whole-body CoM above the soles"
+    )
+    foot_spacing: float = _parameter(
+        0.11, 0.08, 0.2, "m", "stance", "lateral distance between the ankles"
+    )
+    foot_reference_x: float = _parameter(
+        0.02, -0.03, 0.06, "m", "stance",
+        "optimal pendulum origin ahead of the ankle (where r_x = 0)",
+    )
+    torso_pitch: float = _parameter(
+        0.0, -0.3, 0.3, "rad", "stance", "forward lean of the torso while walking"
+    )
+    # -- swing foot --------------------------------------------------------------------------------
+    swing_lift: float = _parameter(
+        0.022, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
+    )
+    swing_rise: float = _parameter(
+        0.4, 0.1, 0.5, "", "swing",
+        "share of the step for lifting, and again for lowering; in between the foot stays up",
+    )
+    swing_travel_end: float = _parameter(
+        0.95, 0.5, 1.0, "", "swing", "share of the step after which the foot no longer moves in x, y"
+    )
+    # -- step sizes --------------------------------------------------------------------------------
+    step_forward_max: float = _parameter(
+        0.09, 0.0, 0.2, "m", "step", "largest step size forward"
+    )
+    step_backward_max: float = _parameter(
+        0.08, 0.0, 0.2, "m", "step", "largest step size backward"
+    )
+    step_side_max: float = _parameter(
+        0.06, 0.0, 0.2, "m", "step", "largest sum of the side steps of both feet (one double step)"
+    )
+    step_turn_max: float = _parameter(
+        0.5, 0.0, 1.5, "rad", "step", "largest turn of both feet together (one double step)"
+    )
+    step_side_share: float = _parameter(
+        1.0, 0.5, 1.0, "", "step",
+        "share of a side step that the leading foot takes; the trailing foot takes the rest",
+    )
+    step_turn_share: float = _parameter(
+        0.7, 0.5, 1.0, "", "step",
+        "share of a turn that the opening foot takes; the closing foot takes the rest",
+    )
+    step_forward_rate: float = _parameter(
+        0.02, 0.001, 0.2, "m", "step", "largest change of the forward step size from step to step"
+    )
+    step_side_rate: float = _parameter(
+        0.03, 0.001, 0.2, "m", "step", "largest change of the side step size from step to step"
+    )
+    step_turn_rate: float = _parameter(
+        0.2, 0.01, 1.5, "rad", "step", "largest change of the turn from step to step"
+    )
+    # -- observer ----------------------------------------------------------------------------------
+    feedback: bool = _switch(
+        True, "observer", "correct the pendulum by the observed CoM; false = open loop"
+    )
+    feedback_delay: float = _parameter(
+        0.06, 0.0, 0.2, "s", "observer", "sensor delay plus motor lag that the prediction bridges"
+    )
+    position_sigma: float = _parameter(
+        0.0001, 0.0, 0.1, "m", "observer", "process noise of the CoM position per tick"
+    )
+    velocity_sigma: float = _parameter(
+        0.003, 0.0, 1.0, "m/s", "observer", "process noise of the CoM velocity per tick"
+    )
+    measurement_sigma: float = _parameter(
+        0.02, 0.0001, 1.0, "m", "observer", "deviation of the measured CoM; smaller trusts it more"
+    )
+    # -- torso orientation -------------------------------------------------------------------------
+    tilt_accelerometer_time: float = _parameter(
+        4.0, 0.05, 60.0, "s", "orientation", "time constant of the pull towards the accelerometer"
+    )
+    tilt_stance_time: float = _parameter(
+        4.0, 0.05, 60.0, "s", "orientation", "time constant of the pull towards the flat stance foot"
+    )
+    tilt_stance_limit: float = _parameter(
+        0.35, 0.0, 1.5, "rad", "orientation", "above this tilt the stance foot is not taken as flat"
+    )
+    # -- start, stop, fall -------------------------------------------------------------------------
+    stand_time: float = _parameter(
+        0.8, 0.05, 5.0, "s", "state", "time to blend from any pose into the stand"
+    )
+    fall_tilt: float = _parameter(
+        0.8, 0.3, 1.5, "rad", "state", "torso tilt from which the robot counts as fallen"
+    )
+
+    def __post_init__(self) -> None:
+        for parameter in PARAMETERS:
+            parameter.check(getattr(self, parameter.name))
+
+    def replace(self, **changes: Any) -> "GaitParameters":
+        """The same parameters with some changed; an unknown or bad one raises NaoGaitError."""
+        return GaitParameters.from_mapping({**self.as_dict(), **changes})
+
+    def as_dict(self) -> dict[str, float | bool]:
+        return {parameter.name: getattr(self, parameter.name) for parameter in PARAMETERS}
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> "GaitParameters":
+        """Parameters from a mapping; what is not named keeps its default."""
+        checked = {}
+        for name, value in values.items():
+            parameter = BY_NAME.get(name)
+            if parameter is None:
+                raise NaoGaitError(str(name), value, f"one of {', '.join(BY_NAME)}")
+            checked[name] = parameter.check(value)
+        return cls(**checked)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One row of the table."""
+
+    name: str
+    unit: str
+    default: float | bool
+    minimum: float
+    maximum: float
+    meaning: str
+    group: str
+
+    @property
+    def is_switch(self) -> bool:
+        return isinstance(self.default, bool)
+
+    @property
+    def allowed(self) -> str:
+        if self.is_switch:
+            return "true or false"
+        return f"a number from {self.minimum:g} to {self.maximum:g} {self.unit}".rstrip()
+
+    def check(self, value: Any) -> float | bool:
+        """The value in its own type; NaoGaitError when it is of the wrong type or out of range."""
+        if self.is_switch:
+            if isinstance(value, bool):
+                return value
+            raise NaoGaitError(self.name, value, self.allowed)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise NaoGaitError(self.name, value, self.allowed)
+        if not math.isfinite(value) or not self.minimum <= value <= self.maximum:
+            raise NaoGaitError(self.name, value, self.allowed)
+        return float(value)
+
+
+PARAMETERS: tuple[Parameter, ...] = tuple(
+    Parameter(name=field.name, default=field.default, **field.metadata)  # type: ignore[arg-type]
+    for field in dataclasses.fields(GaitParameters)
+)
+BY_NAME: Mapping[str, Parameter] = {parameter.name: parameter for parameter in PARAMETERS}
+
+
+def load_preset(name_or_path: str | Path) -> GaitParameters:
+    """Parameters of a shipped preset (`default`, `paper`) or of a YAML file.
+
+    Raises NaoGaitError for a file that cannot be read, is not a mapping, or holds an unknown
+    parameter or a value outside its range.
+    """
+    path = find("gait", str(name_or_path))
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = " ".join(str(error).split())
+        raise NaoGaitError(f"preset {path}", reason, "a readable YAML file") from error
+    if values is None:
+        values = {}
+    if not isinstance(values, dict):
+        raise NaoGaitError(f"preset {path}", type(values).__name__, "a mapping of parameters")
+    return GaitParameters.from_mapping(values)
