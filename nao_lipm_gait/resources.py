@@ -1,0 +1,109 @@
+"""Where the shipped files (config, urdf, launch) lie, however the package was installed."""
+
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from nao_lipm_gait.errors import NaoGaitError
+
+PACKAGE = "nao_lipm_gait"
+_MARKER = Path("config", "gait", "default.yaml")
+"""Only a folder that holds this is taken for ours."""
+
+_KINDS = {
+    "urdf": (("urdf",), (".urdf",)),
+    "plants": (("config", "plants"), (".yaml", ".yml")),
+    "gait": (("config", "gait"), (".yaml", ".yml")),
+    "robots": (("config", "robots"), (".yaml", ".yml")),
+}
+
+
+def _candidates(module: Path, prefixes: tuple[Path, ...]) -> Iterator[Path]:
+    """Folders that may hold the files of a package whose module lies at `module`, nearest first.
+
+    A checkout keeps them beside the package folder. A wheel, a user install and a colcon install
+    all keep them in `share/` of some folder above it.
+    """
+    # A colcon symlink install reaches the sources through links: look at both ends of them.
+    for start in dict.fromkeys((module.absolute(), module.resolve())):
+        yield start.parents[1]
+        for parent in start.parents[1:]:
+            yield parent / "share" / PACKAGE
+    for prefix in prefixes:
+        yield prefix / "share" / PACKAGE
+
+
+def _ament_prefixes() -> tuple[Path, ...]:
+    try:
+        from ament_index_python.packages import (  # not in a plain pip install
+            PackageNotFoundError,
+            get_package_prefix,
+        )
+    except ImportError:
+        return ()
+    try:
+        return (Path(get_package_prefix(PACKAGE)),)
+    except (PackageNotFoundError, LookupError, ValueError, OSError):
+        return ()
+
+
+def _locate(module: Path, prefixes: tuple[Path, ...]) -> Path:
+    candidates = tuple(dict.fromkeys(_candidates(module, prefixes)))
+    for candidate in candidates:
+        if (candidate / _MARKER).is_file():
+            return candidate
+    searched = ", ".join(str(candidate) for candidate in candidates)
+    raise NaoGaitError(
+        "shared files", "nowhere", f"{_MARKER} in one of the folders searched: {searched}"
+    )
+
+
+@cache
+def _root() -> Path:
+    return _locate(Path(__file__), (*_ament_prefixes(), Path(sys.prefix)))
+
+
+def share(*parts: str) -> Path:
+    """The path of a shipped file or folder, as in `share("launch", "walk.launch.py")`.
+
+    Raises NaoGaitError that names what was searched if it is not there.
+    """
+    path = _root().joinpath(*parts)
+    if not path.exists():
+        raise NaoGaitError("shared file", str(path), "a file or folder that was installed")
+    return path
+
+
+def names(kind: str) -> tuple[str, ...]:
+    """The shipped names of a kind: `urdf`, `plants`, `gait` or `robots`."""
+    if kind not in _KINDS:
+        raise NaoGaitError("kind of resource", kind, f"one of {', '.join(_KINDS)}")
+    folder, suffixes = _KINDS[kind]
+    found = _root().joinpath(*folder).glob(f"*{suffixes[0]}")
+    return tuple(sorted(path.stem for path in found))
+
+
+def find(kind: str, name_or_path: str | Path) -> Path:
+    """The file behind a shipped name (`find("plants", "reference")`) or behind a path.
+
+    A shipped name wins over a file of the same name in the working directory; write `./name` for
+    the latter. Raises NaoGaitError that lists the shipped names.
+    """
+    shipped = names(kind)
+    folder, suffixes = _KINDS[kind]
+    text = str(name_or_path)
+    if text in shipped:
+        return share(*folder, f"{text}{suffixes[0]}")
+    allowed = f"a shipped name ({', '.join(shipped) or 'none'}) or the path of a {suffixes[0]} file"
+    looks_like_path = "/" in text or "\\" in text or text.lower().endswith(suffixes)
+    try:
+        path = Path(text).expanduser()
+        is_file = bool(text) and path.is_file()
+    except (OSError, ValueError, RuntimeError) as error:  # null bytes, names too long, no home
+        raise NaoGaitError(kind, text, allowed) from error
+    if is_file:
+        return path
+    if looks_like_path:
+        raise NaoGaitError(f"{kind} file", text, f"a file that exists; or {allowed}")
+    raise NaoGaitError(kind, text, allowed)
