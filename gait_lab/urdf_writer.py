@@ -1,0 +1,222 @@
+"""Writes the URDF files of the NAO from one table of facts.
+
+`python -m gait_lab.urdf_writer` writes them; with `--check` it only compares and fails on a difference.
+"""
+
+import argparse
+import math
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.resources import share
+
+VARIANTS = ("v33", "v40")
+_ALONG = {"x": (0.0, math.pi / 2, 0.0), "y": (-math.pi / 2, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}
+
+Vector = Sequence[float]
+Facts = Mapping[str, Any]
+
+
+def load_facts(path: Path | None = None) -> Facts:
+    """The table behind the URDF files; the shipped one unless a path is given."""
+    path = path or share("urdf", "nao_h21_facts.yaml")
+    try:
+        facts = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise NaoGaitError(f"facts {path}", str(error), "a readable YAML file") from error
+    if not isinstance(facts, dict):
+        raise NaoGaitError(f"facts {path}", type(facts).__name__, "a mapping")
+    return facts
+
+
+def _number(value: float) -> str:
+    return repr(float(value) + 0.0)  # + 0.0 turns -0.0 into 0.0
+
+
+def _numbers(values: Vector) -> str:
+    return " ".join(_number(value) for value in values)
+
+
+def _right(name: str) -> str:
+    """The name on the right side of something named on the left; a middle name stays."""
+    if name.startswith("l_"):
+        return "r_" + name[2:]
+    return "R" + name[1:] if name.startswith("L") else name
+
+
+def _sided(name: str) -> bool:
+    return _right(name) != name
+
+
+def _origin(parent: ET.Element, xyz: Vector, rpy: Vector) -> None:
+    ET.SubElement(parent, "origin", xyz=_numbers(xyz), rpy=_numbers(rpy))
+
+
+def _inertial(link: ET.Element, mass: float, com: Vector, inertia: Vector) -> None:
+    element = ET.SubElement(link, "inertial")
+    _origin(element, com, (0.0, 0.0, 0.0))
+    ET.SubElement(element, "mass", value=_number(mass))
+    order = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    tensor = dict(zip(order, map(_number, inertia), strict=True))
+    ET.SubElement(element, "inertia", tensor)
+
+
+def _shape(link: ET.Element, tag: str, shape: Facts, mirror: bool) -> None:
+    element = ET.SubElement(link, tag)
+    x, y, z = shape["at"]
+    along = shape.get("along", "z")
+    roll, pitch, yaw = _ALONG[along] if isinstance(along, str) else along
+    if mirror:
+        # the axis of a cylinder along y points the other way then, which is the same cylinder
+        y = -y
+        if not isinstance(along, str):
+            roll, yaw = -roll, -yaw
+    _origin(element, (x, y, z), (roll, pitch, yaw))
+    geometry = ET.SubElement(element, "geometry")
+    if "box" in shape:
+        ET.SubElement(geometry, "box", size=_numbers(shape["box"]))
+    elif "cylinder" in shape:
+        radius, length = map(_number, shape["cylinder"])
+        ET.SubElement(geometry, "cylinder", radius=radius, length=length)
+    else:
+        ET.SubElement(geometry, "sphere", radius=_number(shape["sphere"]))
+    if tag == "visual":
+        ET.SubElement(element, "material", name=shape["colour"])
+
+
+def _shapes(link: ET.Element, facts: Facts, name: str, mirror: bool) -> None:
+    for tag, group in (("visual", "visuals"), ("collision", "collisions")):
+        for shape in facts[group].get(name, ()):
+            _shape(link, tag, shape, mirror)
+
+
+def _link(facts: Facts, variant: str, name: str, mirror: bool) -> ET.Element:
+    link = ET.Element("link", name=_right(name) if mirror else name)
+    body = facts["links"][name][variant]
+    x, y, z = body["com"]
+    ixx, iyy, izz, ixy, ixz, iyz = body["inertia"]
+    if mirror:
+        y, ixy, iyz = -y, -ixy, -iyz
+    _inertial(link, body["mass"], (x, y, z), (ixx, iyy, izz, ixy, ixz, iyz))
+    _shapes(link, facts, name, mirror)
+    return link
+
+
+def _joint(facts: Facts, name: str, mirror: bool) -> ET.Element:
+    row = facts["joints"][name]
+    x, y, z = row["origin"]
+    length = math.hypot(*row["axis"])
+    axis = [component / length for component in row["axis"]]
+    lower, upper = row["limits"]
+    parent, child = row["parent"], row["child"]
+    if mirror:
+        y = -y
+        parent, child = _right(parent), _right(child)
+        # The manufacturer's signs: roll and yaw joints keep their axis on both sides, so their range
+        # is mirrored; what turns about y has a mirrored axis (an axial vector) and the same range.
+        if axis[1] == 0.0:
+            lower, upper = -upper, -lower
+        else:
+            axis = [-axis[0], axis[1], -axis[2]]
+        lower, upper = row.get("right_limits", (lower, upper))
+    joint = ET.Element("joint", name=_right(name) if mirror else name, type="revolute")
+    _origin(joint, (x, y, z), (0.0, 0.0, 0.0))
+    ET.SubElement(joint, "parent", link=parent)
+    ET.SubElement(joint, "child", link=child)
+    ET.SubElement(joint, "axis", xyz=_numbers(axis))
+    ET.SubElement(
+        joint,
+        "limit",
+        lower=_number(lower),
+        upper=_number(upper),
+        velocity=_number(row["velocity"]),
+        effort=_number(row["effort"]),
+    )
+    return joint
+
+
+def _frame(facts: Facts, name: str, row: Facts) -> Iterator[ET.Element]:
+    link = ET.Element("link", name=name)
+    # An explicit zero: PyBullet gives a link without <inertial> a mass of 1 kg.
+    _inertial(link, 0.0, (0.0, 0.0, 0.0), (0.0,) * 6)
+    _shapes(link, facts, name, mirror=False)
+    yield link
+    joint = ET.Element("joint", name=f"{name}_fixed", type="fixed")
+    _origin(joint, row["xyz"], row["rpy"])
+    ET.SubElement(joint, "parent", link=row["parent"])
+    ET.SubElement(joint, "child", link=name)
+    yield joint
+
+
+def _elements(facts: Facts, variant: str) -> Iterator[ET.Element]:
+    for colour, rgba in facts["colours"].items():
+        material = ET.Element("material", name=colour)
+        ET.SubElement(material, "color", rgba=_numbers(rgba))
+        yield material
+    frames = {name: row.get(variant, row) for name, row in facts["frames"].items()}
+    for side in ("l", "r"):
+        sole = (0.0, 0.0, -facts["foot_height"])
+        frames[f"{side}_sole"] = {"parent": f"{side}_ankle", "xyz": sole, "rpy": (0.0, 0.0, 0.0)}
+    yield _link(facts, variant, "base_link", mirror=False)
+    yield from _frame(facts, "torso", frames.pop("torso"))
+    for mirror in (False, True):
+        for name, row in facts["joints"].items():
+            if mirror and not _sided(name):
+                continue
+            yield _joint(facts, name, mirror)
+            yield _link(facts, variant, row["child"], mirror)
+    for name, row in frames.items():
+        yield from _frame(facts, name, row)
+
+
+def urdf_text(facts: Facts, variant: str) -> str:
+    """The URDF of one generation of the robot (`v33` or `v40`)."""
+    if variant not in VARIANTS:
+        raise NaoGaitError("variant", variant, f"one of {', '.join(VARIANTS)}")
+    robot = ET.Element("robot", name=f"nao_h21_{variant}")
+    robot.append(
+        ET.Comment(" generated by python -m gait_lab.urdf_writer from nao_h21_facts.yaml; not edited ")
+    )
+    robot.extend(_elements(facts, variant))
+    ET.indent(robot, space=" ")
+    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
+
+
+def outdated(folder: Path, facts: Facts, write: bool = False) -> list[Path]:
+    """The files in `folder` that differ from what the facts say; brought up to date if `write`."""
+    different = []
+    for variant in VARIANTS:
+        path = folder / f"nao_h21_{variant}.urdf"
+        text = urdf_text(facts, variant)
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            continue
+        different.append(path)
+        if write:
+            path.write_text(text, encoding="utf-8")
+    return different
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m gait_lab.urdf_writer", description="Write the URDF files from the facts."
+    )
+    parser.add_argument("--check", action="store_true", help="compare only; 1 if a file differs")
+    options = parser.parse_args(args)
+    try:
+        different = outdated(share("urdf"), load_facts(), write=not options.check)
+    except (NaoGaitError, OSError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    for path in different:
+        sys.stdout.write(f"{'differs' if options.check else 'written'}: {path}\n")
+    return 1 if options.check and different else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
