@@ -1,0 +1,125 @@
+"""`nao_gait`: the tool around the gait. Each subcommand imports what it needs, and no more."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from nao_lipm_gait.errors import NaoGaitError
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130
+
+
+class _Parser(argparse.ArgumentParser):
+    """Answers bad arguments with one line instead of the whole usage."""
+
+    def error(self, message: str) -> None:  # type: ignore[override]
+        self.exit(EXIT_USAGE, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+def _add_robot(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("robot and plant")
+    group.add_argument("--urdf", default="nao_h21_v33", metavar="FILE",
+                       help="shipped name or file of a URDF with NAO joint names")  # fmt: skip
+    group.add_argument("--plant", default="reference", metavar="P",
+                       help="shipped name (reference, ideal) or YAML file")  # fmt: skip
+    group.add_argument("--engine", default="pybullet", metavar="E", help="physics engine")
+
+
+def _add_parameters(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("gait parameters")
+    group.add_argument("--preset", default="default", metavar="NAME",
+                       help="default, paper or a YAML file")  # fmt: skip
+    group.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", dest="settings",
+                       help="override one parameter; may be given often")  # fmt: skip
+
+
+def _bench(arguments: argparse.Namespace) -> int:
+    from gait_lab import bench
+
+    options = bench.BenchOptions(
+        robots=arguments.robots,
+        seed=arguments.seed,
+        engine=arguments.engine,
+        plant=arguments.plant,
+        urdf=arguments.urdf,
+        tasks=tuple(arguments.task or bench.SPEED_TASKS),
+        window=arguments.seconds,
+        open_loop=arguments.open_loop,
+        hold_heading=arguments.hold_heading,
+        jobs=arguments.jobs,
+    )
+    bench.run(
+        arguments.suite,
+        options,
+        preset=arguments.preset,
+        settings=arguments.settings,
+        json_file=arguments.json,
+        out=_say,
+    )
+    return EXIT_OK
+
+
+def _add_bench(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("suite", help="speed, compute or all")
+    parser.add_argument("--robots", type=int, default=8, metavar="N", help="number of robots (8)")
+    parser.add_argument("--seed", type=int, default=0, metavar="S",
+                        help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
+    parser.add_argument("--task", action="append", metavar="NAME[=SPEED]",
+                        help="walk this instead of the four tasks, e.g. forward=31 (cm/s); "
+                        "may be given often")  # fmt: skip
+    parser.add_argument("--seconds", type=float, default=20.0, metavar="T",
+                        help="seconds at speed (20)")  # fmt: skip
+    parser.add_argument("--open-loop", choices=("beside", "off", "only"), default="beside",
+                        help="the open loop beside the closed loop (default), off, or only")  # fmt: skip
+    parser.add_argument("--hold-heading", action="store_true",
+                        help="steer straight walks by the gait's own odometry")  # fmt: skip
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes (all cores)")
+    _add_robot(parser)
+    _add_parameters(parser)
+    parser.set_defaults(run=_bench)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="nao_gait", description="Watch, drive, measure and record a NAO's gait.")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, help_text, add in _COMMANDS:
+        add(commands.add_parser(name, help=help_text, description=help_text))
+    return parser
+
+
+_COMMANDS = (
+    ("bench", "measure the gait on many robots, in process, without ROS", _add_bench),
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a subcommand; the exit status (0 only for success)."""
+    parsed = build_parser().parse_args(arguments)
+    try:
+        return int(parsed.run(parsed))
+    except NaoGaitError as error:
+        sys.stderr.write(f"nao_gait {parsed.command}: {error}\n")
+        return EXIT_USAGE
+    except KeyboardInterrupt:
+        sys.stderr.write(f"nao_gait {parsed.command}: interrupted\n")
+        return EXIT_INTERRUPTED
+    except ModuleNotFoundError as error:
+        sys.stderr.write(
+            f"nao_gait {parsed.command}: needs {error.name}, which is not installed; "
+            "install nao_lipm_gait[lab]\n"
+        )
+        return EXIT_FAILED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

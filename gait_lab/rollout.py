@@ -1,0 +1,238 @@
+"""One walk in one process: the simulation and the gait in lockstep, without ROS, deterministic.
+
+The same classes as behind the two nodes are called in the same order, so what is measured here is
+what walks over ROS. A result depends on its `RolloutSpec` alone.
+"""
+
+import math
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from gait_lab.metrics import SUPPORT_CODES, Metrics, Trace, fall_tick, measure
+from gait_lab.tasks import Task
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
+from sim_bridge.plant import load_plant
+from sim_bridge.simulation import GroundTruth, Simulation
+
+CONTROL_PERIOD = 0.01
+"""[s] between two ticks of the gait."""
+HOLD_GAIN = 1.5
+"""Heading hold: yaw rate per heading error [1/s]."""
+HOLD_LIMIT = 0.3
+"""Largest yaw rate of the heading hold [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class RolloutSpec:
+    """Everything that a rollout depends on; small and picklable."""
+
+    task: Task
+    robot_seed: int = 0
+    """The individual; -1 is the nominal robot."""
+    noise_seed: int = 0
+    parameters: GaitParameters = field(default_factory=GaitParameters)
+    plant: str = "reference"
+    urdf: str = "nao_h21_v33"
+    engine: str = "pybullet"
+    hold_heading: bool = False
+    """Steer straight tasks back to their heading, from the gait's odometry alone."""
+    keep_trace: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class RolloutResult:
+    spec: RolloutSpec
+    metrics: Metrics
+    trace: Trace | None = None
+
+
+class Recorder:
+    """Collects one row per control tick into preallocated arrays."""
+
+    def __init__(self, ticks: int) -> None:
+        self._rows = 0
+        shapes: Mapping[str, tuple[int, ...]] = {
+            "torso_position": (3,), "torso_quaternion": (4,), "torso_velocity": (3,), "com": (3,),
+            "sole_position": (2, 3), "sole_yaw": (2,), "sole_force": (2,), "sole_slip": (2,),
+            "command": (3,), "odometry": (3,), "support_sole_in_q": (3,),
+            "com_expected_in_q": (3,), "com_measured_in_q": (3,), "com_estimated_in_q": (3,),
+        }  # fmt: skip
+        self._arrays: dict[str, np.ndarray] = {
+            name: np.full((ticks, *shape), math.nan) for name, shape in shapes.items()
+        }
+        for name in ("stamp", "saturated", "support"):
+            self._arrays[name] = np.zeros(ticks, dtype=np.int64)
+        self._arrays["status_stamp"] = np.full(ticks, -1, dtype=np.int64)
+        self._arrays["legs_touch"] = np.zeros(ticks, dtype=bool)
+
+    def add(
+        self, truth: GroundTruth, command: VelocityCommand, status: GaitStatus | None = None
+    ) -> None:
+        """Append a tick; `status` is None as long as the gait has not seen a frame."""
+        row, arrays = self._rows, self._arrays
+        arrays["stamp"][row] = truth.stamp
+        arrays["torso_position"][row] = truth.torso_position
+        arrays["torso_quaternion"][row] = truth.torso_quaternion
+        arrays["torso_velocity"][row] = truth.torso_linear_velocity_in_torso
+        arrays["com"][row] = truth.com
+        for side, (position, rotation) in enumerate(truth.soles):
+            arrays["sole_position"][row, side] = position
+            arrays["sole_yaw"][row, side] = math.atan2(rotation[1, 0], rotation[0, 0])
+        arrays["sole_force"][row] = truth.sole_force
+        arrays["sole_slip"][row] = truth.sole_slip
+        arrays["legs_touch"][row] = truth.legs_touch
+        arrays["saturated"][row] = truth.torque_saturated
+        arrays["command"][row] = (command.x, command.y, command.yaw)
+        if status is not None:
+            arrays["odometry"][row] = status.base_footprint_in_odom
+            arrays["status_stamp"][row] = status.stamp
+            arrays["support"][row] = SUPPORT_CODES[status.support]
+            arrays["support_sole_in_q"][row] = _support_sole_in_q(status)
+            arrays["com_expected_in_q"][row] = status.com_expected_in_q
+            arrays["com_measured_in_q"][row] = status.com_measured_in_q
+            arrays["com_estimated_in_q"][row] = status.com_estimated_in_q
+        self._rows += 1
+
+    def trace(self) -> Trace:
+        return Trace(**{f.name: self._arrays[f.name][: self._rows] for f in fields(Trace)})
+
+
+def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
+    if status.support == "double":
+        return math.nan, math.nan, math.nan
+    sole = status.left_sole_in_odom if status.support == "left" else status.right_sole_in_odom
+    qx, qy, q_yaw = status.q_in_odom
+    dx, dy = sole[0] - qx, sole[1] - qy
+    cos, sin = math.cos(q_yaw), math.sin(q_yaw)
+    return cos * dx + sin * dy, cos * dy - sin * dx, sole[5] - q_yaw
+
+
+@lru_cache(maxsize=4)
+def _robot(urdf: str) -> RobotDescription:
+    return load_robot(urdf)
+
+
+def rollout(spec: RolloutSpec) -> RolloutResult:
+    """Run one task on one robot, until its end or a fall."""
+    robot = _robot(spec.urdf)
+    simulation = Simulation(
+        robot,
+        load_plant(spec.plant),
+        robot_seed=spec.robot_seed,
+        noise_seed=spec.noise_seed,
+        engine=spec.engine,
+        control_period=CONTROL_PERIOD,
+    )
+    try:
+        trace = _walk(simulation, Gait(robot, spec.parameters), spec)
+    finally:
+        simulation.close()
+    metrics = measure(trace, spec.task.start, spec.task.end)
+    return RolloutResult(spec, metrics, trace if spec.keep_trace else None)
+
+
+def _walk(simulation: Simulation, gait: Gait, spec: RolloutSpec) -> Trace:
+    task = spec.task
+    began = simulation.time
+    ticks = math.ceil(task.end / CONTROL_PERIOD - 1e-6)
+    recorder = Recorder(ticks + 1)
+    targets: JointTargets | None = None
+    status: GaitStatus | None = None
+    heading: float | None = None
+
+    truth = simulation.truth()
+    height = float(truth.torso_position[2])
+    recorder.add(truth, task.command_at(0.0))
+    for _ in range(ticks):
+        simulation.step(targets)
+        command = task.command_at((simulation.time - began) * 1e-9)
+        if spec.hold_heading and task.is_straight and status is not None:
+            heading = status.base_footprint_in_odom[2] if heading is None else heading
+            command = _steered(command, heading - status.base_footprint_in_odom[2])
+        frame = simulation.sense()
+        if frame is not None:
+            targets = gait.step(frame, command)
+            status = gait.status
+        truth = simulation.truth()
+        recorder.add(truth, command, status)
+        if fall_tick(truth.torso_position[None], truth.torso_quaternion[None], height) is not None:
+            break
+    return recorder.trace()
+
+
+def _steered(command: VelocityCommand, error: float) -> VelocityCommand:
+    """The command with a yaw rate that turns the heading error [rad] away."""
+    if command.is_zero:
+        return command
+    error = math.remainder(error, math.tau)
+    rate = max(-HOLD_LIMIT, min(HOLD_LIMIT, HOLD_GAIN * error))
+    return VelocityCommand(command.x, command.y, rate)
+
+
+def workers(asked: int | None = None) -> int:
+    """Number of worker processes: what was asked for, or all cores this process may use."""
+    if asked is not None:
+        if asked < 1:
+            raise NaoGaitError("jobs", asked, "a number of processes, at least 1")
+        return asked
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def parallel_map(
+    function: Callable[[Any], Any],
+    items: Iterable[Any],
+    *,
+    jobs: int | None = None,
+    label: str = "rollouts",
+    show: bool = True,
+    note: Callable[[Any], str] | None = None,
+) -> list[Any]:
+    """`function` of every item, over all cores, in the order of the items, with a progress bar.
+
+    joblib runs it: on a cluster, another joblib backend takes the same call.
+    """
+    from joblib import Parallel, delayed
+    from tqdm import tqdm
+
+    items = list(items)
+    count = min(workers(jobs), max(1, len(items)))
+    results: list[Any] = [None] * len(items)
+    done: Iterator[tuple[int, Any]]
+    if count == 1:
+        done = ((index, function(item)) for index, item in enumerate(items))
+    else:
+        parallel = Parallel(n_jobs=count, return_as="generator_unordered")
+        done = parallel(delayed(_indexed)(function, index, item) for index, item in enumerate(items))
+    with tqdm(total=len(items), desc=label, disable=None if show else True, leave=False) as bar:
+        for index, result in done:
+            results[index] = result
+            if note is not None:
+                bar.set_postfix_str(note(result), refresh=False)
+            bar.update()
+    return results
+
+
+def _indexed(function: Callable[[Any], Any], index: int, item: Any) -> tuple[int, Any]:
+    return index, function(item)
+
+
+def run_all(
+    specs: Iterable[RolloutSpec], *, jobs: int | None = None, show: bool = True
+) -> list[RolloutResult]:
+    """All rollouts, over all cores; results in the order of the specs."""
+    return parallel_map(rollout, specs, jobs=jobs, show=show, note=_note)
+
+
+def _note(result: RolloutResult) -> str:
+    spec, metrics = result.spec, result.metrics
+    fate = f"fell at {metrics.fall_time:.1f} s" if metrics.fell else "upright"
+    return f"{spec.task.name} robot {spec.robot_seed}: {fate}"
