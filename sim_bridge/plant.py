@@ -1,0 +1,257 @@
+"""The plant: what the simulated robot is like, in engine-neutral terms.
+
+One YAML file per plant, in `config/plants/`. A backend compiles the plant for its engine and refuses
+what the engine cannot honour; it never ignores an option.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.resources import find
+
+
+def _number(
+    minimum: float, maximum: float, unit: str, *, optional: bool = False, integer: bool = False
+) -> Any:
+    """A number in [minimum, maximum]; `optional` also allows None = not modelled."""
+    return dataclasses.field(
+        metadata={
+            "kind": "integer" if integer else "number",
+            "minimum": minimum,
+            "maximum": maximum,
+            "unit": unit,
+            "optional": optional,
+        }
+    )
+
+
+def _range(minimum: float, maximum: float, unit: str) -> Any:
+    """A pair (low, high) inside [minimum, maximum], or None = the nominal value for every robot."""
+    return dataclasses.field(
+        metadata={
+            "kind": "range",
+            "minimum": minimum,
+            "maximum": maximum,
+            "unit": unit,
+            "optional": True,
+        }
+    )
+
+
+def _switch() -> Any:
+    return dataclasses.field(metadata={"kind": "switch", "optional": False})
+
+
+def _allowed(metadata: Mapping[str, Any]) -> str:
+    kind = metadata["kind"]
+    if kind == "switch":
+        return "true or false"
+    span = f"{metadata['minimum']:g} to {metadata['maximum']:g} {metadata['unit']}".rstrip()
+    text = {
+        "integer": f"a whole number, {span}",
+        "number": f"a number, {span}",
+        "range": f"a pair [low, high] within {span}",
+    }[kind]
+    return text + (", or null" if metadata["optional"] else "")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _checked(name: str, value: Any, metadata: Mapping[str, Any]) -> Any:
+    """`value` in its proper type, or NaoGaitError."""
+    error = NaoGaitError(name, value, _allowed(metadata))
+    if value is None:
+        if metadata["optional"]:
+            return None
+        raise error
+    kind = metadata["kind"]
+    if kind == "switch":
+        if not isinstance(value, bool):
+            raise error
+        return value
+    low, high = metadata["minimum"], metadata["maximum"]
+    if kind == "range":
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise error
+        if not all(_is_number(v) for v in value) or not low <= value[0] <= value[1] <= high:
+            raise error
+        return float(value[0]), float(value[1])
+    if not _is_number(value) or not low <= value <= high:
+        raise error
+    if kind == "integer":
+        if not isinstance(value, int):
+            raise error
+        return value
+    return float(value)
+
+
+class _Checked:
+    """Checks and normalises every field of a section, however it is constructed."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        section = type(self).__name__
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = _checked(f"{section}.{field.name}", getattr(self, field.name), field.metadata)
+            object.__setattr__(self, field.name, value)
+
+
+@dataclass(frozen=True, slots=True)
+class Physics(_Checked):
+    """The world and how it is integrated."""
+
+    step: float = _number(0.0001, 0.02, "s")
+    """Length of one physics step; the control period is a multiple of it."""
+    gravity: float = _number(0.0, 30.0, "m/s^2")
+    iterations: int = _number(1, 1000, "", integer=True)
+    """Iterations of the constraint solver per step (upper bound)."""
+    self_collision: bool = _switch()
+    """The left leg and the right leg can touch."""
+
+
+@dataclass(frozen=True, slots=True)
+class MotorPlant(_Checked):
+    """The position servos. Stall torque and no-load speed are facts of the robot."""
+
+    lag: float = _number(0.0, 0.2, "s")
+    """Time constant with which a joint follows its setpoint; 0 = exact."""
+    torque_fraction: float = _number(0.01, 2.0, "")
+    """Share of the stall torque that reaches the joint at standstill (efficiency of the gear)."""
+    torque_speed_line: bool = _switch()
+    """The torque of a driving motor falls linearly to zero at its no-load speed."""
+    speed_limit: bool = _switch()
+    """Setpoints move no faster than the joint's speed limit."""
+    stiffness: float | None = _number(1.0, 1e6, "N m/rad", optional=True)
+    """Stiffness of the servo; None = as stiff as its torque allows."""
+    armature: float | None = _number(0.0, 100.0, "", optional=True)
+    """Factor on the rotor inertia reflected through the gear; None = no rotor inertia."""
+    friction: float = _number(0.0, 10.0, "N m")
+    """Dry friction of each leg joint."""
+    play: float = _number(0.0, 0.2, "rad")
+    """Free play of the pitch joints of the legs, end to end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contact(_Checked):
+    """The floor, as felt by the four corner points of each sole."""
+
+    rigid: bool = _switch()
+    """Stiff contact; `stiffness` and `damping` are then unused."""
+    stiffness: float = _number(100.0, 1e7, "N/m")
+    """Of one contact point."""
+    damping: float = _number(0.0, 1e5, "N s/m")
+    """Of one contact point."""
+    friction: float = _number(0.0, 5.0, "")
+    """Coulomb coefficient of the pair sole and floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensors(_Checked):
+    """What the robot can know, and how late."""
+
+    delay: float = _number(0.0, 1.0, "s")
+    """From sampling to the moment when the frame can be used."""
+    encoder_bits: int = _number(0, 24, "", integer=True)
+    """Counts per turn = 2^bits; 0 = exact."""
+    gyro_axes: int = _number(2, 3, "", integer=True)
+    """2 = no yaw rate: the z axis reads 0."""
+    gyro_noise: float = _number(0.0, 1.0, "rad/s")
+    """Standard deviation of the white noise per sample."""
+    gyro_bias: float = _number(0.0, 1.0, "rad/s")
+    """Standard deviation over robots; constant for one robot."""
+    gyro_range: float | None = _number(0.1, 1e3, "rad/s", optional=True)
+    """Readings are cut at +- this; None = unlimited."""
+    accel_noise: float = _number(0.0, 10.0, "m/s^2")
+    """Standard deviation of the white noise per sample."""
+    accel_bias: float = _number(0.0, 10.0, "m/s^2")
+    """Standard deviation over robots; constant for one robot."""
+    accel_range: float | None = _number(10.0, 1e4, "m/s^2", optional=True)
+    """Readings are cut at +- this; None = unlimited."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variation(_Checked):
+    """How individual robots differ from the nominal one."""
+
+    joint_zero_std: float = _number(0.0, 0.2, "rad")
+    """Standard deviation of the zero error of a joint (command and encoder alike)."""
+    joint_zero_cut: float = _number(0.0, 0.2, "rad")
+    """No zero error is larger than this."""
+    imu_mounting_std: float = _number(0.0, 0.2, "rad")
+    """Standard deviation of the IMU's mounting angle about each axis."""
+    mass: float = _number(0.0, 0.5, "")
+    """Each link's mass is scaled by 1 +- this, uniformly."""
+    friction: tuple[float, float] | None = _range(0.0, 5.0, "")
+    """Pair friction, uniform; replaces contact.friction."""
+    stiffness_scale: tuple[float, float] | None = _range(0.01, 100.0, "")
+    """Factor on the contact stiffness, uniform in its logarithm."""
+    motor_strength: tuple[float, float] | None = _range(0.01, 2.0, "")
+    """Factor on every motor's torque, uniform."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """A complete description of one kind of simulated robot and its floor."""
+
+    name: str
+    physics: Physics
+    motor: MotorPlant
+    contact: Contact
+    sensors: Sensors
+    variation: Variation
+
+
+_SECTIONS: dict[str, type] = {
+    "physics": Physics,
+    "motor": MotorPlant,
+    "contact": Contact,
+    "sensors": Sensors,
+    "variation": Variation,
+}
+
+
+def _require_keys(where: str, data: object, names: tuple[str, ...]) -> Mapping[str, Any]:
+    allowed = "exactly the keys " + ", ".join(names)
+    if not isinstance(data, Mapping):
+        raise NaoGaitError(where, data, allowed)
+    unknown = [key for key in data if key not in names]
+    if unknown:
+        raise NaoGaitError(f"{where}: unknown key", unknown[0], allowed)
+    missing = [name for name in names if name not in data]
+    if missing:
+        raise NaoGaitError(f"{where}: missing key", missing[0], allowed)
+    return data
+
+
+def load_plant(name_or_path: str) -> Plant:
+    """The plant of a shipped name (`reference`, `ideal`) or of a YAML file.
+
+    Raises:
+        NaoGaitError: names the file, the key, its value and what is allowed.
+    """
+    path = Path(find("plants", name_or_path))
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except yaml.YAMLError as error:
+        raise NaoGaitError(str(path), str(error), "a YAML mapping") from error
+    top = _require_keys(str(path), data, tuple(_SECTIONS))
+    sections: dict[str, Any] = {}
+    for section, cls in _SECTIONS.items():
+        fields = dataclasses.fields(cls)
+        values = _require_keys(
+            f"{path}: {section}", top[section], tuple(field.name for field in fields)
+        )
+        for field in fields:
+            _checked(f"{path}: {section}.{field.name}", values[field.name], field.metadata)
+        sections[section] = cls(**values)
+    return Plant(name=path.stem, **sections)
