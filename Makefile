@@ -1,0 +1,69 @@
+# Every target sets up .venv by itself: a fresh clone and `make demo` are enough.
+
+SHELL := /bin/bash
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.installed
+JOBS ?= 2
+ARGS ?=
+
+# A sourced ROS, or another virtual environment with ROS wheels, would lend its libraries to ours.
+unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH AMENT_PREFIX_PATH RMW_IMPLEMENTATION
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
+# The nodes talk to nobody outside this machine.
+export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test bench lint urdf install clean
+
+help:  ## this list
+	@grep -E '^[a-z]+:.*## ' Makefile | sed -E 's/:.*## /|/' \
+	  | while IFS='|' read -r name text; do printf '  make %-9s %s\n' "$$name" "$$text"; done
+
+demo: $(READY)  ## watch the NAO walk a tour over ROS 2 (options: make demo ARGS="--gui")
+	@$(BIN)/nao_gait demo $(ARGS)
+
+test: $(READY)  ## all tests
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup $(ARGS)
+
+bench: $(READY)  ## measure the walk on several robots (options: make bench ARGS="speed --robots 8")
+	@$(BIN)/nao_gait bench $(if $(ARGS),$(ARGS),all)
+
+lint: $(READY)  ## ruff and mypy
+	@$(BIN)/ruff check . && $(BIN)/mypy
+
+urdf: $(READY)  ## write urdf/*.urdf again from the table of facts
+	@$(BIN)/python -m gait_lab.urdf_writer $(ARGS)
+
+install: $(READY)  ## only set up .venv
+
+clean:  ## remove .venv and everything that was built
+	rm -rf $(VENV) build dist out .pytest_cache .ruff_cache .mypy_cache .hypothesis ./*.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Python 3.11 first: PyPI has a pybullet wheel for it; on 3.12 pybullet is compiled (4 minutes).
+# Each candidate is run, because a pyenv shim exists also for versions that are not active.
+$(READY): setup.py setup.cfg pyproject.toml
+	@set -euo pipefail; found=; \
+	for python in $(PYTHON) python3.11 python3.12 python3 python \
+	    "$$HOME"/.pyenv/versions/3.11.*/bin/python "$$HOME"/.pyenv/versions/3.12.*/bin/python; do \
+	  if "$$python" -c 'import sys, venv, ensurepip; \
+	      sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))' >/dev/null 2>&1; then \
+	    found=$$python; break; \
+	  fi; \
+	done; \
+	if [ -z "$$found" ]; then \
+	  echo 'No Python 3.11 or 3.12 with venv found (Debian, Ubuntu: apt install python3-venv).' >&2; \
+	  echo 'Install one, or name it: make PYTHON=/path/to/python3.11 ...' >&2; \
+	  exit 1; \
+	fi; \
+	echo "Setting up $(VENV) with $$("$$found" -V) (once, 1 to 6 minutes) ..."; \
+	[ -x $(BIN)/python ] && $(BIN)/python -c '' 2>/dev/null || "$$found" -m venv --clear $(VENV); \
+	$(BIN)/python -m pip install --disable-pip-version-check --progress-bar off \
+	    --editable '.[lab,dev]' | awk -v tty="$$([ -t 1 ] && echo 1)" ' \
+	      /^(Collecting|Building|Installing)/ { ++n; \
+	        if (tty) printf "\r\033[K  %3d %.70s", n, $$0; \
+	        else if (n % 25 == 0) printf "  %3d packages\n", n; fflush() } \
+	      END { if (tty) print "" }'; \
+	touch $@; \
+	echo "$(VENV) is ready."

@@ -1,0 +1,77 @@
+"""Build description for both roads: colcon on an apt ROS 2 Jazzy, and pip on PyPI's ROS wheels.
+
+colcon calls this file with dependency handling off and takes dependencies from package.xml, so the
+ROS wheels in `install_requires` never reach an apt Jazzy. There, use colcon and not pip: the wheels
+would come to lie over the system's rclpy.
+"""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "nao_lipm_gait"
+
+SHARED_FOLDERS = ("config", "urdf", "launch")
+
+ROS = (
+    # Exact: these wheels are one binary build and break when mixed.
+    "ros-jazzy-rclpy==7.1.6",
+    "ros-rclpy[fastrtps]==7.1.6",
+    "ros-jazzy-common-interfaces==5.3.6",
+    "ros-rosgraph-msgs~=2.0.3",
+    "ros-rcl-interfaces~=2.0.3",
+    # rosidl and ament_index_python import it at run time; a fresh 3.12 venv has none.
+    "setuptools<81",
+)
+
+EXTRAS = {
+    "lab": ["matplotlib>=3.8", "rosbags>=0.10,<0.12", "mcap-ros2-support>=0.5", "pillow>=10"],
+    "dev": [
+        "filterpy>=1.4.5",
+        "hypothesis>=6.100",
+        "mypy>=1.10",
+        "pytest>=8",
+        "pytest-xdist>=3.6",
+        "ruff>=0.6",
+        "scipy>=1.11",
+        "types-PyYAML",
+    ],
+}
+
+
+def shared_files() -> list[tuple[str, list[str]]]:
+    """(target folder, files) for everything that is installed below share/."""
+    by_folder: dict[str, list[str]] = {}
+    for top in SHARED_FOLDERS:
+        for path in sorted(Path(top).rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                folder = f"share/{NAME}/{path.parent.as_posix()}"
+                by_folder.setdefault(folder, []).append(path.as_posix())
+    return sorted(by_folder.items())
+
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="A NAO that walks with the CoM-observing 3D-LIPM gait of Graf and Roefer",
+    license="Apache-2.0",
+    maintainer="The nao_lipm_gait authors",
+    maintainer_email="maintainers@nao-lipm-gait.invalid",
+    python_requires=">=3.11",
+    packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge*", "gait_lab*"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        *shared_files(),
+    ],
+    install_requires=["numpy>=1.26", "pin>=3.0", "pyyaml>=6.0", "pybullet>=3.2.6", *ROS],
+    extras_require=EXTRAS,
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "gait = nao_lipm_gait.ros.gait_node:main",
+            "sim_bridge = sim_bridge.bridge_node:main",
+            "nao_gait = gait_lab.cli:main",
+        ],
+    },
+)
