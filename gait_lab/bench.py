@@ -24,6 +24,9 @@ from nao_lipm_gait.signals import JointTargets
 from sim_bridge.plant import load_plant
 from sim_bridge.simulation import Simulation
 
+Pick = Callable[[Iterable[float]], float]
+"""max, mean, ..."""
+
 PAPER_SPEED = {"forward": 31.0, "back": 22.0, "side": 12.0, "turn": 92.0}
 """Top speeds of the paper's robot [cm/s, deg/s]."""
 PAPER_COM_ERROR = {"spot": 4.26, "forward": 7.76}
@@ -140,7 +143,7 @@ class Score:
         return tuple(found)
 
     def over(
-        self, pick: Callable[[Iterable[float]], float], attribute: str, factor: float = 1.0
+        self, pick: Pick, attribute: str, factor: float = 1.0
     ) -> float:
         """`pick` (max, mean, ...) over the robots of a metric's magnitude; NaN if none has it."""
         values = [abs(getattr(result.metrics, attribute)) * factor for result in self.results]
@@ -199,15 +202,17 @@ def _speed_rows(score: Score) -> list[Row]:
     rows.append(Row(suite, f"{name}_upright", "robots", score.upright))
     rows.append(Row(suite, f"{name}_counts", "bool", float(counts)))
     error = PAPER_COM_ERROR.get(score.task.name)
+    average: Pick = statistics.fmean
+    highest: Pick = max
     for metric, unit, pick, attribute, factor, reference in (
-        ("yaw_drift_worst", "deg/s", max, "turn_rate", math.degrees(1.0), None),
-        ("flight_worst", "%", max, "flight_share", 100.0, None),
-        ("slip_worst", "cm/s", max, "slip_speed", 100.0, None),
-        ("contact_ticks_worst", "ticks", max, "contact_ticks", 1.0, None),
-        ("com_y_error_mean", "mm", statistics.fmean, "com_error_y", 1000.0, error),
-        ("com_y_error_measured_mean", "mm", statistics.fmean, "com_error_y_measured", 1000.0, error),
-        ("com_x_error_mean", "mm", statistics.fmean, "com_error_x", 1000.0, None),
-        ("saturated_worst", "%", max, "saturated_share", 100.0, None),
+        ("yaw_drift_worst", "deg/s", highest, "turn_rate", math.degrees(1.0), None),
+        ("flight_worst", "%", highest, "flight_share", 100.0, None),
+        ("slip_worst", "cm/s", highest, "slip_speed", 100.0, None),
+        ("contact_ticks_worst", "ticks", highest, "contact_ticks", 1.0, None),
+        ("com_y_error_mean", "mm", average, "com_error_y", 1000.0, error),
+        ("com_y_error_measured_mean", "mm", average, "com_error_y_measured", 1000.0, error),
+        ("com_x_error_mean", "mm", average, "com_error_x", 1000.0, None),
+        ("saturated_worst", "%", highest, "saturated_share", 100.0, None),
     ):  # fmt: skip
         if metric == "yaw_drift_worst" and score.task.axis == "yaw":
             continue
@@ -259,8 +264,9 @@ def _speed_text(scores: Sequence[Score], options: BenchOptions) -> str:
         f"{options.urdf}{', heading held' if options.hold_heading else ''}"
     )
     notes = (
-        "Speeds in the torso's own heading, of the robots that stayed upright. Drift, flight, slip,",
-        "contact and saturation: the worst robot. CoM y: mean |expected - true| (meas: - measured).",
+        "Speeds in the torso's own heading, of the robots that stayed upright. Drift, flight,",
+        "slip, contact and saturation: the worst robot. CoM y: mean |expected - true| (meas:",
+        "- measured).",
         f"x = does not count: a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
         f"{SLIP_LIMIT * 100:g} cm/s, or leg against leg.",
     )
@@ -286,7 +292,7 @@ def table(lines: Sequence[Sequence[str]], header: int = 2) -> str:
     return "\n".join((*padded[:header], rule, *padded[header:]))
 
 
-# -- compute -----------------------------------------------------------------------------------------
+# -- compute ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,7 +383,7 @@ def _time_walk(options: BenchOptions) -> _Timing:
     )
 
 
-# -- the suites --------------------------------------------------------------------------------------
+# -- the suites ------------------------------------------------------------------------------------
 
 SUITES: dict[str, Callable[[BenchOptions], Report]] = {"speed": speed, "compute": compute}
 

@@ -80,7 +80,7 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, default=20.0, metavar="T",
                         help="seconds at speed (20)")  # fmt: skip
     parser.add_argument("--open-loop", choices=("beside", "off", "only"), default="beside",
-                        help="the open loop beside the closed loop (default), off, or only")  # fmt: skip
+                        help="open loop beside the closed (default), off, or only")  # fmt: skip
     parser.add_argument("--hold-heading", action="store_true",
                         help="steer straight walks by the gait's own odometry")  # fmt: skip
     parser.add_argument("--jobs", type=int, metavar="N", help="processes (all cores)")

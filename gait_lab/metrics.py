@@ -1,8 +1,8 @@
 """How well a robot walked, from ground truth: metrics that cannot flatter.
 
-No physics engine and no ROS in here: a `Trace` of arrays at the control rate goes in, `Metrics` come
-out. Speeds are taken in the torso's own heading, so a robot that walks in circles shows its speed
-and, beside it, its yaw drift.
+No physics engine and no ROS in here: a `Trace` of arrays at the control rate goes in, `Metrics`
+come out. Speeds are taken in the torso's own heading, so a robot that walks in circles shows its
+speed and, beside it, its yaw drift.
 """
 
 import math
@@ -87,7 +87,7 @@ class Trace:
             if rows != ticks:
                 raise NaoGaitError(f"trace.{field.name}", f"{rows} rows", f"{ticks} rows")
         if ticks > 1 and not np.all(np.diff(self.stamp) > 0):
-            raise NaoGaitError("trace.stamp", "a stamp that does not rise", "strictly rising stamps")
+            raise NaoGaitError("trace.stamp", "one that does not rise", "strictly rising stamps")
 
     def __len__(self) -> int:
         return len(self.stamp)
@@ -218,7 +218,7 @@ def slip_speed(sole_force: FloatArray, sole_slip: FloatArray) -> float:
 def fall_tick(
     torso_position: FloatArray, quaternion: FloatArray, standing_height: float
 ) -> int | None:
-    """First row in which the torso tilts over 45 degrees or sinks under half its standing height."""
+    """First row in which the torso tilts over 45 deg or sinks under half its standing height."""
     fallen = (tilt_of(quaternion) > FALL_TILT) | (
         torso_position[:, 2] < FALL_HEIGHT_SHARE * standing_height
     )
@@ -229,8 +229,8 @@ def true_com_in_q(trace: Trace) -> FloatArray:
     """(t, 3) the true CoM in Q [m] at each `status_stamp`; NaN outside single support.
 
     The true support sole ties the two worlds together: it is put where the gait believes that its
-    support sole is in Q. Only the sole's yaw is used, so that a sole that tilts shows as an error of
-    the CoM and not as a rotation of the world.
+    support sole is in Q. Only the sole's yaw is used, so that a sole that tilts shows as an error
+    of the CoM and not as a rotation of the world.
     """
     result = np.full((len(trace), 3), math.nan)
     row = np.searchsorted(trace.stamp, trace.status_stamp)

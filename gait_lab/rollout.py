@@ -211,7 +211,8 @@ def parallel_map(
         done = ((index, function(item)) for index, item in enumerate(items))
     else:
         parallel = Parallel(n_jobs=count, return_as="generator_unordered")
-        done = parallel(delayed(_indexed)(function, index, item) for index, item in enumerate(items))
+        call = delayed(_indexed)
+        done = parallel(call(function, index, item) for index, item in enumerate(items))
     with tqdm(total=len(items), desc=label, disable=None if show else True, leave=False) as bar:
         for index, result in done:
             results[index] = result
