@@ -193,8 +193,8 @@ def _speed_rows(score: Score) -> list[Row]:
     rows = []
     if score.task.axis:
         speeds = score.speeds
-        for statistic, pick in (("worst", min), ("median", statistics.median)):
-            value = float(pick(speeds)) if speeds else None
+        for statistic, summary in (("worst", min), ("median", statistics.median)):
+            value = float(summary(speeds)) if speeds else None
             rows.append(
                 Row(suite, f"{name}_{statistic}", score.unit, value if counts else None, paper)
             )
@@ -204,7 +204,7 @@ def _speed_rows(score: Score) -> list[Row]:
     error = PAPER_COM_ERROR.get(score.task.name)
     average: Pick = statistics.fmean
     highest: Pick = max
-    for metric, unit, pick, attribute, factor, reference in (
+    quantities: tuple[tuple[str, str, Pick, str, float, float | None], ...] = (
         ("yaw_drift_worst", "deg/s", highest, "turn_rate", math.degrees(1.0), None),
         ("flight_worst", "%", highest, "flight_share", 100.0, None),
         ("slip_worst", "cm/s", highest, "slip_speed", 100.0, None),
@@ -213,7 +213,8 @@ def _speed_rows(score: Score) -> list[Row]:
         ("com_y_error_measured_mean", "mm", average, "com_error_y_measured", 1000.0, error),
         ("com_x_error_mean", "mm", average, "com_error_x", 1000.0, None),
         ("saturated_worst", "%", highest, "saturated_share", 100.0, None),
-    ):  # fmt: skip
+    )  # fmt: skip
+    for metric, unit, pick, attribute, factor, reference in quantities:
         if metric == "yaw_drift_worst" and score.task.axis == "yaw":
             continue
         value = _finite(score.over(pick, attribute, factor))

@@ -1,0 +1,334 @@
+"""Bags: written as rosbag2 folders with MCAP inside, from serialised messages as they come in.
+
+`BagWriter` knows no ROS graph; `TopicRecorder` feeds one from raw subscriptions; `read_bag` reads
+any rosbag2 bag. `ros2 bag info` and `ros2 bag play` read what is written here.
+"""
+
+import importlib
+import math
+import struct
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.typesys import Stores, get_typestore
+
+from nao_lipm_gait.errors import NaoGaitError
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+TYPES = get_typestore(Stores.ROS2_JAZZY)
+CLOCK = "rosgraph_msgs/msg/Clock"
+SYNC_PERIOD = 2.0
+"""Seconds of wall time that a killed process may lose."""
+DISCOVERY_PERIOD = 0.5
+"""Seconds of wall time between two looks for new topics."""
+
+_NO_TIME_LIMIT = QosTime(9223372036, 854775807)
+
+
+class BagWriter:
+    """A rosbag2 folder with an MCAP file, complete also when the recording ends by an error.
+
+    A killed process loses the last seconds and the index; `ros2 bag reindex` then restores it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Create the bag; NaoGaitError if the folder exists or cannot be made."""
+        self.path = path
+        self._connections: dict[str, Connection] = {}
+        self._counts: dict[str, int] = {}
+        try:
+            self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.open()
+        except (OSError, WriterError) as error:
+            raise NaoGaitError("bag", str(path), f"a new folder ({error})") from error
+        self._synced = time.monotonic()
+
+    @staticmethod
+    def knows(message_type: str) -> bool:
+        """True if messages of this type (`std_msgs/msg/String`) can be written."""
+        return message_type in TYPES.fielddefs
+
+    def add_topic(self, topic: str, message_type: str, *, latched: bool = False) -> None:
+        """Announce a topic, `/name`, before its first message."""
+        if not self.knows(message_type):
+            raise NaoGaitError(f"type of topic {topic}", message_type, "a message type of Jazzy")
+        durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
+        qos = Qos(
+            QosHistory.KEEP_LAST,
+            1 if latched else 10,
+            QosReliability.RELIABLE,
+            durability,
+            _NO_TIME_LIMIT,
+            _NO_TIME_LIMIT,
+            QosLiveliness.AUTOMATIC,
+            _NO_TIME_LIMIT,
+            False,
+        )
+        self._connections[topic] = self._writer.add_connection(
+            topic, message_type, typestore=TYPES, offered_qos_profiles=[qos]
+        )
+        self._counts[topic] = 0
+
+    def write(self, topic: str, stamp: int, data: bytes) -> None:
+        """Append a serialised (CDR) message; stamp in ns."""
+        self._writer.write(self._connections[topic], stamp, data)
+        self._counts[topic] += 1
+        now = time.monotonic()
+        if now - self._synced > SYNC_PERIOD:
+            self._synced = now
+            self._sync()
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Messages written by topic."""
+        return self._counts
+
+    def _sync(self) -> None:
+        # rosbags keeps up to 1 MB in memory and has no flush: close its chunk early.
+        storage: Any = self._writer.storage
+        if storage is not None and storage.chunk.bio.tell():
+            storage.close_chunk()
+            storage.bio.flush()
+
+    def close(self) -> None:
+        """Write the index and metadata.yaml; a second call does nothing."""
+        if self._writer.storage is not None:
+            if not any(self._counts.values()):
+                self._writer.min_timestamp = 0  # else an empty bag would start in the year 2262
+            self._writer.close()
+
+    def __enter__(self) -> "BagWriter":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def message_class(message_type: str) -> Any:
+    """The Python class of `package/msg/Name`; ImportError if it is not installed."""
+    package, _, name = message_type.partition("/msg/")
+    try:
+        return getattr(importlib.import_module(f"{package}.msg"), name)
+    except AttributeError as error:
+        raise ImportError(f"no message {message_type}") from error
+
+
+def stamp_of(clock: bytes) -> int:
+    """[ns] in a serialised rosgraph_msgs/Clock."""
+    order = "<" if clock[1] & 1 else ">"
+    seconds, nanoseconds = struct.unpack_from(f"{order}iI", clock, 4)
+    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic to record."""
+
+    name: str
+    type: str
+    latched: bool = False
+    """Transient local: the last message is kept for those who come late."""
+
+
+class TopicRecorder:
+    """Writes topics to a bag, stamped with simulated time once /clock ticks, else with wall time.
+
+    All subscriptions are raw: nothing is decoded on the way, so a busy machine keeps up.
+    """
+
+    DEPTH = 5000
+    """Messages that may wait while the recorder is busy."""
+
+    def __init__(self, node: "Node", writer: BagWriter, *, simulated_time: bool = True) -> None:
+        self._node = node
+        self._writer = writer
+        self._simulated = simulated_time
+        self._now: int | None = None
+        self._waiting: list[tuple[str, bytes]] = []
+        self._subscriptions: dict[str, Any] = {}
+        self._refused: set[str] = set()
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        return tuple(self._subscriptions)
+
+    def add(self, topic: Topic, *, best_effort: bool = False) -> None:
+        """Subscribe; ImportError if the type is not installed, NaoGaitError if it is unknown."""
+        from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+        cls = message_class(topic.type)
+        name = self._node.resolve_topic_name(topic.name)
+        self._writer.add_topic(name, topic.type, latched=topic.latched)
+        qos = QoSProfile(
+            depth=self.DEPTH,
+            reliability=(
+                ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
+            ),
+            durability=(
+                DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
+            ),
+        )
+        handler = self._handler(name, topic.type == CLOCK)
+        self._subscriptions[name] = self._node.create_subscription(
+            cls, name, handler, qos, raw=True
+        )
+
+    def add_new_topics(self, wanted: set[str] | None = None) -> list[tuple[str, str]]:
+        """Subscribe to the topics that have appeared (of those `wanted`, if not None).
+
+        Returns (topic, reason) for each that cannot be recorded, once.
+        """
+        from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+        refused = []
+        for name, types in self._node.get_topic_names_and_types():
+            if name in self._subscriptions or name in self._refused:
+                continue
+            if wanted is not None and name not in wanted:
+                continue
+            offers = [offer.qos_profile for offer in self._node.get_publishers_info_by_topic(name)]
+            if not offers:
+                continue
+            latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
+            best_effort = any(q.reliability == ReliabilityPolicy.BEST_EFFORT for q in offers)
+            try:
+                self.add(Topic(name, types[0], latched), best_effort=best_effort)
+            except (ImportError, NaoGaitError) as error:
+                self._refused.add(name)
+                refused.append((name, str(error)))
+        return refused
+
+    def _handler(self, name: str, is_clock: bool) -> Callable[[bytes], None]:
+        if not self._simulated:
+            return lambda data: self._writer.write(name, time.time_ns(), data)
+        if is_clock:
+
+            def on_clock(data: bytes) -> None:
+                self._now = stamp_of(data)
+                self._writer.write(name, self._now, data)
+                for topic, early in self._waiting:
+                    self._writer.write(topic, self._now, early)
+                self._waiting.clear()
+
+            return on_clock
+
+        def on_message(data: bytes) -> None:
+            if self._now is None:
+                self._waiting.append((name, data))
+            else:
+                self._writer.write(name, self._now, data)
+
+        return on_message
+
+    def close(self) -> None:
+        """Stop listening; what came before any clock tick gets the stamp 0."""
+        for subscription in self._subscriptions.values():
+            self._node.destroy_subscription(subscription)
+        self._subscriptions.clear()
+        for topic, early in self._waiting:
+            self._writer.write(topic, 0, early)
+        self._waiting.clear()
+
+
+def read_bag(path: Path, topics: Iterable[str] | None = None) -> dict[str, list[tuple[int, Any]]]:
+    """(log time [ns], message) of each topic, in the order of the log; all topics if None.
+
+    A topic that the bag lacks gives an empty list. Raises NaoGaitError for what is no bag.
+    """
+    wanted = None if topics is None else set(topics)
+    found: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in wanted or ()}
+    try:
+        with AnyReader([path], default_typestore=TYPES) as reader:
+            chosen = [c for c in reader.connections if wanted is None or c.topic in wanted]
+            for connection in chosen:
+                found.setdefault(connection.topic, [])
+            # Without connections the reader would return every message.
+            for connection, stamp, data in reader.messages(chosen) if chosen else ():
+                message = reader.deserialize(data, connection.msgtype)
+                found[connection.topic].append((stamp, message))
+    except (AnyReaderError, OSError) as error:
+        raise NaoGaitError("bag", str(path), f"a folder that rosbag2 wrote ({error})") from error
+    return found
+
+
+def record(
+    out: Path,
+    *,
+    topics: tuple[str, ...] = (),
+    duration: float | None = None,
+    simulated_time: bool | None = None,
+    say: Callable[[str], None] = print,
+) -> int:
+    """`nao_gait record`: all topics (or those named) until Ctrl-C or `duration` s of wall time.
+
+    Returns the number of messages. `simulated_time` None: use /clock if anyone publishes it.
+    """
+    import rclpy
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+    if duration is not None and not 0.0 < duration < 1e9:
+        raise NaoGaitError("duration", duration, "more than 0 s")
+    rclpy.init()
+    began = time.monotonic()
+    try:
+        node = rclpy.create_node("nao_gait_record")
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        with BagWriter(out) as writer:
+            if simulated_time is None:
+                simulated_time = _sees_clock(node, executor)
+            recorder = TopicRecorder(node, writer, simulated_time=simulated_time)
+            wanted = {node.resolve_topic_name(topic) for topic in topics} or None
+            if wanted is not None and simulated_time:
+                wanted.add("/clock")
+            say(f"recording to {out} in {'simulated' if simulated_time else 'wall'} time; "
+                "Ctrl-C ends")  # fmt: skip
+            try:
+                end = math.inf if duration is None else began + duration
+                look = 0.0
+                while (now := time.monotonic()) < end:
+                    if now >= look:
+                        look = now + DISCOVERY_PERIOD
+                        for topic, reason in recorder.add_new_topics(wanted):
+                            say(f"not recorded: {topic}: {reason}")
+                    executor.spin_once(timeout_sec=min(0.2, end - now))
+            except (KeyboardInterrupt, ExternalShutdownException):
+                pass
+            recorder.close()
+            total = sum(writer.counts.values())
+    finally:
+        rclpy.try_shutdown()
+    say(f"{out}: {total} messages of {len(writer.counts)} topics, "
+        f"{time.monotonic() - began:.0f} s")  # fmt: skip
+    return total
+
+
+def _sees_clock(node: "Node", executor: Any) -> bool:
+    deadline = time.monotonic() + 1.5  # discovery
+    while time.monotonic() < deadline:
+        executor.spin_once(timeout_sec=0.1)
+        if node.count_publishers("/clock"):
+            return True
+    return False
