@@ -1,0 +1,111 @@
+"""What a physics engine must offer: four methods. Everything else is shared code."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge.body import Body
+from sim_bridge.individual import Individual
+from sim_bridge.plant import Plant
+
+ENGINES = ("pybullet",)
+PLANNED_ENGINES = ("mujoco",)
+
+
+@dataclass(frozen=True, slots=True)
+class StartState:
+    """Where a simulation begins, at rest."""
+
+    torso_position: FloatArray
+    """(3,) [m] of the torso link frame in the world."""
+    torso_rotation: FloatArray
+    """(4,) quaternion x y z w, torso to world."""
+    joint_position: FloatArray
+    """(n,) [rad], true angles."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrueState:
+    """The exact state of the robot after a physics step."""
+
+    torso_position: FloatArray
+    """(3,) [m] of the torso link frame in the world."""
+    torso_rotation: FloatArray
+    """(4,) quaternion x y z w, torso to world."""
+    torso_linear_velocity: FloatArray
+    """(3,) [m/s] of the torso link origin, in the world frame."""
+    torso_angular_velocity: FloatArray
+    """(3,) [rad/s] in the torso frame."""
+    joint_position: FloatArray
+    """(n,) [rad], true angles."""
+    joint_velocity: FloatArray
+    """(n,) [rad/s]."""
+    joint_torque: FloatArray
+    """(n,) [N m] that the motors put out during the last step."""
+    sole_wrench: tuple[FloatArray, FloatArray]
+    """Left, right (6,): force [N] and torque [N m] of the floor on the sole, about the origin of the
+    sole frame, in the sole frame."""
+    legs_touch: bool
+    """The legs touched each other in any step since the last observation."""
+
+
+class Backend(Protocol):
+    """A physics engine with one robot on a floor."""
+
+    def reset(self, start: StartState) -> None:
+        """Put the robot there, at rest, with no memory of what was before."""
+
+    def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
+        """Advance by one physics step.
+
+        Args:
+            setpoint: (n,) [rad] true joint angles that the servos aim at.
+            torque_scale: share of the motors' torque limits that may be used, 0 to 1.
+            push_force: (3,) [N] in the world frame, on the centre of mass of the torso link.
+        """
+
+    def observe(self) -> TrueState:
+        """The state now."""
+
+    def close(self) -> None:
+        """Free the engine; allowed more than once."""
+
+
+def make_backend(
+    engine: str,
+    robot: RobotDescription,
+    plant: Plant,
+    individual: Individual,
+    body: Body,
+    *,
+    gui: bool = False,
+    visual: bool = False,
+) -> Backend:
+    """The backend of an engine, for one individual.
+
+    Raises:
+        NaoGaitError: the engine is unknown or absent, or cannot honour an option of the plant.
+    """
+    if engine == "pybullet":
+        from sim_bridge.pybullet_backend import PyBulletBackend
+
+        return PyBulletBackend(robot, plant, individual, body, gui=gui, visual=visual)
+    if engine in PLANNED_ENGINES:
+        raise NaoGaitError("engine", f"{engine} (not available yet)", ", ".join(ENGINES))
+    raise NaoGaitError("engine", engine, ", ".join(ENGINES))
+
+
+def rotation_matrix(quaternion: FloatArray) -> FloatArray:
+    """(3, 3) of a unit quaternion x y z w."""
+    x, y, z, w = (float(v) for v in quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,442 @@
+"""The body of one individual: masses, joints and collision shapes, for every engine and for the truth.
+
+Built once from the robot's URDF: masses scaled for the individual, fixed joints merged, joints that
+the robot description does not know held at zero. Engines get it as `simulation_urdf`; the true
+centre of mass comes from the same numbers.
+"""
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge.individual import Individual
+
+CONTACT_RADIUS = 0.005
+"""[m] of the spheres that stand for the corner points of a sole."""
+_PLATE_THICKNESS = 0.02
+"""[m] of the box with which a foot meets the other leg."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A primitive, placed in the frame of its link."""
+
+    kind: str
+    """`box` (size x y z), `sphere` (radius), `cylinder` (radius, length along z)."""
+    size: tuple[float, ...]
+    """[m]."""
+    position: FloatArray
+    """(3,) [m]."""
+    rotation: FloatArray
+    """(3, 3)."""
+    color: tuple[float, ...] = (0.8, 0.8, 0.8, 1.0)
+    """Red, green, blue, alpha; only seen in pictures."""
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A rigid body; its frame is the frame of the joint that moves it (the torso frame for the root)."""
+
+    name: str
+    joint: str
+    """Empty for the root."""
+    parent: str
+    """Name of the parent link; empty for the root."""
+    position: FloatArray
+    """(3,) [m] of the joint in the parent link."""
+    rotation: FloatArray
+    """(3, 3) of the joint in the parent link."""
+    axis: FloatArray
+    """(3,) of the joint."""
+    lower: float
+    """[rad] end stop, true angle."""
+    upper: float
+    """[rad] end stop, true angle."""
+    mass: float
+    """[kg]."""
+    com: FloatArray
+    """(3,) [m]."""
+    inertia: FloatArray
+    """(3, 3) [kg m^2] about the centre of mass."""
+    side: str
+    """`left` or `right` for the links of the legs, otherwise empty."""
+    collision: tuple[Shape, ...]
+    visual: tuple[Shape, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sole:
+    """One sole: a frame fixed to a foot, with its contact points."""
+
+    name: str
+    parent: str
+    """Name of the foot link."""
+    position: FloatArray
+    """(3,) [m] in the foot link."""
+    rotation: FloatArray
+    """(3, 3) in the foot link."""
+    points: tuple[FloatArray, ...]
+    """(3,) [m] centres of the contact spheres in the sole frame; their bottoms lie in its plane z = 0."""
+    plate: Shape
+    """In the foot link; meets the other leg, never the floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class BodyPose:
+    """Where the body is, by kinematics."""
+
+    com: FloatArray
+    """(3,) [m] in the world."""
+    sole_position: tuple[FloatArray, FloatArray]
+    """Left, right (3,) [m] in the world."""
+    sole_rotation: tuple[FloatArray, FloatArray]
+    """Left, right (3, 3), sole to world."""
+
+
+class Body:
+    """The whole body of one individual."""
+
+    links: tuple[Link, ...]
+    """Parents come first; the root is the torso."""
+    soles: tuple[Sole, Sole]
+    mass: float
+    """[kg]."""
+    imu_position: FloatArray
+    """(3,) [m] in the torso frame."""
+    imu_rotation: FloatArray
+    """(3, 3) IMU frame to torso."""
+
+    def __init__(self, robot: RobotDescription, individual: Individual) -> None:
+        tree = ET.fromstring(robot.urdf)
+        for link in tree.iter("link"):
+            _scale_inertial(link, individual.mass_scale.get(link.attrib["name"], 1.0))
+        model = pin.buildModelFromXML(
+            ET.tostring(tree, encoding="unicode"), pin.JointModelFreeFlyer()
+        )
+        extra = [
+            joint
+            for joint in range(2, model.njoints)
+            if model.names[joint] not in robot.joint_names
+        ]
+        if extra:
+            model = pin.buildReducedModel(model, extra, pin.neutral(model))
+        self._model = model
+        self._data = model.createData()
+        self._configuration = pin.neutral(model)
+        self._q_index = np.array(
+            [model.joints[model.getJointId(joint)].idx_q for joint in robot.joint_names]
+        )
+        self._torso_in_root = self._frame(robot, robot.torso_frame, root=True)
+        self._root_in_torso = self._torso_in_root.inverse()
+        self._sole_frames = tuple(model.getFrameId(name) for name in robot.sole_frames)
+        imu = self._root_in_torso * self._frame(robot, robot.imu_frame, root=True)
+        self.imu_position = imu.translation.copy()
+        self.imu_rotation = imu.rotation.copy()
+        self._zero = dict(zip(robot.joint_names, individual.joint_zero.tolist(), strict=True))
+        self.mass = float(sum(inertia.mass for inertia in model.inertias))
+        self.links = self._read_links(robot, tree)
+        self.soles = self._read_soles(robot)
+
+    def pose(
+        self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray
+    ) -> BodyPose:
+        """Kinematics of the torso at (3,) [m], (3, 3) in the world and (n,) true angles [rad]."""
+        self._configure(torso_position, torso_rotation, joints)
+        com = pin.centerOfMass(self._model, self._data, self._configuration, False)
+        left, right = (
+            pin.updateFramePlacement(self._model, self._data, frame) for frame in self._sole_frames
+        )
+        return BodyPose(
+            com=np.array(com),
+            sole_position=(left.translation.copy(), right.translation.copy()),
+            sole_rotation=(left.rotation.copy(), right.rotation.copy()),
+        )
+
+    def lowest_point(self, torso_rotation: FloatArray, joints: FloatArray) -> float:
+        """[m] height of the lowest point of any shape, with the torso's origin at height 0."""
+        self._configure(np.zeros(3), torso_rotation, joints)
+        model, data = self._model, self._data
+        pin.forwardKinematics(model, data, self._configuration)
+        lowest = math.inf
+        for link in self.links:
+            placement = data.oMi[model.getJointId(link.joint) if link.joint else 1]
+            if not link.joint:
+                placement = placement * self._torso_in_root
+            for shape in link.collision:
+                up = (placement.rotation @ shape.rotation)[2]
+                height = placement.act(shape.position)[2]
+                lowest = min(lowest, height - _half_height(shape, up))
+        for sole, frame in zip(self.soles, self._sole_frames, strict=True):
+            placement = pin.updateFramePlacement(model, data, frame)
+            for point in sole.points:
+                lowest = min(lowest, placement.act(point)[2] - CONTACT_RADIUS)
+        return float(lowest)
+
+    def _configure(
+        self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray
+    ) -> None:
+        root = pin.SE3(torso_rotation, torso_position) * self._root_in_torso
+        q = self._configuration
+        q[:3] = root.translation
+        q[3:7] = pin.Quaternion(root.rotation).coeffs()
+        q[self._q_index] = joints
+
+    def _frame(self, robot: RobotDescription, name: str, *, root: bool = False) -> pin.SE3:
+        """Placement of a frame in the joint that moves it."""
+        if not self._model.existFrame(name):
+            raise NaoGaitError(str(robot.urdf_path), f"no link {name}", f"a URDF with a link {name}")
+        frame = self._model.frames[self._model.getFrameId(name)]
+        if root and frame.parentJoint != 1:
+            raise NaoGaitError(str(robot.urdf_path), f"{name} can move", f"{name} fixed to the root")
+        return frame.placement
+
+    def _read_links(self, robot: RobotDescription, tree: ET.Element) -> tuple[Link, ...]:
+        model = self._model
+        colors = _colors(tree)
+        collision: dict[int, list[Shape]] = {}
+        visual: dict[int, list[Shape]] = {}
+        for element in tree.iter("link"):
+            frame = model.frames[model.getFrameId(element.attrib["name"], pin.FrameType.BODY)]
+            placement = frame.placement
+            if frame.parentJoint == 1:
+                placement = self._root_in_torso * placement
+            for kind, shapes in (("collision", collision), ("visual", visual)):
+                shapes.setdefault(frame.parentJoint, []).extend(
+                    _read_shapes(element, kind, placement, colors)
+                )
+        elements = {joint.attrib["name"]: joint for joint in tree.iter("joint")}
+        sides = {joint: "left" for joint in robot.left_leg.names}
+        sides |= {joint: "right" for joint in robot.right_leg.names}
+        feet = {model.frames[frame].parentJoint for frame in self._sole_frames}
+        names: dict[int, str] = {}
+        links: list[Link] = []
+        for index in range(1, model.njoints):
+            inertia, placement = model.inertias[index], model.jointPlacements[index]
+            parent = model.parents[index]
+            if index == 1:
+                name, joint, axis = robot.torso_frame, "", np.zeros(3)
+                lower = upper = 0.0
+                inertia = self._root_in_torso.act(inertia)
+            else:
+                joint = model.names[index]
+                name = elements[joint].find("child").attrib["link"]  # type: ignore[union-attr]
+                axis = _axis(elements[joint])
+                # the end stops move with the zero error: a joint at its limit must not press on them
+                q, zero = model.joints[index].idx_q, self._zero[joint]
+                lower = float(model.lowerPositionLimit[q]) + zero
+                upper = float(model.upperPositionLimit[q]) + zero
+                if parent == 1:
+                    placement = self._root_in_torso * placement
+            names[index] = name
+            links.append(
+                Link(
+                    name=name,
+                    joint=joint,
+                    parent=names.get(parent, ""),
+                    position=placement.translation.copy(),
+                    rotation=placement.rotation.copy(),
+                    axis=axis,
+                    lower=lower,
+                    upper=upper,
+                    mass=float(inertia.mass),
+                    com=inertia.lever.copy(),
+                    inertia=np.array(inertia.inertia),
+                    side=sides.get(joint, ""),
+                    collision=() if index in feet else tuple(collision.get(index, ())),
+                    visual=tuple(visual.get(index, ())),
+                )
+            )
+        return tuple(links)
+
+    def _read_soles(self, robot: RobotDescription) -> tuple[Sole, Sole]:
+        model = self._model
+        soles = []
+        for mirror, name in zip((1.0, -1.0), robot.sole_frames, strict=True):
+            placement = self._frame(robot, name)
+            parent_joint = model.names[model.frames[model.getFrameId(name)].parentJoint]
+            parent = next(link.name for link in self.links if link.joint == parent_joint)
+            corners = [(x, mirror * y) for x, y in robot.sole_corners]
+            # the largest rectangle whose sides run between the corners: never outside the sole
+            xs, ys = (sorted(corner[axis] for corner in corners) for axis in (0, 1))
+            size = (xs[2] - xs[1], ys[2] - ys[1], _PLATE_THICKNESS)
+            centre = np.array([xs[1] + xs[2], ys[1] + ys[2], size[2]]) / 2.0
+            soles.append(
+                Sole(
+                    name=name,
+                    parent=parent,
+                    position=placement.translation.copy(),
+                    rotation=placement.rotation.copy(),
+                    points=tuple(np.array([x, y, CONTACT_RADIUS]) for x, y in corners),
+                    plate=Shape("box", size, placement.act(centre), placement.rotation.copy()),
+                )
+            )
+        return soles[0], soles[1]
+
+
+def simulation_urdf(body: Body, *, visual: bool = False) -> str:
+    """The body as a URDF of revolute joints, with a massless link for the contact points of each sole.
+
+    Inertias are given about their principal axes, so that no engine has to rotate them.
+    """
+    robot = ET.Element("robot", name="simulated")
+    for link in body.links:
+        element = ET.SubElement(robot, "link", name=link.name)
+        _write_inertial(element, link)
+        for shape in link.collision:
+            _write_shape(element, "collision", shape)
+        for sole in body.soles:
+            if sole.parent == link.name:
+                _write_shape(element, "collision", sole.plate)
+        if visual:
+            for shape in link.visual:
+                _write_shape(element, "visual", shape)
+        if link.joint:
+            joint = _write_joint(robot, link.joint, "revolute", link)
+            ET.SubElement(joint, "axis", xyz=_text(link.axis))
+            # the engines take torque and speed from the plant, not from here
+            ET.SubElement(
+                joint,
+                "limit",
+                lower=repr(link.lower),
+                upper=repr(link.upper),
+                effort="1000",
+                velocity="1000",
+            )
+            ET.SubElement(joint, "dynamics", damping="0", friction="0")
+    for sole in body.soles:
+        element = ET.SubElement(robot, "link", name=sole.name)
+        inertial = ET.SubElement(element, "inertial")
+        ET.SubElement(inertial, "mass", value="0")
+        ET.SubElement(
+            inertial, "inertia", ixx="0", iyy="0", izz="0", ixy="0", ixz="0", iyz="0"
+        )
+        for point in sole.points:
+            sphere = Shape("sphere", (CONTACT_RADIUS,), point, np.eye(3))
+            _write_shape(element, "collision", sphere)
+        _write_joint(robot, f"{sole.name}_fixed", "fixed", sole)
+    ET.indent(robot)  # PyBullet cannot read lines of more than 1024 characters
+    return ET.tostring(robot, encoding="unicode")
+
+
+def _scale_inertial(link: ET.Element, scale: float) -> None:
+    """A heavier link is denser, not larger: the inertia scales with the mass."""
+    inertial = link.find("inertial")
+    if inertial is None or scale == 1.0:
+        return
+    for tag in ("mass", "inertia"):
+        element = inertial.find(tag)
+        if element is not None:
+            for key, value in element.attrib.items():
+                element.set(key, repr(float(value) * scale))
+
+
+def _axis(joint: ET.Element) -> FloatArray:
+    element = joint.find("axis")
+    text = "1 0 0" if element is None else element.attrib["xyz"]
+    axis = np.array([float(v) for v in text.split()])
+    return axis / np.linalg.norm(axis)
+
+
+def _colors(tree: ET.Element) -> dict[str, tuple[float, ...]]:
+    colors = {}
+    for material in tree.iter("material"):
+        color = material.find("color")
+        if color is not None:
+            rgba = tuple(float(v) for v in color.attrib["rgba"].split())
+            colors[material.attrib.get("name", "")] = rgba
+    return colors
+
+
+def _read_shapes(
+    link: ET.Element, tag: str, placement: pin.SE3, colors: dict[str, tuple[float, ...]]
+) -> list[Shape]:
+    """The primitives among the shapes of a link; meshes are left out."""
+    shapes = []
+    for element in link.findall(tag):
+        geometry = element.find("geometry")
+        primitive = None if geometry is None or not len(geometry) else geometry[0]
+        if primitive is None:
+            continue
+        if primitive.tag == "box":
+            size = tuple(float(v) for v in primitive.attrib["size"].split())
+        elif primitive.tag == "sphere":
+            size = (float(primitive.attrib["radius"]),)
+        elif primitive.tag == "cylinder":
+            size = (float(primitive.attrib["radius"]), float(primitive.attrib["length"]))
+        else:
+            continue
+        origin = element.find("origin")
+        attributes = {} if origin is None else origin.attrib
+        xyz, rpy = (
+            np.array([float(v) for v in attributes.get(key, "0 0 0").split()])
+            for key in ("xyz", "rpy")
+        )
+        pose = placement * pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz)
+        material = element.find("material")
+        color = colors.get("" if material is None else material.attrib.get("name", ""))
+        shape = Shape(primitive.tag, size, pose.translation.copy(), pose.rotation.copy())
+        shapes.append(
+            shape if color is None else Shape(shape.kind, size, shape.position, shape.rotation, color)
+        )
+    return shapes
+
+
+def _half_height(shape: Shape, up: FloatArray) -> float:
+    """[m] from the middle of a shape down to its lowest point; `up` in the axes of the shape."""
+    if shape.kind == "sphere":
+        return shape.size[0]
+    if shape.kind == "box":
+        return float(np.abs(up) @ np.array(shape.size)) / 2.0
+    radius, length = shape.size
+    return radius * math.hypot(up[0], up[1]) + length / 2.0 * abs(float(up[2]))
+
+
+def _text(values: FloatArray) -> str:
+    return " ".join(repr(float(v)) for v in values)
+
+
+def _write_origin(element: ET.Element, position: FloatArray, rotation: FloatArray) -> None:
+    rpy = pin.rpy.matrixToRpy(np.asarray(rotation))
+    ET.SubElement(element, "origin", xyz=_text(position), rpy=_text(rpy))
+
+
+def _write_joint(robot: ET.Element, name: str, kind: str, child: Link | Sole) -> ET.Element:
+    joint = ET.SubElement(robot, "joint", name=name, type=kind)
+    _write_origin(joint, child.position, child.rotation)
+    ET.SubElement(joint, "parent", link=child.parent)
+    ET.SubElement(joint, "child", link=child.name)
+    return joint
+
+
+def _write_inertial(element: ET.Element, link: Link) -> None:
+    moments, axes = np.linalg.eigh(link.inertia)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] = -axes[:, 0]
+    inertial = ET.SubElement(element, "inertial")
+    _write_origin(inertial, link.com, axes)
+    ET.SubElement(inertial, "mass", value=repr(link.mass))
+    ixx, iyy, izz = (repr(float(v)) for v in moments)
+    ET.SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz="0", iyz="0")
+
+
+def _write_shape(element: ET.Element, tag: str, shape: Shape) -> None:
+    outer = ET.SubElement(element, tag)
+    _write_origin(outer, shape.position, shape.rotation)
+    geometry = ET.SubElement(outer, "geometry")
+    if shape.kind == "box":
+        ET.SubElement(geometry, "box", size=_text(np.array(shape.size)))
+    elif shape.kind == "sphere":
+        ET.SubElement(geometry, "sphere", radius=repr(shape.size[0]))
+    else:
+        radius, length = shape.size
+        ET.SubElement(geometry, "cylinder", radius=repr(radius), length=repr(length))
+    if tag == "visual":
+        name = "color_" + "_".join(f"{round(255 * v)}" for v in shape.color)
+        material = ET.SubElement(outer, "material", name=name)
+        ET.SubElement(material, "color", rgba=_text(np.array(shape.color)))

@@ -1,0 +1,39 @@
+"""A pure delay for whole sensor frames; stamps are never touched."""
+
+from collections import deque
+from typing import Generic, TypeVar
+
+from nao_lipm_gait.errors import NaoGaitError
+
+Item = TypeVar("Item")
+
+
+class DelayLine(Generic[Item]):
+    """Gives out the newest item that is at least `delay` old."""
+
+    def __init__(self, delay: int) -> None:
+        """Args: delay [ns]."""
+        if delay < 0:
+            raise NaoGaitError("delay", delay, "at least 0 ns")
+        self.delay = delay
+        self._items: deque[tuple[int, Item]] = deque()
+
+    def put(self, stamp: int, item: Item) -> None:
+        """Add an item sampled at `stamp` [ns]; stamps must increase."""
+        if self._items and stamp <= self._items[-1][0]:
+            raise NaoGaitError("stamp", stamp, f"later than {self._items[-1][0]} ns")
+        self._items.append((stamp, item))
+
+    def newest(self, now: int) -> Item | None:
+        """The newest item with stamp <= now - delay; None before the first one is old enough.
+
+        Items older than the answer are dropped, so `now` must not go backwards.
+        """
+        limit = now - self.delay
+        items = self._items
+        while len(items) > 1 and items[1][0] <= limit:
+            items.popleft()
+        return items[0][1] if items and items[0][0] <= limit else None
+
+    def clear(self) -> None:
+        self._items.clear()

@@ -1,0 +1,112 @@
+"""One robot out of the many that a plant describes."""
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge.plant import Plant
+
+NOMINAL = -1
+"""The seed of the robot without any error."""
+
+
+@dataclass(frozen=True, slots=True)
+class Individual:
+    """The hidden truth about one robot; the gait never sees it."""
+
+    seed: int
+    joint_zero: FloatArray
+    """(n,) [rad]; true angle = commanded angle + zero, encoder = true angle - zero."""
+    imu_rotation: FloatArray
+    """(3, 3) orientation of the IMU's axes in the IMU frame of the URDF."""
+    gyro_bias: FloatArray
+    """(3,) [rad/s] in the IMU's axes."""
+    accel_bias: FloatArray
+    """(3,) [m/s^2] in the IMU's axes."""
+    mass_scale: Mapping[str, float]
+    """Factor on mass and inertia of each link of the URDF that has a mass."""
+    friction: float
+    """Coulomb coefficient of the pair sole and floor."""
+    stiffness_scale: float
+    """Factor on the contact stiffness."""
+    motor_strength: float
+    """Factor on every motor's torque."""
+
+
+def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individual:
+    """The robot number `seed` of this plant; seed -1 is the nominal robot.
+
+    Every property has its own random stream, named after what it is: a property that is added later
+    leaves the others, and so all published robots, as they are.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < NOMINAL:
+        raise NaoGaitError("robot_seed", seed, "a whole number from 0, or -1 for the nominal robot")
+    variation, sensors = plant.variation, plant.sensors
+    nominal = seed == NOMINAL
+
+    def stream(name: str) -> np.random.Generator:
+        return np.random.default_rng([seed, crc32(name.encode())])
+
+    def normal(name: str, std: float, size: int) -> FloatArray:
+        return np.zeros(size) if nominal else stream(name).normal(0.0, std, size)
+
+    def uniform(name: str, span: tuple[float, float] | None, otherwise: float) -> float:
+        return otherwise if nominal or span is None else float(stream(name).uniform(*span))
+
+    zero = {
+        joint: float(normal(f"joint_zero/{joint}", variation.joint_zero_std, 1)[0])
+        for joint in robot.joint_names
+    }
+    for leader, follower in robot.coupled_joints:  # one motor, one encoder: one zero error
+        zero[follower] = zero[leader]
+    joint_zero = np.clip(
+        [zero[joint] for joint in robot.joint_names],
+        -variation.joint_zero_cut,
+        variation.joint_zero_cut,
+    )
+    scale = variation.stiffness_scale
+    log_span = None if scale is None else (math.log(scale[0]), math.log(scale[1]))
+    mass_span = (1.0 - variation.mass, 1.0 + variation.mass)
+    imu_rotation = rotation_from_vector(normal("imu_mounting", variation.imu_mounting_std, 3))
+    gyro_bias = normal("gyro_bias", sensors.gyro_bias, 3)
+    accel_bias = normal("accel_bias", sensors.accel_bias, 3)
+    for array in (joint_zero, imu_rotation, gyro_bias, accel_bias):
+        array.setflags(write=False)
+    return Individual(
+        seed=seed,
+        joint_zero=joint_zero,
+        imu_rotation=imu_rotation,
+        gyro_bias=gyro_bias,
+        accel_bias=accel_bias,
+        mass_scale={
+            link: uniform(f"mass/{link}", mass_span, 1.0) for link in _links_with_mass(robot.urdf)
+        },
+        friction=uniform("friction", variation.friction, plant.contact.friction),
+        stiffness_scale=math.exp(uniform("stiffness_scale", log_span, 0.0)),
+        motor_strength=uniform("motor_strength", variation.motor_strength, 1.0),
+    )
+
+
+def rotation_from_vector(vector: FloatArray) -> FloatArray:
+    """(3, 3) rotation by |vector| [rad] about `vector` (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
+        return np.eye(3)
+    x, y, z = vector / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
+
+
+def _links_with_mass(urdf: str) -> list[str]:
+    return [
+        link.attrib["name"]
+        for link in ET.fromstring(urdf).iter("link")
+        if (mass := link.find("inertial/mass")) is not None and float(mass.get("value", 0)) > 0.0
+    ]

@@ -1,0 +1,73 @@
+"""What every engine's motors share: setpoints and torque limits."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge.individual import Individual
+from sim_bridge.plant import Plant
+
+
+class Setpoints:
+    """Turns one target per control period into one setpoint per physics step.
+
+    Targets are cut at the joint limits and at the joint speeds, then approached linearly. Angles in
+    here are what the robot believes; the zero errors are added on the way out.
+    """
+
+    def __init__(
+        self, robot: RobotDescription, plant: Plant, individual: Individual, substeps: int
+    ) -> None:
+        self._lower = np.asarray(robot.lower, dtype=float)
+        self._upper = np.asarray(robot.upper, dtype=float)
+        period = substeps * plant.physics.step
+        speed = np.asarray(robot.velocity_limit, dtype=float)
+        self._stride = speed * period if plant.motor.speed_limit else np.full(len(speed), np.inf)
+        self._zero = individual.joint_zero
+        self._leader = [robot.index(leader) for leader, _ in robot.coupled_joints]
+        self._follower = [robot.index(follower) for _, follower in robot.coupled_joints]
+        self._shares = (np.arange(substeps) + 1.0)[:, None] / substeps
+        self.current: FloatArray = np.zeros(len(self._lower))
+        """(n,) [rad] where the setpoints stand, without zero errors."""
+
+    def reset(self, position: FloatArray) -> None:
+        self.current = np.array(position, dtype=float)
+
+    def advance(self, target: FloatArray) -> Iterator[FloatArray]:
+        """(n,) [rad] setpoints of true angles, one per physics step of this control period."""
+        target = np.clip(target, self._lower, self._upper)
+        target[self._follower] = target[self._leader]  # the shared motor obeys the leader
+        change = np.clip(target - self.current, -self._stride, self._stride)
+        setpoints = self.current + self._zero + self._shares * change
+        self.current = self.current + change
+        return iter(setpoints)
+
+
+class TorqueLimits:
+    """The largest torque that each motor can put out now.
+
+    A driving motor has `fraction * stall * strength * (1 - |w|/w0)`, a braking one the whole
+    standstill torque. Of joints that share a motor each carries an equal share.
+    """
+
+    def __init__(self, robot: RobotDescription, plant: Plant, individual: Individual) -> None:
+        motors = [robot.motors[joint] for joint in robot.joint_names]
+        factor = plant.motor.torque_fraction * individual.motor_strength
+        self.standstill: FloatArray = factor * np.array([motor.stall_torque for motor in motors])
+        """(n,) [N m]."""
+        for pair in robot.coupled_joints:
+            for joint in pair:
+                self.standstill[robot.index(joint)] /= len(pair)
+        self._line = plant.motor.torque_speed_line
+        self._inverse_no_load_speed = 1.0 / np.array([motor.no_load_speed for motor in motors])
+
+    def now(self, velocity: FloatArray, torque: FloatArray) -> FloatArray:
+        """(n,) [N m] at joint `velocity` [rad/s]; the sign of `torque` tells driving from braking."""
+        if not self._line:
+            return self.standstill
+        # |w|/w0 while driving, 0 while braking
+        share = np.abs(velocity) * self._inverse_no_load_speed
+        share[velocity * torque < 0.0] = 0.0
+        return self.standstill * np.maximum(1.0 - share, 0.0)

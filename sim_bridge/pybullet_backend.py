@@ -1,0 +1,322 @@
+"""The plant in PyBullet."""
+
+import contextlib
+import ctypes
+import math
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge.backend import StartState, TrueState, rotation_matrix
+from sim_bridge.body import Body, simulation_urdf
+from sim_bridge.individual import Individual
+from sim_bridge.motors import TorqueLimits
+from sim_bridge.plant import Plant
+
+
+_C_LIBRARY = ctypes.CDLL(None)
+
+
+@contextlib.contextmanager
+def _silenced() -> Iterator[None]:
+    """PyBullet's C code prints to the file descriptors 1 and 2, past Python."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with contextlib.ExitStack() as undo, open(os.devnull, "wb") as null:
+        for descriptor in (1, 2):
+            with contextlib.suppress(OSError):  # a closed one needs no silence
+                saved = os.dup(descriptor)
+                undo.callback(os.close, saved)
+                undo.callback(os.dup2, saved, descriptor)
+                os.dup2(null.fileno(), descriptor)
+        undo.callback(_C_LIBRARY.fflush, None)
+        yield
+
+
+with _silenced():
+    import pybullet as bullet
+
+_FLOOR, _UPPER_BODY, _LEFT_LEG, _RIGHT_LEG, _SOLE_POINTS = (1 << bit for bit in range(5))
+"""Collision groups."""
+_GEAR_FORCE = 1e4
+"""[N m] that holds joints of one motor together; far above what a leg can apply."""
+_GEAR_ERP = 0.2
+"""Share of an angle between coupled joints that is taken back per step."""
+
+
+class PyBulletBackend:
+    """PyBullet behind the four methods of `Backend`.
+
+    A position servo is here a constraint on the joint's velocity with a torque limit: it has no
+    stiffness of its own, so stiffness, rotor inertia, dry friction and play are refused.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        plant: Plant,
+        individual: Individual,
+        body: Body,
+        *,
+        gui: bool = False,
+        visual: bool = False,
+    ) -> None:
+        _refuse(plant)
+        self._robot = robot
+        self._plant = plant
+        self._individual = individual
+        self._body = body
+        self._visual = visual or gui
+        self._limits = TorqueLimits(robot, plant, individual)
+        step, lag = plant.physics.step, plant.motor.lag
+        # exact for a first-order lag sampled every step; PyBullet's gain is per step
+        self._gains = [1.0 - math.exp(-step / lag) if lag > 0.0 else 1.0] * len(robot.joint_names)
+        self._ones = [1.0] * len(robot.joint_names)
+        self._urdf = simulation_urdf(body, visual=self._visual)
+        with _silenced():
+            self._client = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
+        if self._client < 0:
+            raise NaoGaitError("gui", gui, "false where there is no display")
+        self._floor = self._model = -1
+        self._joints: list[int] = []
+        self._soles = (-1, -1)
+        self._states: tuple[tuple[float, ...], ...] | None = None
+        self._legs_touch = False
+
+    def reset(self, start: StartState) -> None:
+        # A new world: PyBullet keeps contacts and solver caches when bodies are only moved.
+        with _silenced():
+            bullet.resetSimulation(physicsClientId=self._client)
+            self._build()
+        torso = rotation_matrix(start.torso_rotation)
+        position = start.torso_position + torso @ self._inertial_position
+        _, rotation = bullet.multiplyTransforms(
+            [0.0, 0.0, 0.0], start.torso_rotation.tolist(),
+            [0.0, 0.0, 0.0], self._inertial_rotation,
+        )
+        bullet.resetBasePositionAndOrientation(
+            self._model, position.tolist(), rotation, physicsClientId=self._client
+        )
+        for joint, angle in zip(self._joints, start.joint_position.tolist(), strict=True):
+            bullet.resetJointState(self._model, joint, angle, 0.0, physicsClientId=self._client)
+        self._states = None
+        self._legs_touch = False
+
+    def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
+        client, model = self._client, self._model
+        states = self._joint_states()
+        limits = self._limits.now(
+            np.array([state[1] for state in states]), np.array([state[3] for state in states])
+        )
+        bullet.setJointMotorControlArray(
+            model,
+            self._joints,
+            bullet.POSITION_CONTROL,
+            targetPositions=setpoint.tolist(),
+            positionGains=self._gains,
+            velocityGains=self._ones,
+            forces=(limits * torque_scale).tolist(),
+            physicsClientId=client,
+        )
+        if push_force.any():
+            centre, _ = bullet.getBasePositionAndOrientation(model, physicsClientId=client)
+            bullet.applyExternalForce(
+                model, -1, push_force.tolist(), centre, bullet.WORLD_FRAME, physicsClientId=client
+            )
+        bullet.stepSimulation(physicsClientId=client)
+        self._states = None
+        if not self._legs_touch and self._plant.physics.self_collision:
+            points = bullet.getContactPoints(model, model, physicsClientId=client)
+            self._legs_touch = any(point[9] > 0.0 for point in points)
+
+    def observe(self) -> TrueState:
+        client, model = self._client, self._model
+        centre, inertial = bullet.getBasePositionAndOrientation(model, physicsClientId=client)
+        linear, angular = bullet.getBaseVelocity(model, physicsClientId=client)
+        _, quaternion = bullet.multiplyTransforms(
+            [0.0, 0.0, 0.0], inertial, [0.0, 0.0, 0.0], self._inertial_inverse
+        )
+        rotation = rotation_matrix(np.array(quaternion))
+        offset = rotation @ self._inertial_position
+        position = np.array(centre) - offset
+        states = self._joint_states()
+        angles = np.array([state[0] for state in states])
+        touch, self._legs_touch = self._legs_touch, False
+        return TrueState(
+            torso_position=position,
+            torso_rotation=np.array(quaternion),
+            torso_linear_velocity=np.array(linear) - np.cross(angular, offset),
+            torso_angular_velocity=rotation.T @ np.array(angular),
+            joint_position=angles,
+            joint_velocity=np.array([state[1] for state in states]),
+            joint_torque=np.array([state[3] for state in states]),
+            sole_wrench=self._sole_wrenches(position, rotation, angles),
+            legs_touch=touch,
+        )
+
+    def close(self) -> None:
+        if self._client >= 0:
+            with contextlib.suppress(bullet.error):
+                bullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    def __del__(self) -> None:
+        if getattr(self, "_client", -1) >= 0:
+            self.close()
+
+    def _joint_states(self) -> tuple[tuple[float, ...], ...]:
+        """Position, velocity, reaction forces and motor torque of each joint; read once per step."""
+        if self._states is None:
+            self._states = bullet.getJointStates(
+                self._model, self._joints, physicsClientId=self._client
+            )
+        return self._states
+
+    def _sole_wrenches(
+        self, position: FloatArray, rotation: FloatArray, angles: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        pose = self._body.pose(position, rotation, angles)
+        wrenches = []
+        for side, link in enumerate(self._soles):
+            force, torque = np.zeros(3), np.zeros(3)
+            for point in bullet.getContactPoints(
+                self._model, self._floor, link, -1, physicsClientId=self._client
+            ):
+                push = (
+                    point[9] * np.array(point[7])
+                    + point[10] * np.array(point[11])
+                    + point[12] * np.array(point[13])
+                )
+                force += push
+                torque += np.cross(np.array(point[5]) - pose.sole_position[side], push)
+            to_sole = pose.sole_rotation[side].T
+            wrenches.append(np.concatenate([to_sole @ force, to_sole @ torque]))
+        return wrenches[0], wrenches[1]
+
+    def _build(self) -> None:
+        client, physics = self._client, self._plant.physics
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=physics.step,
+            numSolverIterations=physics.iterations,
+            numSubSteps=0,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,
+            collisionFilterMode=0,
+            physicsClientId=client,
+        )
+        bullet.setGravity(0.0, 0.0, -physics.gravity, physicsClientId=client)
+        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
+        self._floor = bullet.createMultiBody(0.0, plane, physicsClientId=client)
+        # PyBullet multiplies the coefficients of the two bodies
+        bullet.changeDynamics(
+            self._floor, -1, lateralFriction=1.0, restitution=0.0, physicsClientId=client
+        )
+        self._load_robot()
+        self._set_dynamics()
+        self._set_collisions()
+        self._couple_joints()
+
+    def _load_robot(self) -> None:
+        flags = bullet.URDF_USE_INERTIA_FROM_FILE
+        if self._plant.physics.self_collision:
+            flags |= bullet.URDF_USE_SELF_COLLISION
+        if not self._visual:
+            flags |= bullet.URDF_IGNORE_VISUAL_SHAPES
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "simulated.urdf")
+            path.write_text(self._urdf, encoding="utf-8")
+            self._model = bullet.loadURDF(
+                str(path), useFixedBase=False, flags=flags, physicsClientId=self._client
+            )
+        joints: dict[str, int] = {}
+        self._links = {self._body.links[0].name: -1}
+        for index in range(bullet.getNumJoints(self._model, physicsClientId=self._client)):
+            info = bullet.getJointInfo(self._model, index, physicsClientId=self._client)
+            joints[info[1].decode()] = index
+            self._links[info[12].decode()] = index
+        self._joints = [joints[name] for name in self._robot.joint_names]
+        left, right = self._body.soles
+        self._soles = (self._links[left.name], self._links[right.name])
+        base = bullet.getDynamicsInfo(self._model, -1, physicsClientId=self._client)
+        self._inertial_position = np.array(base[3])
+        self._inertial_rotation = base[4]
+        _, self._inertial_inverse = bullet.invertTransform([0.0, 0.0, 0.0], base[4])
+
+    def _set_dynamics(self) -> None:
+        contact = self._plant.contact
+        for index in self._links.values():
+            options: dict[str, float] = {}
+            if index in self._soles and not contact.rigid:
+                options["contactStiffness"] = contact.stiffness * self._individual.stiffness_scale
+                options["contactDamping"] = contact.damping
+            bullet.changeDynamics(
+                self._model,
+                index,
+                lateralFriction=self._individual.friction,
+                spinningFriction=0.0,
+                rollingFriction=0.0,
+                restitution=0.0,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=0.0,
+                physicsClientId=self._client,
+                **options,
+            )
+
+    def _set_collisions(self) -> None:
+        """The floor meets everything but the plates of the feet; a leg also meets the other leg."""
+
+        def mask(body: int, link: int, group: int, others: int) -> None:
+            bullet.setCollisionFilterGroupMask(
+                body, link, group, others, physicsClientId=self._client
+            )
+
+        mask(self._floor, -1, _FLOOR, _UPPER_BODY | _LEFT_LEG | _RIGHT_LEG | _SOLE_POINTS)
+        feet = {sole.parent for sole in self._body.soles}
+        for link in self._body.links:
+            if not link.side:
+                group, others = _UPPER_BODY, _FLOOR
+            else:
+                own, other = (
+                    (_LEFT_LEG, _RIGHT_LEG) if link.side == "left" else (_RIGHT_LEG, _LEFT_LEG)
+                )
+                group, others = own, other if link.name in feet else other | _FLOOR
+            mask(self._model, self._links[link.name], group, others)
+        for index in self._soles:
+            mask(self._model, index, _SOLE_POINTS, _FLOOR)
+
+    def _couple_joints(self) -> None:
+        for leader, follower in self._robot.coupled_joints:
+            first, second = (self._joints[self._robot.index(name)] for name in (leader, follower))
+            gear = bullet.createConstraint(
+                self._model, first, self._model, second, bullet.JOINT_GEAR,
+                [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], physicsClientId=self._client,
+            )  # fmt: skip
+            bullet.changeConstraint(
+                gear,
+                gearRatio=-1.0,
+                relativePositionTarget=0.0,
+                erp=_GEAR_ERP,
+                maxForce=_GEAR_FORCE,
+                physicsClientId=self._client,
+            )
+
+
+def _refuse(plant: Plant) -> None:
+    """NaoGaitError for options that PyBullet cannot honour."""
+    motor = plant.motor
+    for key, honoured, allowed in (
+        ("stiffness", motor.stiffness is None, "null with engine pybullet"),
+        ("armature", motor.armature is None, "null with engine pybullet"),
+        ("friction", motor.friction == 0.0, "0 with engine pybullet"),
+        ("play", motor.play == 0.0, "0 with engine pybullet"),
+    ):
+        if not honoured:
+            raise NaoGaitError(f"{plant.name}: motor.{key}", getattr(motor, key), allowed)

@@ -1,0 +1,306 @@
+"""The simulated robot as the outside sees it: joint targets in, delayed sensor frames out."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
+from sim_bridge.backend import StartState, TrueState, make_backend, rotation_matrix
+from sim_bridge.body import Body, BodyPose
+from sim_bridge.delay_line import DelayLine
+from sim_bridge.individual import draw_individual
+from sim_bridge.motors import Setpoints, TorqueLimits
+from sim_bridge.plant import Plant
+from sim_bridge.sensors import SensorModel
+
+START_STATES = ("stand", "lying_front", "lying_back")
+LOADED = 1.0
+"""[N] of normal force from which on a sole counts as loaded."""
+_SECOND = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One sensor frame with what the gait does not use but a real robot also reports."""
+
+    frame: SensorFrame
+    joint_effort: FloatArray
+    """(n,) [N m] motor torques."""
+    sole_wrench: tuple[FloatArray, FloatArray]
+    """Left, right (6,): force [N] and torque [N m] on the sole, in the sole frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class SolePose:
+    """Where a sole is in the world."""
+
+    position: FloatArray
+    """(3,) [m]."""
+    rotation: FloatArray
+    """(3, 3), sole to world."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundTruth:
+    """What really happens; for metrics and tests, never for the gait."""
+
+    stamp: int
+    """[ns]."""
+    torso_position: FloatArray
+    """(3,) [m] of the torso link frame in the world."""
+    torso_quaternion: FloatArray
+    """(4,) x y z w, torso to world."""
+    torso_linear_velocity_in_torso: FloatArray
+    """(3,) [m/s] of the torso origin, in the torso frame."""
+    torso_angular_velocity_in_torso: FloatArray
+    """(3,) [rad/s]."""
+    com: FloatArray
+    """(3,) [m] of the whole body in the world."""
+    soles: tuple[SolePose, SolePose]
+    """Left, right."""
+    sole_force: FloatArray
+    """(2,) [N] normal force on the left and the right sole."""
+    sole_slip: FloatArray
+    """(2,) [m/s] mean sliding speed of the centre of pressure over the last control period; 0 for a
+    sole that was not loaded all the time."""
+    legs_touch: bool
+    """The legs touched each other during the last control period."""
+    joint_position: FloatArray
+    """(n,) [rad] true angles."""
+    joint_torque: FloatArray
+    """(n,) [N m]."""
+    torque_saturated: int
+    """Number of motors at their torque limit."""
+
+
+class Simulation:
+    """One individual robot on a floor, stepped by control periods. No threads, no wall clock."""
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        plant: Plant,
+        robot_seed: int = 0,
+        noise_seed: int = 0,
+        engine: str = "pybullet",
+        sensor_delay: float | None = None,
+        control_period: float = 0.01,
+        gui: bool = False,
+        start_state: str = "stand",
+        visual: bool = False,
+    ) -> None:
+        """
+        Args:
+            robot_seed: which individual; -1 = the nominal robot.
+            noise_seed: of the sensor noise, at least 0.
+            sensor_delay: [s]; None = the plant's.
+            control_period: [s], a multiple of the plant's physics step.
+            gui: open the engine's own window.
+            start_state: `stand`, `lying_front` or `lying_back`.
+            visual: load what `render` needs.
+        """
+        if start_state not in START_STATES:
+            raise NaoGaitError("start_state", start_state, ", ".join(START_STATES))
+        if isinstance(noise_seed, bool) or not isinstance(noise_seed, int) or noise_seed < 0:
+            raise NaoGaitError("noise_seed", noise_seed, "a whole number from 0")
+        delay = plant.sensors.delay if sensor_delay is None else sensor_delay
+        if not (math.isfinite(delay) and 0.0 <= delay <= 1.0):
+            raise NaoGaitError("sensor_delay", sensor_delay, "0 to 1 s")
+        step = _nanoseconds(plant.physics.step)
+        self._period = _nanoseconds(control_period)
+        if self._period <= 0 or self._period % step:
+            raise NaoGaitError(
+                "control_period", control_period, f"a multiple of {plant.physics.step} s"
+            )
+        self.robot = robot
+        self.plant = plant
+        self.individual = draw_individual(plant, robot, robot_seed)
+        self.body = Body(robot, self.individual)
+        self._start = _start_state(robot, self.body, self.individual.joint_zero, start_state)
+        self._step_seconds = plant.physics.step
+        substeps = self._period // step
+        self._setpoints = Setpoints(robot, plant, self.individual, substeps)
+        self._limits = TorqueLimits(robot, plant, self.individual)
+        self._sensors = SensorModel(
+            plant, self.individual, self.body, noise_seed, self._period / _SECOND
+        )
+        self._line: DelayLine[Reading] = DelayLine(_nanoseconds(delay))
+        self._backend = make_backend(
+            engine, robot, plant, self.individual, self.body, gui=gui, visual=visual
+        )
+        self._time = 0
+        self._idle = np.zeros(3)
+        self.reset()
+
+    @property
+    def time(self) -> int:
+        """[ns] since the start; goes on through resets."""
+        return self._time
+
+    @property
+    def control_period(self) -> int:
+        """[ns]."""
+        return self._period
+
+    def reset(self) -> None:
+        """Back to the start state at rest; frames under way are lost, the clock goes on."""
+        self._backend.reset(self._start)
+        self._setpoints.reset(self._start.joint_position - self.individual.joint_zero)
+        self._target = self._setpoints.current.copy()
+        self._stiffness = 1.0
+        self._push_force = np.zeros(3)
+        self._push_steps = 0
+        self._sensors.reset()
+        self._line.clear()
+        self._state = self._backend.observe()
+        self._pose = self._poses(self._state)
+        self._slip = np.zeros(2)
+        self._record()
+
+    def step(self, targets: JointTargets | None) -> None:
+        """One control period; None holds the last targets.
+
+        Setpoints go linearly to the targets, cut at joint limits and joint speeds.
+        """
+        if targets is not None:
+            self._accept(targets)
+        for setpoint in self._setpoints.advance(self._target.copy()):
+            push = self._idle
+            if self._push_steps > 0:
+                self._push_steps -= 1
+                push = self._push_force
+            self._backend.step(setpoint, self._stiffness, push)
+        self._time += self._period
+        before, pose_before = self._state, self._pose
+        self._state = self._backend.observe()
+        self._pose = self._poses(self._state)
+        self._slip = _slip(before, pose_before, self._state, self._pose, self._period / _SECOND)
+        self._record()
+
+    def sense(self) -> SensorFrame | None:
+        """The newest frame that the delay lets through; None before the first one."""
+        reading = self.read()
+        return None if reading is None else reading.frame
+
+    def read(self) -> Reading | None:
+        """Like `sense`, with motor torques and sole wrenches of the same instant."""
+        return self._line.newest(self._time)
+
+    def push(self, force: FloatArray, duration: float) -> None:
+        """Push the torso at its centre of mass with `force` (3,) [N] in the world frame.
+
+        Begins with the next physics step; a push that is still acting is replaced. `duration` [s] is
+        rounded to physics steps, at least one.
+        """
+        force = np.array(force, dtype=float)
+        if force.shape != (3,) or not np.isfinite(force).all():
+            raise NaoGaitError("push force", force.tolist(), "three finite numbers [N]")
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise NaoGaitError("push duration", duration, "more than 0 s")
+        self._push_force = force
+        self._push_steps = max(1, round(duration / self._step_seconds))
+
+    def truth(self) -> GroundTruth:
+        """The exact state now."""
+        state, pose = self._state, self._pose
+        to_torso = rotation_matrix(state.torso_rotation).T
+        limits = self._limits.now(state.joint_velocity, state.joint_torque) * self._stiffness
+        return GroundTruth(
+            stamp=self._time,
+            torso_position=state.torso_position,
+            torso_quaternion=state.torso_rotation,
+            torso_linear_velocity_in_torso=to_torso @ state.torso_linear_velocity,
+            torso_angular_velocity_in_torso=state.torso_angular_velocity,
+            com=pose.com,
+            soles=(
+                SolePose(pose.sole_position[0], pose.sole_rotation[0]),
+                SolePose(pose.sole_position[1], pose.sole_rotation[1]),
+            ),
+            sole_force=np.array([_normal_force(state, pose, side) for side in (0, 1)]),
+            sole_slip=self._slip,
+            legs_touch=state.legs_touch,
+            joint_position=state.joint_position,
+            joint_torque=state.joint_torque,
+            torque_saturated=int(np.sum(np.abs(state.joint_torque) > 0.99 * limits)),
+        )
+
+    def close(self) -> None:
+        """Free the engine."""
+        self._backend.close()
+
+    def __enter__(self) -> "Simulation":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _accept(self, targets: JointTargets) -> None:
+        position = np.array(targets.position, dtype=float)
+        if position.shape != self._target.shape or not np.isfinite(position).all():
+            raise NaoGaitError(
+                "targets.position", position.tolist(), f"{len(self._target)} finite angles [rad]"
+            )
+        if not 0.0 <= targets.stiffness <= 1.0:
+            raise NaoGaitError("targets.stiffness", targets.stiffness, "0 to 1")
+        self._target = position
+        self._stiffness = float(targets.stiffness)
+
+    def _poses(self, state: TrueState) -> BodyPose:
+        return self.body.pose(
+            state.torso_position, rotation_matrix(state.torso_rotation), state.joint_position
+        )
+
+    def _record(self) -> None:
+        frame = self._sensors.sample(self._time, self._state)
+        reading = Reading(frame, self._state.joint_torque, self._state.sole_wrench)
+        self._line.put(self._time, reading)
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(seconds * _SECOND)
+
+
+def _normal_force(state: TrueState, pose: BodyPose, side: int) -> float:
+    """[N] upwards."""
+    return float(pose.sole_rotation[side][2] @ state.sole_wrench[side][:3])
+
+
+def _slip(
+    before: TrueState, pose_before: BodyPose, now: TrueState, pose: BodyPose, period: float
+) -> FloatArray:
+    """(2,) [m/s]: how fast the point of the sole that carries the load moved over the floor."""
+    slip = np.zeros(2)
+    for side in (0, 1):
+        wrench = now.sole_wrench[side]
+        if min(wrench[2], before.sole_wrench[side][2]) < LOADED:
+            continue
+        point = np.array([-wrench[4] / wrench[2], wrench[3] / wrench[2], 0.0])
+        after = pose.sole_position[side] + pose.sole_rotation[side] @ point
+        earlier = pose_before.sole_position[side] + pose_before.sole_rotation[side] @ point
+        slip[side] = math.hypot(after[0] - earlier[0], after[1] - earlier[1]) / period
+    return slip
+
+
+def _start_state(
+    robot: RobotDescription, body: Body, joint_zero: FloatArray, name: str
+) -> StartState:
+    """At rest on the floor, in the stand pose as this robot believes it to be."""
+    joints = robot.stand_pose + joint_zero
+    if name == "stand":
+        pose = body.pose(np.zeros(3), np.eye(3), joints)
+        rotation = _turn_upright(pose.sole_rotation[0][:, 2] + pose.sole_rotation[1][:, 2])
+    else:
+        half = math.pi / 4.0 if name == "lying_front" else -math.pi / 4.0
+        rotation = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
+    height = -body.lowest_point(rotation_matrix(rotation), joints)
+    return StartState(np.array([0.0, 0.0, height]), rotation, joints)
+
+
+def _turn_upright(normal: FloatArray) -> FloatArray:
+    """(4,) quaternion of the shortest turn that brings `normal` upright."""
+    x, y, z = normal / np.linalg.norm(normal)
+    quaternion = np.array([y, -x, 0.0, 1.0 + z])
+    return quaternion / np.linalg.norm(quaternion)
