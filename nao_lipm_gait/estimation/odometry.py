@@ -1,0 +1,60 @@
+"""Odometry from the feet: the support sole stands still, the other one says where it will."""
+
+from nao_lipm_gait.estimation.com_measurement import sole_from_sole
+from nao_lipm_gait.kinematics.body_model import SolePose
+from nao_lipm_gait.lipm_walk.walk_state import compose, relative
+from nao_lipm_gait.signals import Point3, Pose2
+
+VELOCITY_TIME = 0.25
+"""[s] smoothing of the velocity, about one step."""
+
+
+def halfway(a: Pose2, b: Pose2) -> Pose2:
+    """The pose in the middle of two that differ by less than half a turn."""
+    return 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])
+
+
+class Odometry:
+    """Pose of base_footprint (between the soles, REP-120) in odom."""
+
+    def __init__(self) -> None:
+        self._support = 0
+        self._sole_in_odom: Pose2 = (0.0, 0.0, 0.0)
+        self._base: Pose2 | None = None
+        self._velocity: Pose2 = (0.0, 0.0, 0.0)
+
+    @property
+    def base_footprint_in_odom(self) -> Pose2:
+        return self._base or (0.0, 0.0, 0.0)
+
+    @property
+    def support_sole_in_odom(self) -> Pose2:
+        return self._sole_in_odom
+
+    @property
+    def velocity(self) -> Pose2:
+        """Of base_footprint, in its own frame [m/s, m/s, rad/s]."""
+        return self._velocity
+
+    def update(
+        self, support: int, support_sole: SolePose, other_sole: SolePose, up: Point3, dt: float
+    ) -> None:
+        """One tick: support +1 left or -1 right; both soles in the torso frame."""
+        other_seen = sole_from_sole(other_sole, support_sole, up)
+        if self._support == 0:
+            self._sole_in_odom = relative((0.0, 0.0, 0.0), halfway((0.0, 0.0, 0.0), other_seen))
+        elif support != self._support:
+            # What is now "other" was the support: where it stood says where the new one stands.
+            back = relative((0.0, 0.0, 0.0), other_seen)
+            self._sole_in_odom = compose(self._sole_in_odom, back)
+        self._support = support
+        base = halfway(self._sole_in_odom, compose(self._sole_in_odom, other_seen))
+        if self._base is not None:
+            moved = relative(base, self._base)
+            share = min(1.0, dt / VELOCITY_TIME)
+            vx, vy, vyaw = (
+                old + share * (step / dt - old)
+                for old, step in zip(self._velocity, moved, strict=True)
+            )
+            self._velocity = (vx, vy, vyaw)
+        self._base = base

@@ -1,0 +1,256 @@
+"""The gait: one sensor frame in, joint targets out, a straight line of stages.
+
+    SensorFrame -> torso orientation -> measured CoM -> CoM observer (10-14) -> prediction (21)
+     -> corrected pendulum (15-20) -> support change and step plan (3-9) -> body targets
+     -> inverse kinematics -> joint limits -> JointTargets
+
+Deterministic: no clock, no I/O, no globals; the same frames give the same targets.
+"""
+
+import numpy as np
+
+from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
+from nao_lipm_gait.estimation.odometry import Odometry
+from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
+from nao_lipm_gait.kinematics.body_model import BodyModel
+from nao_lipm_gait.kinematics.body_placement import BodyPlacement
+from nao_lipm_gait.kinematics.joint_limits import JointLimits
+from nao_lipm_gait.kinematics.legs import make_legs
+from nao_lipm_gait.lipm_walk.lipm_walk import LipmWalk
+from nao_lipm_gait.lipm_walk.walk_state import LEFT, compose, relative
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import (
+    STANDSTILL,
+    FloatArray,
+    GaitState,
+    GaitStatus,
+    JointTargets,
+    Point3,
+    Pose2,
+    SensorFrame,
+    VelocityCommand,
+)
+from nao_lipm_gait.walk import BodyTargets, SoleTarget
+
+MISSED_TICKS_MAX = 20
+"""A longer gap between two frames is a time jump: the gait starts anew."""
+UPRIGHT_TILT = 0.2
+"""[rad] below which a fallen robot counts as put back on its feet."""
+UPRIGHT_TIME = 0.5
+"""[s] for which it must stay there."""
+NOWHERE: Pose2 = (0.0, 0.0, 0.0)
+
+
+class Gait:
+    """Makes one robot walk; see the module for its stages."""
+
+    def __init__(
+        self, robot: RobotDescription, parameters: GaitParameters, control_period: float = 0.01
+    ):
+        """control_period [s]: the distance of two sensor frames."""
+        self.robot = robot
+        self._parameters = parameters
+        self._dt = control_period
+        self._period = round(control_period * 1e9)
+        self._body = BodyModel(robot)
+        self._limits = JointLimits(robot)
+        self._stand_requested = self._relax_requested = False
+        self.reset()
+
+    # -- what the world may ask --------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Forget everything; the next frame begins a stand from whatever pose it shows."""
+        p = self._parameters
+        self._walk = LipmWalk(p, self._dt)
+        self._placement = BodyPlacement(self.robot, self._body, make_legs(self.robot))
+        self._orientation = TorsoOrientation(
+            p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
+        )
+        self._odometry = Odometry()
+        self._state = GaitState.STAND
+        self._stamp: int | None = None
+        self._blend_from: FloatArray | None = None
+        self._blend_time = 0.0
+        self._upright_time = 0.0
+        self._measured: Point3 = (0.0, 0.0, 0.0)
+        self._residual = 0.0
+        self._clipped = 0
+        self._targets: BodyTargets | None = None
+
+    def request_stand(self) -> None:
+        """Stop if walking; get stiff and stand if relaxed."""
+        self._stand_requested = True
+
+    def request_relax(self) -> None:
+        """Take the torque off all joints at the next tick."""
+        self._relax_requested = True
+
+    def set_parameters(self, parameters: GaitParameters) -> None:
+        """Change parameters between two ticks; the feedback delay needs a reset to change."""
+        self._parameters = parameters
+        self._walk.set_parameters(parameters)
+        self._orientation.set_times(
+            parameters.tilt_accelerometer_time,
+            parameters.tilt_stance_time,
+            parameters.tilt_stance_limit,
+        )
+
+    # -- the tick ----------------------------------------------------------------------------------
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        """One control tick. Frames must be finite; a stamp that goes back starts the gait anew."""
+        missed = self._missed_ticks(frame)
+        for _ in range(missed):
+            # What was lost on the way still happened: the pendulum swings on unobserved.
+            self._walk.expect()
+            self._walk.plan(command)
+        self._stamp = frame.stamp
+
+        expected = self._walk.expect()
+        self._sense(frame, expected.support, expected.sole_in_q)
+        self._change_state(frame, command)
+        if self._state in (GaitState.FALLEN, GaitState.RELAXED):
+            return self._relaxed(frame)
+
+        self._walk.observe(self._measured[0], self._measured[1])
+        walking = self._state is not GaitState.STAND and not self._stand_requested
+        self._targets = self._walk.plan(command if walking else STANDSTILL)
+        placed = self._placement.place(self._targets)
+        position = self._blended(placed.position)
+        self._residual = placed.residual
+        self._clipped = self._limits.cut(position)
+        return JointTargets(frame.stamp, position)
+
+    def _missed_ticks(self, frame: SensorFrame) -> int:
+        """Ticks without a frame since the last one; begins anew at a start or a time jump."""
+        ticks = 0 if self._stamp is None else round((frame.stamp - self._stamp) / self._period)
+        if self._stamp is not None and 1 <= ticks <= MISSED_TICKS_MAX:
+            return ticks - 1
+        self.reset()
+        self._orientation.reset(_point(frame.linear_acceleration))
+        self._begin_stand(frame)
+        return 0
+
+    def _sense(self, frame: SensorFrame, support: int, sole_in_q: Pose2) -> None:
+        """Torso orientation, measured CoM (11) and odometry from one frame."""
+        self._body.set_joints(frame.joint_position)
+        com = self._body.com_in_torso()
+        sole = self._body.sole_in_torso(support)
+        other = self._body.sole_in_torso(-support)
+        self._orientation.update(
+            _point(frame.angular_velocity), _point(frame.linear_acceleration), sole.normal, self._dt
+        )
+        up = self._orientation.up_in_torso
+        self._measured = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
+        self._odometry.update(support, sole, other, up, self._dt)
+
+    # -- states ------------------------------------------------------------------------------------
+
+    def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
+        if self._relax_requested:
+            self._state = GaitState.RELAXED
+        elif self._orientation.tilt > self._parameters.fall_tilt:
+            if self._state is not GaitState.RELAXED:
+                self._state = GaitState.FALLEN
+            self._upright_time = 0.0
+        elif self._state is GaitState.RELAXED:
+            if self._stand_requested:
+                self._begin_stand(frame)
+        elif self._state is GaitState.FALLEN:
+            upright = self._orientation.tilt < UPRIGHT_TILT
+            self._upright_time = self._upright_time + self._dt if upright else 0.0
+            if self._upright_time > UPRIGHT_TIME:
+                self._begin_stand(frame)
+        elif self._state is GaitState.STAND:
+            if not command.is_zero and self._blend_from is None and not self._stand_requested:
+                self._walk.start(command)
+                self._state = GaitState.WALK
+        elif self._walk.finished:
+            self._state = GaitState.STAND
+        else:
+            self._state = GaitState.STOP if self._walk.stopping else GaitState.WALK
+        self._relax_requested = False
+        if self._state not in (GaitState.WALK, GaitState.STOP):
+            self._stand_requested = False
+
+    def _begin_stand(self, frame: SensorFrame) -> None:
+        self._state = GaitState.STAND
+        self._walk.stand_at(NOWHERE)
+        self._blend_from = np.array(frame.joint_position, dtype=float)
+        self._blend_time = 0.0
+        self._upright_time = 0.0
+
+    def _blended(self, position: FloatArray) -> FloatArray:
+        """From the pose in which the stand began into the stand, with no speed at both ends."""
+        if self._blend_from is None:
+            return position
+        self._blend_time += self._dt
+        share = min(1.0, self._blend_time / self._parameters.stand_time)
+        smooth = share * share * (3.0 - 2.0 * share)
+        blended = self._blend_from + smooth * (position - self._blend_from)
+        if share >= 1.0:
+            self._blend_from = None
+        return blended
+
+    def _relaxed(self, frame: SensorFrame) -> JointTargets:
+        position = np.array(frame.joint_position, dtype=float)
+        self._limits.cut(position)
+        self._residual = 0.0
+        self._clipped = 0
+        return JointTargets(frame.stamp, position, stiffness=0.0)
+
+    # -- what is shown -----------------------------------------------------------------------------
+
+    @property
+    def state(self) -> GaitState:
+        return self._state
+
+    @property
+    def status(self) -> GaitStatus:
+        """A snapshot of the last tick."""
+        expected, estimated = self._walk.expected, self._walk.estimated
+        height = self._parameters.com_height
+        two_footed = self._walk.stopping
+        # The walk's own chain of Qs only orders them; where they are is the odometry's to say.
+        q_in_odom = compose(
+            self._odometry.support_sole_in_odom, relative(NOWHERE, estimated.sole_in_q)
+        )
+        left = right = (0.0,) * 6
+        if self._targets is not None:
+            ahead = relative(self._targets.q_in_odom, estimated.q_in_odom)
+            command_q_in_odom = compose(q_in_odom, ahead)
+            left = _in_odom(command_q_in_odom, self._targets.left_sole)
+            right = _in_odom(command_q_in_odom, self._targets.right_sole)
+        return GaitStatus(
+            stamp=self._stamp or 0,
+            state=self._state,
+            support="double" if two_footed else "left" if estimated.support == LEFT else "right",
+            com_expected_in_q=(expected.x, expected.y, height),
+            com_measured_in_q=self._measured,
+            com_estimated_in_q=(estimated.x, estimated.y, height),
+            pendulum_origin_in_q=self._walk.origin_in_q,
+            step_size=self._walk.step_size,
+            step_count=estimated.step_count,
+            time_to_support_change=self._walk.time_left,
+            q_in_odom=q_in_odom,
+            base_footprint_in_odom=self._odometry.base_footprint_in_odom,
+            velocity=self._odometry.velocity,
+            left_sole_in_odom=left,
+            right_sole_in_odom=right,
+            torso_roll=self._orientation.roll,
+            torso_pitch=self._orientation.pitch,
+            ik_residual=self._residual,
+            clipped_joints=self._clipped,
+        )
+
+
+def _point(vector: FloatArray) -> Point3:
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
+def _in_odom(q_in_odom: Pose2, sole: SoleTarget) -> tuple[float, ...]:
+    x, y, yaw = compose(q_in_odom, (sole.x, sole.y, sole.yaw))
+    return x, y, sole.z, sole.roll, sole.pitch, yaw

@@ -1,0 +1,74 @@
+"""The whole body by Pinocchio: CoM and sole poses in the torso frame from joint angles."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray, Point3
+
+
+class SolePose(NamedTuple):
+    """A sole in the torso frame."""
+
+    position: Point3
+    """[m]"""
+    forward: Point3
+    """Unit x axis of the sole."""
+    normal: Point3
+    """Unit z axis of the sole."""
+
+
+class BodyModel:
+    """Mass distribution and kinematic chain of the robot; the root is a free-flyer at the torso."""
+
+    def __init__(self, robot: RobotDescription):
+        # A fixed root would drop the torso's own mass from the CoM.
+        self.model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+        self._data = self.model.createData()
+        self._q = pin.neutral(self.model)
+        self._columns = np.array(
+            [self.model.joints[self.model.getJointId(name)].idx_q for name in robot.joint_names]
+        )
+        torso = self.model.frames[self.model.getFrameId(robot.torso_frame)].placement
+        self._torso_rotation = torso.rotation.T.copy()
+        self._torso_translation = torso.translation.copy()
+        self._torso_is_root = torso.isIdentity()
+        self._soles = []
+        for frame_name in robot.sole_frames:
+            frame = self.model.frames[self.model.getFrameId(frame_name)]
+            self._soles.append((frame.parentJoint, frame.placement))
+        self.total_mass = float(sum(inertia.mass for inertia in self.model.inertias))
+
+    def set_joints(self, position: FloatArray) -> None:
+        """Joint angles (n,) [rad] for the calls that follow."""
+        self._q[self._columns] = position
+
+    def com_in_torso(self) -> Point3:
+        """Whole-body CoM [m]."""
+        com = pin.centerOfMass(self.model, self._data, self._q, False)
+        if not self._torso_is_root:
+            com = self._torso_rotation @ (com - self._torso_translation)
+        x, y, z = com.tolist()
+        return x, y, z
+
+    def sole_in_torso(self, side: int) -> SolePose:
+        """Sole pose, side +1 left or -1 right, for the joints of the last `com_in_torso`."""
+        joint, placement = self._soles[0 if side > 0 else 1]
+        pose = self._data.oMi[joint] * placement
+        rotation = pose.rotation
+        position = pose.translation
+        if not self._torso_is_root:
+            position = self._torso_rotation @ (position - self._torso_translation)
+            rotation = self._torso_rotation @ rotation
+        (fx, _, nx), (fy, _, ny), (fz, _, nz) = rotation.tolist()
+        px, py, pz = position.tolist()
+        return SolePose((px, py, pz), (fx, fy, fz), (nx, ny, nz))
+
+
+def angle_between(a: Point3, b: Point3) -> float:
+    """Angle between two unit vectors [rad]."""
+    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return math.acos(min(1.0, max(-1.0, dot)))

@@ -1,0 +1,143 @@
+"""The torso placed so that the CoM of the whole body is where the pendulum wants it.
+
+Moving the torso moves the legs, and with them the CoM, so this is an iteration; the CoM seen from
+the torso changes little from tick to tick, which makes two or three rounds enough.
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
+from nao_lipm_gait.kinematics.leg_kinematics import LegKinematics, LegSolution
+from nao_lipm_gait.robot_description import LegJoints, RobotDescription
+from nao_lipm_gait.signals import FloatArray, Point3
+from nao_lipm_gait.walk import BodyTargets, SoleTarget
+
+COM_TOLERANCE = 1e-4
+"""[m]"""
+MAX_ITERATIONS = 5
+LOWER_STEP = 0.004
+"""[m] by which the torso goes down for each round in which a sole is out of reach."""
+RISE_STEP = 0.0005
+"""[m] per tick by which it comes up again."""
+LOWEST = 0.06
+"""[m] no lower than this below the wanted CoM height."""
+
+Rows = tuple[Point3, Point3, Point3]
+
+
+def rotation_rows(roll: float, pitch: float, yaw: float) -> Rows:
+    """Rows of Rz(yaw) Ry(pitch) Rx(roll)."""
+    cr, sr = cos(roll), sin(roll)
+    cp, sp = cos(pitch), sin(pitch)
+    cy, sy = cos(yaw), sin(yaw)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def _into(rows: Rows, x: float, y: float, z: float) -> Point3:
+    """R^T v."""
+    a, b, c = rows
+    return (
+        a[0] * x + b[0] * y + c[0] * z,
+        a[1] * x + b[1] * y + c[1] * z,
+        a[2] * x + b[2] * y + c[2] * z,
+    )
+
+
+class PlacedBody(NamedTuple):
+    """Joint angles for a body target."""
+
+    position: FloatArray
+    """(n,) [rad], not yet cut at the joint limits."""
+    residual: float
+    """[m] by which a sole is out of reach."""
+
+
+class BodyPlacement:
+    """Turns body targets into joint angles."""
+
+    def __init__(self, robot: RobotDescription, body: BodyModel, legs: LegKinematics):
+        self._body = body
+        self._legs = legs
+        self._position = np.array(robot.stand_pose, dtype=float)
+        self._left = _columns(robot, robot.left_leg)
+        self._right = _columns(robot, robot.right_leg)
+        body.set_joints(self._position)
+        self._com_in_torso = body.com_in_torso()
+        self._torso_yaw = 0.0
+        self._lowered = 0.0
+
+    def set_upper_body(self, position: FloatArray) -> None:
+        """Angles (n,) [rad] of all joints that are not in a leg; the legs' entries are ignored."""
+        legs = self._position[self._left], self._position[self._right]
+        self._position[:] = position
+        self._position[self._left], self._position[self._right] = legs
+
+    def place(self, targets: BodyTargets) -> PlacedBody:
+        """Joint angles that put the soles and the CoM at their targets in Q."""
+        self._lowered = max(0.0, self._lowered - RISE_STEP)
+        com_x, com_y, com_z = targets.com_in_q
+        left_axes = _sole_axes(targets.left_sole)
+        right_axes = _sole_axes(targets.right_sole)
+        mean_yaw = 0.5 * (targets.left_sole.yaw + targets.right_sole.yaw)
+        solution: LegSolution
+        for _ in range(MAX_ITERATIONS):
+            rows = rotation_rows(
+                targets.torso_roll, targets.torso_pitch, mean_yaw + self._torso_yaw
+            )
+            cx, cy, cz = self._com_in_torso
+            a, b, c = rows
+            torso_x = com_x - (a[0] * cx + a[1] * cy + a[2] * cz)
+            torso_y = com_y - (b[0] * cx + b[1] * cy + b[2] * cz)
+            torso_z = com_z - self._lowered - (c[0] * cx + c[1] * cy + c[2] * cz)
+            torso = (torso_x, torso_y, torso_z)
+            solution = self._legs.solve(
+                _in_torso(rows, torso, targets.left_sole, left_axes),
+                _in_torso(rows, torso, targets.right_sole, right_axes),
+            )
+            self._position[self._left] = solution.left
+            self._position[self._right] = solution.right
+            self._body.set_joints(self._position)
+            before = self._com_in_torso
+            self._com_in_torso = self._body.com_in_torso()
+            self._torso_yaw += 0.5 * (solution.left_yaw_error + solution.right_yaw_error)
+            if solution.reach_error > 0.0 and self._lowered < LOWEST:
+                self._lowered += LOWER_STEP
+                continue
+            if max(map(_distance, before, self._com_in_torso)) < COM_TOLERANCE:
+                break
+        return PlacedBody(self._position.copy(), solution.reach_error)
+
+
+def _distance(a: float, b: float) -> float:
+    return abs(a - b)
+
+
+def _columns(robot: RobotDescription, leg: LegJoints) -> FloatArray:
+    names = (
+        leg.hip_yaw, leg.hip_roll, leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch, leg.ankle_roll
+    )
+    return np.array([robot.index(name) for name in names])
+
+
+def _sole_axes(sole: SoleTarget) -> tuple[Point3, Point3]:
+    """Forward axis and normal of a sole in Q."""
+    rows = rotation_rows(sole.roll, sole.pitch, sole.yaw)
+    return (rows[0][0], rows[1][0], rows[2][0]), (rows[0][2], rows[1][2], rows[2][2])
+
+
+def _in_torso(
+    rows: Rows, torso: Point3, sole: SoleTarget, axes: tuple[Point3, Point3]
+) -> SolePose:
+    forward, normal = axes
+    return SolePose(
+        _into(rows, sole.x - torso[0], sole.y - torso[1], sole.z - torso[2]),
+        _into(rows, *forward),
+        _into(rows, *normal),
+    )

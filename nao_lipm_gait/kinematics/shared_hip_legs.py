@@ -1,0 +1,146 @@
+"""Analytic inverse kinematics of the NAO's legs: both hip yaw-pitch joints share one motor.
+
+For a given hip yaw-pitch angle the other five joints of a leg reach any ankle position and any sole
+normal in closed form; the turn of the sole about its normal is what they cannot choose. One shared
+angle serves two such turns. Their difference fixes it, by a few secant steps; their mean is taken
+up by the torso's own yaw, which nobody else needs.
+"""
+
+from math import acos, asin, atan2, cos, hypot, sin, sqrt
+
+import pinocchio as pin
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.kinematics.body_model import SolePose
+from nao_lipm_gait.kinematics.leg_kinematics import LegAngles, LegSolution
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import Point3
+
+SQRT_HALF = sqrt(0.5)
+YAW_TOLERANCE = 2e-5
+"""[rad]"""
+MAX_ITERATIONS = 8
+
+
+class SharedHipLegs:
+    """Both legs of a NAO; link lengths come from the URDF."""
+
+    def __init__(self, robot: RobotDescription):
+        model = pin.buildModelFromXML(robot.urdf)
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, pin.neutral(model))
+        torso = data.oMf[model.getFrameId(robot.torso_frame)]
+
+        def in_torso(joint: str) -> Point3:
+            x, y, z = (torso.actInv(data.oMi[model.getJointId(joint)])).translation.tolist()
+            return x, y, z
+
+        left = robot.left_leg
+        sole = torso.actInv(data.oMf[model.getFrameId(robot.sole_frames[0])]).translation
+        hip, knee = in_torso(left.hip_pitch), in_torso(left.knee_pitch)
+        ankle = in_torso(left.ankle_pitch)
+        self._thigh = hip[2] - knee[2]
+        self._tibia = knee[2] - ankle[2]
+        self._foot_height = ankle[2] - float(sole[2])
+        self._left_hip = hip
+        self._right_hip = in_torso(robot.right_leg.hip_pitch)
+        straight = abs(hip[0] - ankle[0]) + abs(hip[1] - ankle[1]) + abs(ankle[1] - float(sole[1]))
+        if straight > 1e-6 or in_torso(left.hip_roll) != hip:
+            raise NaoGaitError(
+                f"URDF {robot.urdf_path}",
+                f"leg offsets of {straight:.6f} m",
+                "hip axes that meet in one point, above knee, ankle and sole in the zero pose",
+            )
+        self._last_hip_angle = 0.0
+
+    def solve(self, left: SolePose, right: SolePose) -> LegSolution:
+        """See LegKinematics; warm-started from the last call's hip angle."""
+        angle = self._last_hip_angle
+        solution = self._with_hip_angle(angle, left, right)
+        previous_angle = previous_error = None
+        for _ in range(MAX_ITERATIONS):
+            # Both soles turn against each other as the shared joint moves: about sqrt(2) rad/rad.
+            error = solution.left_yaw_error - solution.right_yaw_error
+            if abs(error) < YAW_TOLERANCE:
+                break
+            slope = -2.0 * SQRT_HALF
+            if previous_angle is not None and abs(angle - previous_angle) > 1e-9:
+                slope = (previous_error - error) / (angle - previous_angle)
+                slope = min(max(slope, -2.5), -0.5)
+            previous_angle, previous_error = angle, error
+            angle = min(max(angle + error / slope, -1.3), 1.0)
+            solution = self._with_hip_angle(angle, left, right)
+        self._last_hip_angle = angle
+        return solution
+
+    def _with_hip_angle(self, angle: float, left: SolePose, right: SolePose) -> LegSolution:
+        left_angles, left_yaw, left_reach = self._five_joints(angle, left, self._left_hip, 1.0)
+        right_angles, right_yaw, right_reach = self._five_joints(
+            angle, right, self._right_hip, -1.0
+        )
+        return LegSolution(
+            left_angles, right_angles, left_yaw, right_yaw, max(left_reach, right_reach)
+        )
+
+    def _five_joints(
+        self, hip_angle: float, sole: SolePose, hip: Point3, side: float
+    ) -> tuple[LegAngles, float, float]:
+        """Hip roll to ankle roll for one leg, its yaw error and its reach error."""
+        px, py, pz = sole.position
+        nx, ny, nz = sole.normal
+        # R, the hip yaw-pitch rotation by hip_angle about (0, 1, -side) / sqrt(2), has the rows
+        # (c, s, t), (-s, h, -g), (-t, -g, h).
+        c = cos(hip_angle)
+        t = sin(hip_angle) * SQRT_HALF
+        s = t * side
+        h = 0.5 * (1.0 + c)
+        g = 0.5 * (1.0 - c) * side
+        vx = px + self._foot_height * nx - hip[0]
+        vy = py + self._foot_height * ny - hip[1]
+        vz = pz + self._foot_height * nz - hip[2]
+        ax = c * vx - s * vy - t * vz
+        ay = s * vx + h * vy - g * vz
+        az = t * vx - g * vy + h * vz
+        mx = c * nx - s * ny - t * nz
+        my = s * nx + h * ny - g * nz
+        mz = t * nx - g * ny + h * nz
+
+        hip_roll = atan2(ay, -az)
+        lateral = hypot(ay, az)
+        reach = hypot(ax, lateral)
+        longest = self._thigh + self._tibia
+        reach_error = max(0.0, reach - longest)
+        if reach_error > 0.0:
+            knee = 0.0
+        else:
+            cosine = (reach * reach - self._thigh**2 - self._tibia**2) / (
+                2.0 * self._thigh * self._tibia
+            )
+            knee = acos(min(max(cosine, -1.0), 1.0))
+        # The leg swings back by the hip pitch from the line to the ankle, by the knee's share.
+        hip_pitch = atan2(-ax, lateral) - atan2(
+            self._tibia * sin(knee), self._thigh + self._tibia * cos(knee)
+        )
+        cr = cos(hip_roll)
+        sr = sin(hip_roll)
+        normal_y = cr * my + sr * mz
+        normal_z = cr * mz - sr * my
+        ankle_roll = -asin(min(max(normal_y, -1.0), 1.0))
+        pitch = atan2(mx, normal_z)
+        ankle_pitch = pitch - hip_pitch - knee
+
+        # The sole's forward axis as reached, back in the torso frame.
+        ux = cos(pitch)
+        w = sin(pitch)
+        uy = sr * w
+        uz = -cr * w
+        fx = c * ux + s * uy + t * uz
+        fy = -s * ux + h * uy - g * uz
+        fz = -t * ux - g * uy + h * uz
+        dx, dy, dz = sole.forward
+        yaw_error = atan2(
+            (fy * dz - fz * dy) * nx + (fz * dx - fx * dz) * ny + (fx * dy - fy * dx) * nz,
+            fx * dx + fy * dy + fz * dz,
+        )
+        angles = LegAngles(hip_angle, hip_roll, hip_pitch, knee, ankle_pitch, ankle_roll)
+        return angles, yaw_error, reach_error

@@ -1,0 +1,59 @@
+"""The CoM observer: two independent two-dimensional Kalman filters, eqs (10)-(14).
+
+Each filter's state is [position, velocity] of the CoM along one axis of Q. The prediction is the
+pendulum itself, so that only the covariance is carried here.
+"""
+
+from nao_lipm_gait.lipm_walk.walk_state import WalkState
+
+
+class CovarianceFilter:
+    """Covariance and gain of one axis, in scalars: P = [[p, c], [c, v]], C = [1, 0]."""
+
+    def __init__(self, position_sigma: float, velocity_sigma: float, measurement_sigma: float):
+        """Deviations per tick: process noise [m], [m/s] and measurement [m]."""
+        self._q_position = position_sigma**2
+        self._q_velocity = velocity_sigma**2
+        self._r = measurement_sigma**2
+        self._p = self._q_position
+        self._c = 0.0
+        self._v = self._q_velocity
+
+    def predict(self, dt: float) -> None:
+        """P' = A P A^T + Q with A = [[1, dt], [0, 1]]: eq (12)."""
+        self._p += dt * (2.0 * self._c + dt * self._v) + self._q_position
+        self._c += dt * self._v
+        self._v += self._q_velocity
+
+    def update(self) -> tuple[float, float]:
+        """The gain K [1, 1/s] of eq (13); P = P' - K C P' of eq (14)."""
+        innovation_variance = self._p + self._r
+        gain_position = self._p / innovation_variance
+        gain_velocity = self._c / innovation_variance
+        self._v -= gain_velocity * self._c
+        self._c -= gain_velocity * self._p
+        self._p -= gain_position * self._p
+        return gain_position, gain_velocity
+
+
+class ComObserver:
+    """Pulls the expected CoM state towards the measured CoM position."""
+
+    def __init__(self, position_sigma: float, velocity_sigma: float, measurement_sigma: float):
+        # The paper gives both axes the same deviations, so one covariance serves both filters.
+        self._filter = CovarianceFilter(position_sigma, velocity_sigma, measurement_sigma)
+
+    def correct(
+        self, expected: WalkState, measured_x: float, measured_y: float, dt: float
+    ) -> WalkState:
+        """The filtered state x_f, v_f from the expected one and a measured position in Q [m]."""
+        self._filter.predict(dt)
+        gain_position, gain_velocity = self._filter.update()
+        innovation_x = measured_x - expected.x  # (11)
+        innovation_y = measured_y - expected.y
+        return expected.moved(
+            expected.x + gain_position * innovation_x,
+            expected.y + gain_position * innovation_y,
+            expected.vx + gain_velocity * innovation_x,
+            expected.vy + gain_velocity * innovation_y,
+        )

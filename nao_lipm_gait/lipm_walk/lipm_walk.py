@@ -1,0 +1,260 @@
+"""The walk of the paper: corrected pendulums, predicted over the delay, step after step.
+
+Two times matter. Measurements are old, commands take effect later; what lies between has been sent
+to the joints and cannot be changed. That piece is kept as a queue of committed segments:
+
+    observed state --(committed segments: eq 21)--> predicted state --(plan)--> next segment
+
+The observer corrects the observed state, the planner re-determines the pendulum from the predicted
+one, and each tick commits one control period more.
+"""
+
+from collections import deque
+
+from nao_lipm_gait.lipm_walk.com_observer import ComObserver
+from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
+from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
+from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Stride, approach, stride_for
+from nao_lipm_gait.lipm_walk.stopping import come_to_rest, is_at_rest
+from nao_lipm_gait.lipm_walk.support_change import plan_support_change
+from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
+from nao_lipm_gait.lipm_walk.walk_state import (
+    LEFT,
+    RIGHT,
+    NextSupport,
+    Segment,
+    WalkState,
+    compose,
+    follow,
+    relative,
+)
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.signals import Pose2, VelocityCommand
+from nao_lipm_gait.walk import BodyTargets, Expectation, SoleTarget
+
+MAX_PHASE_TANH = 0.95
+"""The next pendulum must turn back: its CoM may not enter faster than this share of k x."""
+ORIGIN_HOLD_TIME = 0.06
+"""[s] So close to the support change r_x has no lever left (eq 9 turns singular): s_x follows."""
+SHORTEST_PIECE = 1e-9
+"""[s]"""
+FEET_TOGETHER = 1e-3
+"""[m, rad] a step size that leaves the feet side by side"""
+
+
+class LipmWalk:
+    """Omnidirectional walk on alternating inverted pendulums without double support."""
+
+    def __init__(self, parameters: GaitParameters, control_period: float):
+        self._dt = control_period
+        self._delay_ticks = max(0, round(parameters.feedback_delay / control_period))
+        self.set_parameters(parameters)
+        self.stand_at((0.0, 0.0, 0.0))
+
+    def set_parameters(self, parameters: GaitParameters) -> None:
+        """New parameters from the next plan on; the delay is fixed at construction."""
+        self._p = parameters
+        self._k = natural_frequency(parameters.pendulum_height)
+        self._observer = ComObserver(
+            parameters.position_sigma, parameters.velocity_sigma, parameters.measurement_sigma
+        )
+
+    def stand_at(self, q_in_odom: Pose2) -> None:
+        """Forget all motion: both feet side by side, the CoM at rest between them."""
+        self._reset(LEFT, q_in_odom)
+        self._stopping = True
+
+    def _reset(self, support: int, q_in_odom: Pose2) -> None:
+        rest = WalkState(support, 0.0, 0.0, 0.0, 0.0, self._home_sole(support), q_in_odom, 0)
+        self._observed = self._expected = self._predicted = rest
+        still = (Segment(self._dt, 0.0, 0.0),)
+        self._committed: deque[tuple[Segment, ...]] = deque([still] * self._delay_ticks)
+        self._stride = STEP_IN_PLACE
+        self._step_size: Pose2 = (0.0, 0.0, 0.0)
+        self._origin = (0.0, 0.0)
+        self._swing = self._swing_foot(self._home_sole(-support), lift=0.0)
+        self._elapsed = 0.0
+        self._time_left = 0.0
+        self._shifting_weight = False
+
+    # -- the three stages of a tick ----------------------------------------------------------------
+
+    def start(self, command: VelocityCommand) -> None:
+        """Let the CoM fall from the middle towards the first support foot: no ramp is needed."""
+        # The foot that leads the asked motion makes the first step; it carries the fall before.
+        leads_left = command.y > 0.0 or (command.y == 0.0 and command.yaw > 0.0)
+        self._reset(LEFT if leads_left else RIGHT, self._observed.q_in_odom)
+        self._stopping = False
+        self._shifting_weight = True
+
+    def expect(self) -> Expectation:
+        """x_e of eq (10): the committed pendulum, one control period on."""
+        if self._committed:
+            for segment in self._committed.popleft():
+                self._observed = follow(self._observed, segment, self._k)
+        self._expected = self._observed
+        return Expectation(
+            self._observed.support, (self._observed.x, self._observed.y), self._observed.sole_in_q
+        )
+
+    def observe(self, measured_x: float, measured_y: float) -> None:
+        """Eqs (11)-(14); standing with both feet there is no pendulum to correct."""
+        corrected = self._observer.correct(self._expected, measured_x, measured_y, self._dt)
+        if self._p.feedback and not self._stopping:
+            self._observed = corrected
+
+    def plan(self, command: VelocityCommand) -> BodyTargets:
+        """Predict over the delay (21), say where the body shall be then, plan what comes after."""
+        state = self._observed
+        for segments in self._committed:
+            for segment in segments:
+                state = follow(state, segment, self._k)
+        self._predicted = state
+        targets = self._targets(state)
+        self._committed.append(tuple(self._next_period(state, command)))
+        return targets
+
+    # -- planning ----------------------------------------------------------------------------------
+
+    def _next_period(self, state: WalkState, command: VelocityCommand) -> list[Segment]:
+        """The segments of the next control period, with the support change where it is due."""
+        segments: list[Segment] = []
+        left = self._dt
+        while left > SHORTEST_PIECE:
+            if self._stopping:
+                self._origin = come_to_rest(state, self._k, self._p)
+                segments.append(Segment(left, *self._origin))
+                break
+            self._plan_single_support(state)
+            duration = min(left, self._time_left)
+            self._swing.move_towards(self._landing(state.support), duration, self._time_left)
+            self._elapsed += duration
+            self._time_left -= duration
+            left -= duration
+            change = None
+            if self._time_left <= SHORTEST_PIECE:
+                sole_in_next_q = relative(self._swing.pose_in_q, self._step_size)
+                change = NextSupport(self._step_size, sole_in_next_q)
+            segments.append(Segment(duration, *self._origin, change))
+            if change is not None:
+                self._change_support(state, command)
+            state = follow(state, segments[-1], self._k)
+        return segments
+
+    def _plan_single_support(self, state: WalkState) -> None:
+        """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
+        p = self._p
+        support = state.support
+        swing = -support
+        origin_y = support * p.pendulum_offset_y
+        wanted = self._stride.of_step(swing, p)
+        stride = 2.0 * p.pendulum_offset_y + swing * wanted[1]
+        earliest = 0.0 if self._shifting_weight else p.step_duration_min - self._elapsed
+        earliest = max(earliest, SHORTEST_PIECE)
+        change = plan_support_change(
+            swing * (state.y - origin_y),
+            swing * state.vy,
+            self._k,
+            stride,
+            p.pendulum_width,
+            earliest,
+            max(earliest, p.step_duration_max - self._elapsed),
+        )
+        entry = max(stride - change.position, 1e-3)
+        phase_tanh = min(max(change.velocity / (self._k * entry), 0.0), MAX_PHASE_TANH)
+        sagittal = plan_sagittal(
+            state.x,
+            state.vx,
+            self._k,
+            change.time,
+            -phase_tanh,
+            wanted[0],
+            p.pendulum_shift_max,
+            -p.step_backward_max,
+            p.step_forward_max,
+            held_origin=self._origin[0] if self._is_origin_held(change.time) else None,
+        )
+        self._time_left = change.time
+        self._origin = (sagittal.origin, origin_y)
+        self._step_size = (sagittal.step_size, wanted[1], wanted[2])
+
+    def _is_origin_held(self, time_left: float) -> bool:
+        return time_left < ORIGIN_HOLD_TIME and not self._shifting_weight
+
+    def _landing(self, support: int) -> Pose2:
+        """Where the swing sole shall stand, in Q: at home in Q-bar."""
+        return compose(self._step_size, self._home_sole(-support))
+
+    def _change_support(self, state: WalkState, command: VelocityCommand) -> None:
+        """The other leg carries; what was the support foot swings from where it stood."""
+        p = self._p
+        stepped_in_place = self._stride.is_zero and not self._shifting_weight
+        feet_together = max(map(abs, self._step_size)) < FEET_TOGETHER
+        self._stopping = command.is_zero and stepped_in_place and feet_together
+        self._stride = approach(self._stride, stride_for(command, p), p)
+        self._swing = self._swing_foot(
+            relative(state.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
+        )
+        self._elapsed = 0.0
+        self._time_left = 0.0
+        self._shifting_weight = False
+
+    def _home_sole(self, side: int) -> Pose2:
+        """Where a sole stands in its Q: the optimal origin (r_x = 0) lies ahead of the ankle."""
+        return -self._p.foot_reference_x, side * 0.5 * self._p.foot_spacing, 0.0
+
+    def _swing_foot(self, start: Pose2, lift: float) -> SwingFoot:
+        return SwingFoot(start, lift, self._p.swing_rise, self._p.swing_travel_end)
+
+    # -- what is seen from outside -----------------------------------------------------------------
+
+    def _targets(self, state: WalkState) -> BodyTargets:
+        p = self._p
+        support_sole = SoleTarget(state.sole_in_q[0], state.sole_in_q[1], 0.0, state.sole_in_q[2])
+        x, y, yaw = self._swing.pose_in_q
+        swing_sole = SoleTarget(x, y, self._swing.height, yaw)
+        left, right = (
+            (support_sole, swing_sole) if state.support == LEFT else (swing_sole, support_sole)
+        )
+        return BodyTargets(
+            com_in_q=(state.x, state.y, p.com_height),
+            left_sole=left,
+            right_sole=right,
+            torso_roll=0.0,
+            torso_pitch=p.torso_pitch,
+            q_in_odom=state.q_in_odom,
+        )
+
+    @property
+    def finished(self) -> bool:
+        """True once the stop has brought the CoM to rest, also on the side of the measurements."""
+        return self._stopping and is_at_rest(self._predicted) and is_at_rest(self._observed)
+
+    @property
+    def stopping(self) -> bool:
+        return self._stopping
+
+    @property
+    def estimated(self) -> WalkState:
+        """The observed state after the correction, at the time of the measurement."""
+        return self._observed
+
+    @property
+    def expected(self) -> WalkState:
+        return self._expected
+
+    @property
+    def predicted(self) -> WalkState:
+        return self._predicted
+
+    @property
+    def origin_in_q(self) -> tuple[float, float]:
+        return self._origin
+
+    @property
+    def step_size(self) -> Pose2:
+        return self._step_size
+
+    @property
+    def time_left(self) -> float:
+        return self._time_left

@@ -1,0 +1,54 @@
+"""Where to put the pendulum origin and the next foot in x: eqs (7)-(9), in closed form.
+
+With the optimal next origin (r-bar_x = 0) and the CoM exactly over it in mid-step
+(x-bar_0 = 0), the four equations of the linear system (9) reduce to one line in r_x and s_x:
+
+    r_x (1 - C + T k S) = s_x - x (C - T k S) - v (S/k - T C)
+
+with C = cosh(k t), S = sinh(k t) over the time t left, and T = tanh(k t_b-bar) / k of the next
+pendulum, which the lateral motion has fixed. test/oracles.py holds the paper's linear system.
+"""
+
+from dataclasses import dataclass
+from math import cosh, sinh
+
+
+@dataclass(frozen=True, slots=True)
+class SagittalPlan:
+    """The origin of the running pendulum and the step size that belong together."""
+
+    origin: float
+    """r_x [m] relative to Q."""
+    step_size: float
+    """s-bar_x [m]."""
+
+
+def plan_sagittal(
+    x: float,
+    v: float,
+    k: float,
+    time: float,
+    next_phase_tanh: float,
+    step_size: float,
+    origin_max: float,
+    step_min: float,
+    step_max: float,
+    held_origin: float | None = None,
+) -> SagittalPlan:
+    """r_x for the wanted step size; where r_x hits its cap, the step size for the capped r_x.
+
+    x [m], v [m/s]: CoM relative to Q; time [s]: left in this single support phase;
+    next_phase_tanh: tanh(k t_b-bar) of the next pendulum, negative; step_size: wanted s-bar_x [m];
+    origin_max: cap on |r_x| [m]; step_min, step_max: what the legs can do [m]; held_origin: an r_x
+    that may no longer move (the end of a step has no time left to use it), the step size follows.
+    """
+    c = cosh(k * time)
+    s = sinh(k * time)
+    lever = 1.0 - c + next_phase_tanh * s
+    drift = x * (c - next_phase_tanh * s) + v * (s - next_phase_tanh * c) / k
+    origin = held_origin if held_origin is not None else (step_size - drift) / lever
+    capped = min(max(origin, -origin_max), origin_max)
+    if held_origin is not None or capped != origin:
+        origin = capped
+        step_size = min(max(origin * lever + drift, step_min), step_max)
+    return SagittalPlan(origin, step_size)

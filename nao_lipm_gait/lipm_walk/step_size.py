@@ -1,0 +1,94 @@
+"""From a velocity command to the sizes of the steps.
+
+Forward, every step covers the same distance. Sideways and in turning the two feet differ: the
+leading foot (the one on the side of the motion) opens, the trailing foot closes, and only the sum
+over both is what was asked for.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+
+from nao_lipm_gait.lipm_walk.pendulum import half_step_duration, natural_frequency
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.signals import Pose2, VelocityCommand
+
+
+@dataclass(frozen=True, slots=True)
+class Stride:
+    """What both feet together do: x per step [m]; y [m] and yaw [rad] per double step."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    @property
+    def is_zero(self) -> bool:
+        return self.x == 0.0 and self.y == 0.0 and self.yaw == 0.0
+
+    def of_step(self, swing: int, parameters: GaitParameters) -> Pose2:
+        """The share of the step in which the leg `swing` (LEFT = 1, RIGHT = -1) moves."""
+        side_share = parameters.step_side_share
+        turn_share = parameters.step_turn_share
+        if swing * self.y < 0.0:
+            side_share = 1.0 - side_share
+        if swing * self.yaw < 0.0:
+            turn_share = 1.0 - turn_share
+        return self.x, side_share * self.y, turn_share * self.yaw
+
+
+STEP_IN_PLACE = Stride()
+
+
+def double_step_duration(side: float, parameters: GaitParameters) -> float:
+    """Duration [s] of a steady double step that covers `side` >= 0 [m] sideways.
+
+    With equal pendulum widths the support changes half-way between the two origins: each of the
+    two distances is run up to by one foot and away from by the other.
+    """
+    k = natural_frequency(parameters.pendulum_height)
+    opening = parameters.pendulum_offset_y + 0.5 * parameters.step_side_share * side
+    closing = parameters.pendulum_offset_y - 0.5 * (1.0 - parameters.step_side_share) * side
+    width = parameters.pendulum_width
+    return 2.0 * (half_step_duration(width, opening, k) + half_step_duration(width, closing, k))
+
+
+def stride_for(command: VelocityCommand, parameters: GaitParameters) -> Stride:
+    """The steady stride whose speed is the command, scaled into the ellipsoid of the limits."""
+    side_limit = parameters.step_side_max
+    side = 0.0
+    double_step = double_step_duration(side, parameters)
+    for _ in range(4):
+        # A wider side step takes longer, which makes it wider still.
+        side = min(abs(command.y) * double_step, side_limit)
+        double_step = double_step_duration(side, parameters)
+    x = command.x * double_step / 2.0
+    y = side if command.y >= 0.0 else -side
+    yaw = command.yaw * double_step
+
+    x_limit = parameters.step_forward_max if x >= 0.0 else parameters.step_backward_max
+    excess = sqrt(
+        _squared_share(x, x_limit)
+        + _squared_share(y, side_limit)
+        + _squared_share(yaw, parameters.step_turn_max)
+    )
+    scale = 1.0 if excess <= 1.0 else 1.0 / excess
+    return Stride(x * scale, y * scale, yaw * scale)
+
+
+def _squared_share(value: float, limit: float) -> float:
+    if value == 0.0:
+        return 0.0
+    return (value / limit) ** 2 if limit > 0.0 else float("inf")
+
+
+def approach(current: Stride, wanted: Stride, parameters: GaitParameters) -> Stride:
+    """One step's worth of change from `current` towards `wanted`, inside the rate limits."""
+    return Stride(
+        _toward(current.x, wanted.x, parameters.step_forward_rate),
+        _toward(current.y, wanted.y, parameters.step_side_rate),
+        _toward(current.yaw, wanted.yaw, parameters.step_turn_rate),
+    )
+
+
+def _toward(current: float, wanted: float, rate: float) -> float:
+    return min(max(wanted, current - rate), current + rate)

@@ -1,0 +1,66 @@
+"""When to alter the support leg: eqs (3)-(6), in closed form.
+
+Everything here is lateral and mirrored: `x` is the distance of the CoM from the pendulum origin,
+positive towards the swing leg, so that both support legs look the same. The paper finds t_e by
+iteration; two pendulums of equal height let it be solved: with the orbital energies
+E = x^2 - (v/k)^2 of the running pendulum and w^2 of the next one (w = its wanted width), both
+known before the exchange, eqs (4) and (5) become
+
+    p^2 - (v_e/k)^2 = E,   (D - p)^2 - (v_e/k)^2 = w^2   =>   p = (D + (E - w^2) / D) / 2
+
+for the distance p at which the CoM leaves the running pendulum, D being the distance between the
+two origins. test/oracles.py holds the paper's iteration.
+"""
+
+from dataclasses import dataclass
+from math import log, sqrt
+
+from nao_lipm_gait.lipm_walk.pendulum import advance, divergent_component, orbital_energy
+
+REACH_MIN = 0.008
+"""[m] Smallest divergent component taken for a CoM that still swings towards the other leg."""
+
+
+@dataclass(frozen=True, slots=True)
+class SupportChange:
+    """The end of the running single support phase."""
+
+    time: float
+    """[s] from now."""
+    position: float
+    """[m] CoM from the running origin, towards the swing leg: x(t_e)."""
+    velocity: float
+    """[m/s] towards the swing leg."""
+    feasible: bool
+    """False where eqs (4) and (5) had no solution inside the allowed time."""
+
+
+def plan_support_change(
+    x: float, v: float, k: float, stride: float, next_width: float, earliest: float, latest: float
+) -> SupportChange:
+    """The support change that hands the CoM over to the next pendulum with its wanted width.
+
+    x, v: mirrored lateral state [m, m/s]; stride: D [m]; next_width: wanted |(x0)_y| of the next
+    pendulum [m]; earliest, latest: bounds on the time from now [s].
+    """
+    energy = orbital_energy(x, v, k)
+    reach = divergent_component(x, v, k)
+    feasible = reach > REACH_MIN
+    position = 0.5 * (stride + (energy - next_width * next_width) / stride)
+    radicand = position * position - energy
+    if radicand < 0.0:
+        # The CoM turns back before it gets there: change at the turning point, v = 0.
+        feasible = False
+        radicand = 0.0
+        position = sqrt(energy)
+    leaving_reach = position + sqrt(radicand)
+    if leaving_reach <= 0.0:
+        time = earliest
+        feasible = False
+    else:
+        time = log(leaving_reach / max(reach, REACH_MIN)) / k
+    if not earliest <= time <= latest:
+        feasible = False
+        time = min(max(time, earliest), latest)
+    position, velocity = advance(x, v, k, time)
+    return SupportChange(time, position, velocity, feasible)

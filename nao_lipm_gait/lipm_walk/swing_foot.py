@@ -1,0 +1,53 @@
+"""The swing foot's way from where it left the ground to where the next phase needs it.
+
+t_e and the step size may change in every tick. The phase therefore advances by the share of the
+time that is left, and the foot by the share of the way that is left: both are monotone, and nothing
+jumps however the plan moves.
+"""
+
+from math import cos, pi
+
+from nao_lipm_gait.signals import Pose2
+
+
+def raised_cosine(phase: float) -> float:
+    """From 0 to 1 with no speed at both ends."""
+    if phase <= 0.0:
+        return 0.0
+    if phase >= 1.0:
+        return 1.0
+    return 0.5 - 0.5 * cos(pi * phase)
+
+
+class SwingFoot:
+    """Pose of the swing sole in Q during one single support phase."""
+
+    def __init__(self, start: Pose2, lift: float, rise: float, travel_end: float):
+        """start: sole pose in Q; lift [m]; rise, travel_end: shares of the phase."""
+        self.phase = 0.0
+        self._x, self._y, self._yaw = start
+        self._lift = lift
+        self._rise = rise
+        self._travel_end = travel_end
+
+    @property
+    def pose_in_q(self) -> Pose2:
+        return self._x, self._y, self._yaw
+
+    @property
+    def height(self) -> float:
+        """Height of the sole above the ground [m]."""
+        return self._lift * raised_cosine(min(self.phase, 1.0 - self.phase) / self._rise)
+
+    def move_towards(self, landing: Pose2, dt: float, time_left: float) -> None:
+        """Advance by dt [s] with time_left [s] to touch-down at `landing`, a sole pose in Q."""
+        before = raised_cosine(self.phase / self._travel_end)
+        if time_left <= dt:
+            self.phase = 1.0
+        else:
+            self.phase += (1.0 - self.phase) * dt / time_left
+        after = raised_cosine(self.phase / self._travel_end)
+        share = 1.0 if before >= 1.0 else (after - before) / (1.0 - before)
+        self._x += share * (landing[0] - self._x)
+        self._y += share * (landing[1] - self._y)
+        self._yaw += share * (landing[2] - self._yaw)

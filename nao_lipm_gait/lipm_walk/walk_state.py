@@ -1,0 +1,97 @@
+"""The state of the walking pendulum in Q, and how a committed motion carries it on.
+
+Q is the paper's coordinate system: one per single support phase, between both feet, x forward.
+"""
+
+from dataclasses import dataclass
+from math import cos, sin
+from typing import NamedTuple
+
+from nao_lipm_gait.lipm_walk.pendulum import advance
+from nao_lipm_gait.signals import Pose2
+
+LEFT = 1
+RIGHT = -1
+
+
+class WalkState(NamedTuple):
+    """CoM position [m] and velocity [m/s] in Q, and what defines Q."""
+
+    support: int
+    """LEFT or RIGHT."""
+    x: float
+    y: float
+    vx: float
+    vy: float
+    sole_in_q: Pose2
+    """The sole of the supporting foot (the point under its ankle)."""
+    q_in_odom: Pose2
+    step_count: int
+
+    def moved(self, x: float, y: float, vx: float, vy: float) -> "WalkState":
+        return self._replace(x=x, y=y, vx=vx, vy=vy)
+
+
+class NextSupport(NamedTuple):
+    """The next single support phase: Q-bar = Q moved by the step size, on the other leg."""
+
+    step_size: Pose2
+    """s-bar: x, y [m], yaw [rad] of Q-bar in Q."""
+    sole_in_next_q: Pose2
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A piece of motion that has been sent to the joints and can no longer be changed."""
+
+    duration: float
+    """[s]"""
+    origin_x: float
+    origin_y: float
+    """r, the pendulum origin in Q [m]."""
+    next_support: NextSupport | None = None
+    """The support change at the end of this piece."""
+
+
+def compose(pose: Pose2, offset: Pose2) -> Pose2:
+    """The pose that lies at `offset` in the frame of `pose`."""
+    x, y, yaw = pose
+    c = cos(yaw)
+    s = sin(yaw)
+    return x + c * offset[0] - s * offset[1], y + s * offset[0] + c * offset[1], yaw + offset[2]
+
+
+def relative(pose: Pose2, frame: Pose2) -> Pose2:
+    """`pose` seen from `frame`, both given in the same frame."""
+    dx = pose[0] - frame[0]
+    dy = pose[1] - frame[1]
+    c = cos(frame[2])
+    s = sin(frame[2])
+    return c * dx + s * dy, -s * dx + c * dy, pose[2] - frame[2]
+
+
+def follow(state: WalkState, segment: Segment, k: float) -> WalkState:
+    """The state at the end of a segment: r + x(t), eq (10), and the change to Q-bar where due."""
+    x, vx = advance(state.x - segment.origin_x, state.vx, k, segment.duration)
+    y, vy = advance(state.y - segment.origin_y, state.vy, k, segment.duration)
+    state = state.moved(x + segment.origin_x, y + segment.origin_y, vx, vy)
+    if segment.next_support is None:
+        return state
+    return enter_next_q(state, segment.next_support)
+
+
+def enter_next_q(state: WalkState, change: NextSupport) -> WalkState:
+    """The same motion of the CoM, seen from Q-bar and carried by the other leg."""
+    x, y, _ = relative((state.x, state.y, 0.0), change.step_size)
+    c = cos(change.step_size[2])
+    s = sin(change.step_size[2])
+    return WalkState(
+        support=-state.support,
+        x=x,
+        y=y,
+        vx=c * state.vx + s * state.vy,
+        vy=-s * state.vx + c * state.vy,
+        sole_in_q=change.sole_in_next_q,
+        q_in_odom=compose(state.q_in_odom, change.step_size),
+        step_count=state.step_count + 1,
+    )

@@ -1,0 +1,158 @@
+"""The walk in a pure pendulum world: what it commits is what it measures."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.lipm_walk.lipm_walk import LipmWalk
+from nao_lipm_gait.lipm_walk.walk_state import compose
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
+
+DT = 0.01
+P = GaitParameters()
+
+
+def run(
+    walk: LipmWalk,
+    command: VelocityCommand,
+    ticks: int,
+    disturb: dict[int, tuple[float, float]] | None = None,
+) -> list[dict[str, float]]:
+    """Ticks with perfect measurements plus a shift (x, y) of what is measured at some of them."""
+    rows = []
+    for tick in range(ticks):
+        expectation = walk.expect()
+        x, y = expectation.com_in_q
+        dx, dy = (disturb or {}).get(tick, (0.0, 0.0))
+        walk.observe(x + dx, y + dy)
+        targets = walk.plan(command)
+        com = compose(targets.q_in_odom, (*targets.com_in_q[:2], 0.0))
+        rows.append(
+            {
+                "x": com[0],
+                "y": com[1],
+                "vx": walk.predicted.vx,
+                "origin": walk.origin_in_q[0],
+                "support": walk.predicted.support,
+                "yaw": com[2],
+                "left_x": targets.left_sole.x,
+                "left_z": targets.left_sole.z,
+                "right_z": targets.right_sole.z,
+                "steps": walk.predicted.step_count,
+            }
+        )
+    return rows
+
+
+def started(command: VelocityCommand, parameters: GaitParameters = P) -> LipmWalk:
+    walk = LipmWalk(parameters, DT)
+    walk.start(command)
+    return walk
+
+
+def test_constant_speed_needs_no_shift_of_the_origin() -> None:
+    command = VelocityCommand(0.2, 0.0, 0.0)
+    rows = run(started(command), command, 1000)
+    assert max(abs(row["origin"]) for row in rows[500:]) < 1e-6
+    speed = (rows[-1]["x"] - rows[499]["x"]) / (500 * DT)
+    assert speed == pytest.approx(0.2, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [VelocityCommand(-0.15, 0, 0), VelocityCommand(0, 0.05, 0), VelocityCommand(0, 0, 0.6)],
+)
+def test_reaches_the_commanded_velocity(command: VelocityCommand) -> None:
+    rows = run(started(command), command, 1600)
+    seconds = 800 * DT
+    yaw = rows[-1]["yaw"] - rows[799]["yaw"]
+    travelled = math.hypot(rows[-1]["x"] - rows[799]["x"], rows[-1]["y"] - rows[799]["y"])
+    wanted = math.hypot(command.x, command.y)
+    assert yaw / seconds == pytest.approx(command.yaw, abs=0.05)
+    assert travelled / seconds == pytest.approx(wanted, abs=0.01)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.02, 0.06, 0.12, 0.2])
+def test_any_delay_gives_the_same_walk(delay: float) -> None:
+    # Also a delay that reaches over a whole support change, or nearly over a whole step.
+    command = VelocityCommand(0.15, 0.02, 0.1)
+    reference = run(started(command, P.replace(feedback_delay=0.0)), command, 400)
+    # Targets belong to the time at which they take effect, so no delay may show in them.
+    delayed = run(started(command, P.replace(feedback_delay=delay)), command, 400)
+    for row, wanted in zip(delayed, reference, strict=True):
+        assert (row["x"], row["y"]) == pytest.approx((wanted["x"], wanted["y"]), abs=1e-9)
+
+
+def test_com_moves_without_jumps_over_support_changes() -> None:
+    command = VelocityCommand(0.2, 0.03, 0.3)
+    rows = run(started(command), command, 600)
+    way = np.array([(row["x"], row["y"]) for row in rows])
+    acceleration = np.diff(way, 2, axis=0) / DT**2
+    # k^2 times the distance to the origin is all that a pendulum can do.
+    assert np.abs(acceleration).max() < 9.81 / P.pendulum_height * 0.12
+
+
+def test_one_foot_is_always_on_the_ground() -> None:
+    command = VelocityCommand(0.2, 0.0, 0.0)
+    rows = run(started(command), command, 400)
+    assert all(min(row["left_z"], row["right_z"]) == 0.0 for row in rows)
+    assert max(row["left_z"] for row in rows) == pytest.approx(P.swing_lift, rel=0.05)
+    assert max(row["right_z"] for row in rows) == pytest.approx(P.swing_lift, rel=0.05)
+
+
+def test_left_and_right_are_mirror_images() -> None:
+    left = run(started(VelocityCommand(0.1, 0.04, 0.4)), VelocityCommand(0.1, 0.04, 0.4), 500)
+    right = run(started(VelocityCommand(0.1, -0.04, -0.4)), VelocityCommand(0.1, -0.04, -0.4), 500)
+    for a, b in zip(left, right, strict=True):
+        assert (a["x"], a["y"], a["yaw"]) == pytest.approx((b["x"], -b["y"], -b["yaw"]), abs=1e-9)
+        assert a["support"] == -b["support"]
+
+
+def test_a_disturbance_changes_the_step_and_dies_out() -> None:
+    command = VelocityCommand(0.1, 0.0, 0.0)
+    kick = {tick: (0.015, 0.015) for tick in range(300, 306)}
+    kicked = run(started(command), command, 1000, kick)
+    calm = run(started(command), command, 1000)
+    difference = [abs(a["vx"] - b["vx"]) for a, b in zip(kicked, calm, strict=True)]
+    assert max(difference[300:400]) > 0.003
+    assert kicked[-1]["vx"] == pytest.approx(
+        next(row["vx"] for row in calm[-60:] if abs(row["vx"] - kicked[-1]["vx"]) < 0.01), abs=0.01
+    )
+    assert max(abs(row["origin"]) for row in kicked[-200:]) < 1e-3
+
+
+def test_open_loop_ignores_what_is_measured() -> None:
+    command = VelocityCommand(0.1, 0.0, 0.0)
+    parameters = P.replace(feedback=False)
+    kick = {tick: (0.05, -0.05) for tick in range(100, 200)}
+    kicked = run(started(command, parameters), command, 400, kick)
+    assert kicked == run(started(command, parameters), command, 400)
+
+
+@pytest.mark.parametrize("ticks", range(150, 200, 7))
+def test_stops_at_rest_between_the_feet_from_any_phase(ticks: int) -> None:
+    command = VelocityCommand(0.2, 0.02, 0.3)
+    walk = started(command)
+    run(walk, command, ticks)
+    for _ in range(600):
+        if walk.finished:
+            break
+        run(walk, STANDSTILL, 1)
+    assert walk.finished
+    state = walk.predicted
+    assert math.hypot(state.x, state.y) < 0.003
+    assert math.hypot(state.vx, state.vy) < 0.015
+    rows = run(walk, STANDSTILL, 100)
+    assert rows[-1]["left_z"] == rows[-1]["right_z"] == 0.0
+    # The robot stands with its feet side by side again.
+    assert rows[-1]["left_x"] == pytest.approx(-P.foot_reference_x, abs=0.002)
+
+
+def test_survives_absurd_measurements_with_finite_targets() -> None:
+    command = VelocityCommand(0.2, 0.0, 0.0)
+    rng = np.random.default_rng(3)
+    kicks = {tick: tuple(rng.normal(0.0, 1.0, 2)) for tick in range(600)}
+    rows = run(started(command), command, 600, kicks)
+    assert all(map(math.isfinite, (value for row in rows for value in row.values())))

@@ -1,0 +1,59 @@
+"""The pendulum origin and the step size: one line against the paper's linear system."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nao_lipm_gait.lipm_walk.pendulum import advance, natural_frequency
+from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
+from oracles import linear_system, linear_system_for_step_size
+
+K = natural_frequency(0.262)
+states = {
+    "x": st.floats(-0.06, 0.06),
+    "v": st.floats(-0.5, 0.5),
+    "time": st.floats(0.05, 0.3),
+    "next_begin": st.floats(-0.2, -0.05),
+}
+
+
+def phase_tanh(next_begin: float) -> float:
+    from math import tanh
+
+    return tanh(K * next_begin)
+
+
+@given(step=st.floats(-0.1, 0.1), **states)
+def test_free_origin_equals_the_linear_system(
+    x: float, v: float, time: float, next_begin: float, step: float
+) -> None:
+    plan = plan_sagittal(x, v, K, time, phase_tanh(next_begin), step, 10.0, -10.0, 10.0)
+    solution = linear_system(x, v, K, time, next_begin, step)
+    assert plan.origin == pytest.approx(solution["r"], abs=1e-9)
+    assert plan.step_size == step
+    # What the equations promise: the CoM stands over the next origin in the middle of that phase.
+    end_x, end_v = advance(x - plan.origin, v, K, time)
+    middle = advance(end_x + plan.origin - step, end_v, K, -next_begin)
+    assert middle[0] == pytest.approx(0.0, abs=1e-9)
+    assert middle[1] == pytest.approx(solution["next_v0"], abs=1e-9)
+
+
+@given(step=st.floats(-0.1, 0.1), **states)
+def test_capped_origin_changes_the_step_size(
+    x: float, v: float, time: float, next_begin: float, step: float
+) -> None:
+    plan = plan_sagittal(x, v, K, time, phase_tanh(next_begin), step, 0.004, -10.0, 10.0)
+    assert abs(plan.origin) <= 0.004
+    wanted = linear_system_for_step_size(x, v, K, time, next_begin, plan.origin)
+    assert plan.step_size == pytest.approx(wanted, abs=1e-9)
+
+
+def test_step_size_stays_in_the_reach_of_the_legs() -> None:
+    plan = plan_sagittal(0.05, 0.8, K, 0.2, -0.6, 0.0, 0.004, -0.05, 0.07)
+    assert plan.step_size == 0.07
+
+
+def test_held_origin_is_kept() -> None:
+    plan = plan_sagittal(0.02, 0.25, K, 0.02, -0.6, 0.05, 0.02, -0.1, 0.1, held_origin=0.003)
+    assert plan.origin == 0.003
+    assert plan.step_size != 0.05

@@ -1,0 +1,58 @@
+"""From velocities to steps: the steady walk covers what was asked for, inside its limits."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nao_lipm_gait.lipm_walk.step_size import (
+    STEP_IN_PLACE,
+    Stride,
+    approach,
+    double_step_duration,
+    stride_for,
+)
+from nao_lipm_gait.lipm_walk.walk_state import LEFT, RIGHT
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.signals import VelocityCommand
+
+P = GaitParameters()
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_both_feet_together_make_the_asked_velocity(sign: float) -> None:
+    command = VelocityCommand(0.05 * sign, 0.03 * sign, 0.2 * sign)
+    stride = stride_for(command, P)
+    steps = [stride.of_step(side, P) for side in (LEFT, RIGHT)]
+    duration = double_step_duration(abs(stride.y), P)
+    total = [sum(values) / duration for values in zip(*steps, strict=True)]
+    assert total == pytest.approx([command.x, command.y, command.yaw], rel=1e-3)
+
+
+def test_the_foot_on_the_side_of_the_motion_leads() -> None:
+    stride = Stride(0.0, 0.04, 0.3)
+    assert stride.of_step(LEFT, P)[1] > stride.of_step(RIGHT, P)[1]
+    assert stride.of_step(LEFT, P)[2] > stride.of_step(RIGHT, P)[2]
+    mirrored = Stride(0.0, -0.04, -0.3)
+    left = stride.of_step(LEFT, P)
+    assert mirrored.of_step(RIGHT, P) == pytest.approx((0.0, -left[1], -left[2]))
+
+
+@given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-8, 8))
+def test_never_beyond_the_ellipsoid_and_never_another_direction(
+    x: float, y: float, yaw: float
+) -> None:
+    stride = stride_for(VelocityCommand(x, y, yaw), P)
+    limit = P.step_forward_max if x >= 0 else P.step_backward_max
+    parts = (stride.x / limit, stride.y / P.step_side_max, stride.yaw / P.step_turn_max)
+    assert sum(part * part for part in parts) <= 1.0 + 1e-9
+    assert stride.x * x >= 0 and stride.y * y >= 0 and stride.yaw * yaw >= 0
+
+
+def test_a_closed_axis_stays_closed() -> None:
+    closed = P.replace(step_side_max=0.0)
+    assert stride_for(VelocityCommand(0.1, 0.5, 0.0), closed).y == 0.0
+
+
+def test_changes_are_rate_limited() -> None:
+    stride = approach(STEP_IN_PLACE, Stride(0.09, -0.06, 0.5), P)
+    assert stride == Stride(P.step_forward_rate, -P.step_side_rate, P.step_turn_rate)
