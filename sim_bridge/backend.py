@@ -1,5 +1,6 @@
 """What a physics engine must offer: four methods. Everything else is shared code."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -47,8 +48,8 @@ class TrueState:
     joint_torque: FloatArray
     """(n,) [N m] that the motors put out during the last step."""
     sole_wrench: tuple[FloatArray, FloatArray]
-    """Left, right (6,): force [N] and torque [N m] of the floor on the sole, about the origin of the
-    sole frame, in the sole frame."""
+    """Left, right (6,): force [N] and torque [N m] of the floor on the sole, about the origin of
+    the sole frame, in its axes."""
     legs_touch: bool
     """The legs touched each other in any step since the last observation."""
 
@@ -109,3 +110,10 @@ def rotation_matrix(quaternion: FloatArray) -> FloatArray:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def cross(first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray) -> FloatArray:
+    """(3,) cross product; numpy's own takes ten times as long for one pair."""
+    a, b, c = (float(v) for v in first)
+    x, y, z = (float(v) for v in second)
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

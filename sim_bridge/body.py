@@ -1,10 +1,11 @@
-"""The body of one individual: masses, joints and collision shapes, for every engine and for the truth.
+"""The body of one individual: masses, joints and shapes, for every engine and for the truth.
 
 Built once from the robot's URDF: masses scaled for the individual, fixed joints merged, joints that
 the robot description does not know held at zero. Engines get it as `simulation_urdf`; the true
 centre of mass comes from the same numbers.
 """
 
+import dataclasses
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -41,7 +42,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A rigid body; its frame is the frame of the joint that moves it (the torso frame for the root)."""
+    """A rigid body in the frame of the joint that moves it (the root: in the torso frame)."""
 
     name: str
     joint: str
@@ -82,7 +83,7 @@ class Sole:
     rotation: FloatArray
     """(3, 3) in the foot link."""
     points: tuple[FloatArray, ...]
-    """(3,) [m] centres of the contact spheres in the sole frame; their bottoms lie in its plane z = 0."""
+    """(3,) [m] centres of the contact spheres in the sole frame; bottoms in its plane z = 0."""
     plate: Shape
     """In the foot link; meets the other leg, never the floor."""
 
@@ -190,10 +191,10 @@ class Body:
     def _frame(self, robot: RobotDescription, name: str, *, root: bool = False) -> pin.SE3:
         """Placement of a frame in the joint that moves it."""
         if not self._model.existFrame(name):
-            raise NaoGaitError(str(robot.urdf_path), f"no link {name}", f"a URDF with a link {name}")
+            raise NaoGaitError(str(robot.urdf_path), f"no link {name}", f"a link {name}")
         frame = self._model.frames[self._model.getFrameId(name)]
         if root and frame.parentJoint != 1:
-            raise NaoGaitError(str(robot.urdf_path), f"{name} can move", f"{name} fixed to the root")
+            raise NaoGaitError(str(robot.urdf_path), f"moving {name}", f"{name} fixed to the root")
         return frame.placement
 
     def _read_links(self, robot: RobotDescription, tree: ET.Element) -> tuple[Link, ...]:
@@ -227,7 +228,7 @@ class Body:
                 joint = model.names[index]
                 name = elements[joint].find("child").attrib["link"]  # type: ignore[union-attr]
                 axis = _axis(elements[joint])
-                # the end stops move with the zero error: a joint at its limit must not press on them
+                # end stops move with the zero error: a joint at its limit must not press on them
                 q, zero = model.joints[index].idx_q, self._zero[joint]
                 lower = float(model.lowerPositionLimit[q]) + zero
                 upper = float(model.upperPositionLimit[q]) + zero
@@ -280,7 +281,7 @@ class Body:
 
 
 def simulation_urdf(body: Body, *, visual: bool = False) -> str:
-    """The body as a URDF of revolute joints, with a massless link for the contact points of each sole.
+    """The body as a URDF of revolute joints; the contact points of a sole are a massless link.
 
     Inertias are given about their principal axes, so that no engine has to rotate them.
     """
@@ -313,9 +314,7 @@ def simulation_urdf(body: Body, *, visual: bool = False) -> str:
         element = ET.SubElement(robot, "link", name=sole.name)
         inertial = ET.SubElement(element, "inertial")
         ET.SubElement(inertial, "mass", value="0")
-        ET.SubElement(
-            inertial, "inertia", ixx="0", iyy="0", izz="0", ixy="0", ixz="0", iyz="0"
-        )
+        ET.SubElement(inertial, "inertia", ixx="0", iyy="0", izz="0", ixy="0", ixz="0", iyz="0")
         for point in sole.points:
             sphere = Shape("sphere", (CONTACT_RADIUS,), point, np.eye(3))
             _write_shape(element, "collision", sphere)
@@ -381,9 +380,7 @@ def _read_shapes(
         material = element.find("material")
         color = colors.get("" if material is None else material.attrib.get("name", ""))
         shape = Shape(primitive.tag, size, pose.translation.copy(), pose.rotation.copy())
-        shapes.append(
-            shape if color is None else Shape(shape.kind, size, shape.position, shape.rotation, color)
-        )
+        shapes.append(shape if color is None else dataclasses.replace(shape, color=color))
     return shapes
 
 

@@ -64,7 +64,7 @@ class TorqueLimits:
         self._inverse_no_load_speed = 1.0 / np.array([motor.no_load_speed for motor in motors])
 
     def now(self, velocity: FloatArray, torque: FloatArray) -> FloatArray:
-        """(n,) [N m] at joint `velocity` [rad/s]; the sign of `torque` tells driving from braking."""
+        """(n,) [N m] at `velocity` [rad/s]; the sign of `torque` tells driving from braking."""
         if not self._line:
             return self.standstill
         # |w|/w0 while driving, 0 while braking

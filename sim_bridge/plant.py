@@ -1,7 +1,7 @@
 """The plant: what the simulated robot is like, in engine-neutral terms.
 
-One YAML file per plant, in `config/plants/`. A backend compiles the plant for its engine and refuses
-what the engine cannot honour; it never ignores an option.
+One YAML file per plant, in `config/plants/`. A backend compiles the plant for its engine and
+refuses what the engine cannot honour; it never ignores an option.
 """
 
 import dataclasses

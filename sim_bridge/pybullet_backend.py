@@ -14,14 +14,14 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.backend import StartState, TrueState, rotation_matrix
+from sim_bridge.backend import StartState, TrueState, cross, rotation_matrix
 from sim_bridge.body import Body, simulation_urdf
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
 
-
 _C_LIBRARY = ctypes.CDLL(None)
+"""For its output buffers."""
 
 
 @contextlib.contextmanager
@@ -98,8 +98,10 @@ class PyBulletBackend:
         torso = rotation_matrix(start.torso_rotation)
         position = start.torso_position + torso @ self._inertial_position
         _, rotation = bullet.multiplyTransforms(
-            [0.0, 0.0, 0.0], start.torso_rotation.tolist(),
-            [0.0, 0.0, 0.0], self._inertial_rotation,
+            [0.0, 0.0, 0.0],
+            start.torso_rotation.tolist(),
+            [0.0, 0.0, 0.0],
+            self._inertial_rotation,
         )
         bullet.resetBasePositionAndOrientation(
             self._model, position.tolist(), rotation, physicsClientId=self._client
@@ -152,7 +154,7 @@ class PyBulletBackend:
         return TrueState(
             torso_position=position,
             torso_rotation=np.array(quaternion),
-            torso_linear_velocity=np.array(linear) - np.cross(angular, offset),
+            torso_linear_velocity=np.array(linear) - cross(angular, offset),
             torso_angular_velocity=rotation.T @ np.array(angular),
             joint_position=angles,
             joint_velocity=np.array([state[1] for state in states]),
@@ -172,7 +174,7 @@ class PyBulletBackend:
             self.close()
 
     def _joint_states(self) -> tuple[tuple[float, ...], ...]:
-        """Position, velocity, reaction forces and motor torque of each joint; read once per step."""
+        """Position, velocity, reaction forces and motor torque per joint; read once per step."""
         if self._states is None:
             self._states = bullet.getJointStates(
                 self._model, self._joints, physicsClientId=self._client
@@ -185,17 +187,20 @@ class PyBulletBackend:
         pose = self._body.pose(position, rotation, angles)
         wrenches = []
         for side, link in enumerate(self._soles):
-            force, torque = np.zeros(3), np.zeros(3)
+            ox, oy, oz = pose.sole_position[side].tolist()
+            force, torque = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
             for point in bullet.getContactPoints(
                 self._model, self._floor, link, -1, physicsClientId=self._client
             ):
-                push = (
-                    point[9] * np.array(point[7])
-                    + point[10] * np.array(point[11])
-                    + point[12] * np.array(point[13])
+                fx, fy, fz = (
+                    point[9] * point[7][i] + point[10] * point[11][i] + point[12] * point[13][i]
+                    for i in range(3)
                 )
-                force += push
-                torque += np.cross(np.array(point[5]) - pose.sole_position[side], push)
+                x, y, z = point[5][0] - ox, point[5][1] - oy, point[5][2] - oz
+                force = [force[0] + fx, force[1] + fy, force[2] + fz]
+                torque[0] += y * fz - z * fy
+                torque[1] += z * fx - x * fz
+                torque[2] += x * fy - y * fx
             to_sole = pose.sole_rotation[side].T
             wrenches.append(np.concatenate([to_sole @ force, to_sole @ torque]))
         return wrenches[0], wrenches[1]

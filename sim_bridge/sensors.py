@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from nao_lipm_gait.signals import FloatArray, SensorFrame
-from sim_bridge.backend import TrueState, rotation_matrix
+from sim_bridge.backend import TrueState, cross, rotation_matrix
 from sim_bridge.body import Body
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
@@ -44,7 +44,9 @@ class SensorModel:
         if self._count:
             position = np.round(position / self._count) * self._count
         first = self._position is None
-        velocity = np.zeros_like(position) if first else (position - self._position) / self._period
+        velocity = np.zeros_like(position)
+        if self._position is not None:
+            velocity = (position - self._position) / self._period
         self._position = position
         load = tuple(max(float(wrench[2]), 0.0) for wrench in state.sole_wrench)
         return SensorFrame(
@@ -70,7 +72,7 @@ class SensorModel:
         """Mean specific force since the last sample, at the place of the IMU."""
         sensors = self._sensors
         rotation = rotation_matrix(state.torso_rotation)
-        velocity = state.torso_linear_velocity + rotation @ np.cross(
+        velocity = state.torso_linear_velocity + rotation @ cross(
             state.torso_angular_velocity, self._imu_position
         )
         force = self._gravity

@@ -192,8 +192,8 @@ class Simulation:
     def push(self, force: FloatArray, duration: float) -> None:
         """Push the torso at its centre of mass with `force` (3,) [N] in the world frame.
 
-        Begins with the next physics step; a push that is still acting is replaced. `duration` [s] is
-        rounded to physics steps, at least one.
+        Begins with the next physics step; a push that is still acting is replaced. `duration` [s]
+        is rounded to physics steps, at least one.
         """
         force = np.array(force, dtype=float)
         if force.shape != (3,) or not np.isfinite(force).all():
