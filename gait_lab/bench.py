@@ -6,6 +6,7 @@ does not count is marked with the reason and its headline values are null in the
 
 import json
 import math
+import re
 import statistics
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -279,7 +280,7 @@ def table(lines: Sequence[Sequence[str]], header: int = 2) -> str:
     widths = [max(len(cell) for cell in column) for column in zip(*lines, strict=True)]
 
     def is_text(column: int) -> bool:
-        return all(not line[column][:1].isdigit() for line in lines[header:])
+        return not any(re.match(r"[-+]?\d", line[column]) for line in lines[header:])
 
     texts = [is_text(column) for column in range(len(widths))]
     padded = [

@@ -84,9 +84,9 @@ class Recorder:
         arrays["torso_quaternion"][row] = truth.torso_quaternion
         arrays["torso_velocity"][row] = truth.torso_linear_velocity_in_torso
         arrays["com"][row] = truth.com
-        for side, (position, rotation) in enumerate(truth.soles):
-            arrays["sole_position"][row, side] = position
-            arrays["sole_yaw"][row, side] = math.atan2(rotation[1, 0], rotation[0, 0])
+        for side, sole in enumerate(truth.soles):
+            arrays["sole_position"][row, side] = sole.position
+            arrays["sole_yaw"][row, side] = math.atan2(sole.rotation[1, 0], sole.rotation[0, 0])
         arrays["sole_force"][row] = truth.sole_force
         arrays["sole_slip"][row] = truth.sole_slip
         arrays["legs_touch"][row] = truth.legs_touch

@@ -1,0 +1,157 @@
+"""Rollouts are deterministic, stop at a fall and run in parallel with the same results."""
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gait_lab import bench
+from gait_lab.metrics import Metrics, Trace
+from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
+from gait_lab.tasks import Task, walk
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import GaitParameters, load_preset
+from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
+
+SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=2.0, end=3.0)
+
+
+def same(a: Trace, b: Trace) -> bool:
+    return all(
+        np.array_equal(getattr(a, f.name), getattr(b, f.name), equal_nan=True)
+        for f in dataclasses.fields(Trace)
+    )
+
+
+@pytest.fixture(scope="module")
+def walked() -> Any:
+    parameters = load_preset("default")
+    spec = RolloutSpec(SHORT, robot_seed=3, parameters=parameters, keep_trace=True)
+    return spec, rollout(spec)
+
+
+def test_the_same_spec_gives_the_same_walk_bit_for_bit(walked: Any) -> None:
+    spec, first = walked
+    again = rollout(spec)
+    assert same(first.trace, again.trace)
+    assert first.metrics == again.metrics
+
+
+def test_another_robot_or_noise_walks_differently(walked: Any) -> None:
+    spec, first = walked
+    for change in ({"robot_seed": 4}, {"noise_seed": 1}):
+        assert not same(first.trace, rollout(dataclasses.replace(spec, **change)).trace)
+
+
+def test_the_trace_covers_the_task_at_the_control_rate(walked: Any) -> None:
+    _, result = walked
+    trace = result.trace
+    assert len(trace) == 301 and trace.time[-1] == pytest.approx(3.0)
+    assert set(np.diff(trace.stamp)) == {10_000_000}
+    known = trace.status_stamp >= 0
+    assert set((trace.stamp - trace.status_stamp)[known]) == {40_000_000}
+    assert trace.command[-1] == pytest.approx(SHORT.command_at(3.0).x * np.array((1, 0, 0)))
+    assert not result.metrics.fell and result.metrics.duration == pytest.approx(1.0)
+
+
+def test_a_fall_ends_the_rollout() -> None:
+    # Far beyond what the robot can do, at once and without feedback.
+    parameters = GaitParameters(
+        feedback=False, step_side_max=0.2, step_side_rate=0.2, step_turn_max=1.5, step_turn_rate=1.5
+    )
+    command = VelocityCommand(0.3, 1.0, 3.0)
+    task = Task("tumble", ((1.0, STANDSTILL), (1.1, command)), 1.0, 30.0)
+    result = rollout(RolloutSpec(task, parameters=parameters, keep_trace=True))
+    assert result.metrics.fell and result.trace is not None
+    assert result.trace.time[-1] == result.metrics.fall_time < 30.0
+
+
+def _square(value: int) -> int:
+    return value * value
+
+
+def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
+    assert parallel_map(_square, range(7), jobs=2, show=False) == [n * n for n in range(7)]
+    task = dataclasses.replace(SHORT, start=1.0, end=1.5)
+    specs = [RolloutSpec(task, robot_seed=seed) for seed in (0, 1)]
+    together = run_all(specs, jobs=2, show=False)
+    assert [result.spec.robot_seed for result in together] == [0, 1]
+    assert [result.metrics for result in together] == [rollout(spec).metrics for spec in specs]
+
+
+def metrics(**changes: Any) -> Metrics:
+    values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
+    values |= {"duration": 20.0, "fell": False, "fall_time": None, "contact_ticks": 0}
+    return Metrics(**{**values, **changes})
+
+
+def score(*scored: Metrics, name: str = "back") -> bench.Score:
+    task = bench.find_task(name)
+    return bench.Score(task, True, tuple(RolloutResult(RolloutSpec(task), m) for m in scored))
+
+
+def values(of: bench.Score) -> dict[str, float | None]:
+    return {row.metric: row.value for row in bench._speed_rows(of)}
+
+
+def test_worst_and_median_are_in_the_asked_direction() -> None:
+    rows = values(score(*(metrics(speed_x=-v) for v in (0.20, 0.22, 0.30))))
+    assert rows["back_worst"] == pytest.approx(20.0)
+    assert rows["back_median"] == pytest.approx(22.0)
+    assert rows["back_upright"] == 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"fell": True, "fall_time": 3.0}, {"flight_share": 0.06}, {"slip_speed": 0.031},
+     {"contact_ticks": 1}, {"slip_speed": math.nan}],
+)  # fmt: skip
+def test_one_robot_that_does_not_walk_spoils_the_row(change: dict[str, Any]) -> None:
+    rows = values(score(metrics(speed_x=-0.3), metrics(speed_x=-0.3, **change)))
+    assert rows["back_worst"] is None and rows["back_median"] is None
+    assert rows["back_counts"] == 0.0
+    assert rows["back_worst_of_upright"] == pytest.approx(30.0)
+
+
+def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:
+    said: list[str] = []
+    options = bench.BenchOptions(
+        robots=1, seed=-1, tasks=("forward=10",), window=0.5, jobs=1, show=False
+    )
+    bench.run("speed", options, json_file=tmp_path / "rows.json", out=said.append)
+    rows = json.loads((tmp_path / "rows.json").read_text())
+    assert set(rows[0]) == {
+        "suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"
+    }  # fmt: skip
+    found = {row["metric"] for row in rows}
+    assert {"forward_worst", "forward_median", "forward_open_loop_worst"} <= found
+    assert "closed" in said[0] and "open" in said[0]
+
+
+def test_compute_measures_ticks_and_rollouts() -> None:
+    report = bench.compute(bench.BenchOptions(window=0.5))
+    rows = {row.metric: row.value for row in report.rows}
+    assert rows["tick_p50"] is not None and 1.0 < rows["tick_p50"] <= rows["tick_p99"]
+    assert 0.1 < rows["rollout_share"] < 1.5
+
+
+def test_settings_are_typed_and_checked() -> None:
+    parameters = bench.overridden(GaitParameters(), ["swing_lift=0.03", "feedback=false"])
+    assert parameters.swing_lift == 0.03 and parameters.feedback is False
+    for bad in ("swing_lift", "nothing=1", "swing_lift=high", "swing_lift=9", "feedback=1"):
+        with pytest.raises(NaoGaitError):
+            bench.overridden(GaitParameters(), [bad])
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [({"robots": 0}, "robots"), ({"seed": -2}, "seed"), ({"window": math.nan}, "seconds"),
+     ({"open_loop": "maybe"}, "open-loop")],
+)  # fmt: skip
+def test_bad_options_are_refused(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(NaoGaitError, match=f"^{field}: got"):
+        bench.BenchOptions(**change)
