@@ -60,6 +60,8 @@ class Recorder:
 
     def __init__(self, ticks: int) -> None:
         self._rows = 0
+        self._phase: tuple[str, int] | None = None
+        self._sole_in_q = (math.nan, math.nan, math.nan)
         shapes: Mapping[str, tuple[int, ...]] = {
             "torso_position": (3,), "torso_quaternion": (4,), "torso_velocity": (3,), "com": (3,),
             "sole_position": (2, 3), "sole_yaw": (2,), "sole_force": (2,), "sole_slip": (2,),
@@ -96,11 +98,20 @@ class Recorder:
             arrays["odometry"][row] = status.base_footprint_in_odom
             arrays["status_stamp"][row] = status.stamp
             arrays["support"][row] = SUPPORT_CODES[status.support]
-            arrays["support_sole_in_q"][row] = _support_sole_in_q(status)
+            arrays["support_sole_in_q"][row] = self._support_sole_in_q(status)
             arrays["com_expected_in_q"][row] = status.com_expected_in_q
             arrays["com_measured_in_q"][row] = status.com_measured_in_q
             arrays["com_estimated_in_q"][row] = status.com_estimated_in_q
         self._rows += 1
+
+    def _support_sole_in_q(self, status: GaitStatus) -> tuple[float, float, float]:
+        # Soles are given as commanded, ahead of the measurement by the delay: at the end of a phase
+        # the support sole already swings there. So it is kept as it was when the phase began.
+        phase = (status.support, status.step_count)
+        if phase != self._phase:
+            self._phase = phase
+            self._sole_in_q = _support_sole_in_q(status)
+        return self._sole_in_q
 
     def trace(self) -> Trace:
         return Trace(**{f.name: self._arrays[f.name][: self._rows] for f in fields(Trace)})
