@@ -49,7 +49,7 @@ class TorqueLimits:
     """The largest torque that each motor can put out now.
 
     A driving motor has `fraction * stall * strength * (1 - |w|/w0)`, a braking one the whole
-    standstill torque. Of joints that share a motor each carries an equal share.
+    standstill torque. Of joints that share a motor the leader has all of it, the followers none.
     """
 
     def __init__(self, robot: RobotDescription, plant: Plant, individual: Individual) -> None:
@@ -57,17 +57,29 @@ class TorqueLimits:
         factor = plant.motor.torque_fraction * individual.motor_strength
         self.standstill: FloatArray = factor * np.array([motor.stall_torque for motor in motors])
         """(n,) [N m]."""
-        for pair in robot.coupled_joints:
-            for joint in pair:
-                self.standstill[robot.index(joint)] /= len(pair)
+        for _, follower in robot.coupled_joints:
+            self.standstill[robot.index(follower)] = 0.0
+        no_load_speed = np.array([motor.no_load_speed for motor in motors])
         self._line = plant.motor.torque_speed_line
-        self._inverse_no_load_speed = 1.0 / np.array([motor.no_load_speed for motor in motors])
+        self._inverse_no_load_speed = 1.0 / no_load_speed
+        self.top_speed: FloatArray = no_load_speed if self._line else np.full(len(motors), np.inf)
+        """(n,) [rad/s] that no motor can drive a joint beyond."""
 
-    def now(self, velocity: FloatArray, torque: FloatArray) -> FloatArray:
-        """(n,) [N m] at `velocity` [rad/s]; the sign of `torque` tells driving from braking."""
+    def driving(self, velocity: FloatArray) -> FloatArray:
+        """(n,) [N m] for motors that drive their joints at `velocity` (n,) [rad/s]."""
         if not self._line:
             return self.standstill
-        # |w|/w0 while driving, 0 while braking
-        share = np.abs(velocity) * self._inverse_no_load_speed
-        share[velocity * torque < 0.0] = 0.0
-        return self.standstill * np.maximum(1.0 - share, 0.0)
+        share = 1.0 - np.abs(velocity) * self._inverse_no_load_speed
+        return self.standstill * np.maximum(share, 0.0)
+
+    def now(
+        self, velocity: FloatArray, torque: FloatArray, wanted_velocity: FloatArray
+    ) -> FloatArray:
+        """(n,) [N m]; a motor that slows its joint, or is about to, is braking.
+
+        Args: (n,) joint velocity [rad/s], last motor torque [N m], velocity the servo aims at.
+        """
+        if not self._line:
+            return self.standstill
+        brakes = (velocity * torque < 0.0) | (velocity * (wanted_velocity - velocity) < 0.0)
+        return np.where(brakes, self.standstill, self.driving(velocity))

@@ -45,10 +45,13 @@ with _silenced():
 
 _FLOOR, _UPPER_BODY, _LEFT_LEG, _RIGHT_LEG, _SOLE_POINTS = (1 << bit for bit in range(5))
 """Collision groups."""
+_POSITION, _VELOCITY, _TORQUE = 0, 1, 3
+"""Fields of a joint state."""
 _GEAR_FORCE = 1e4
 """[N m] that holds joints of one motor together; far above what a leg can apply."""
-_GEAR_ERP = 0.2
-"""Share of an angle between coupled joints that is taken back per step."""
+_GEAR_ERP = 0.8
+"""Share of an angle between coupled joints that is taken back per step: 0.03 deg remain under the
+largest loads. With a motor on each side the solver would need four times the iterations for that."""
 
 
 class PyBulletBackend:
@@ -76,8 +79,11 @@ class PyBulletBackend:
         self._visual = visual or gui
         self._limits = TorqueLimits(robot, plant, individual)
         step, lag = plant.physics.step, plant.motor.lag
-        # exact for a first-order lag sampled every step; PyBullet's gain is per step
-        self._gains = [1.0 - math.exp(-step / lag) if lag > 0.0 else 1.0] * len(robot.joint_names)
+        # PyBullet's gain is per step; this one is exact for a first-order lag sampled every step
+        self._gain = 1.0 - math.exp(-step / lag) if lag > 0.0 else 1.0
+        self._rate = self._gain / step
+        self._reach = self._limits.top_speed / self._rate
+        self._gains = [self._gain] * len(robot.joint_names)
         self._ones = [1.0] * len(robot.joint_names)
         self._urdf = simulation_urdf(body, visual=self._visual)
         with _silenced():
@@ -88,6 +94,7 @@ class PyBulletBackend:
         self._joints: list[int] = []
         self._soles = (-1, -1)
         self._states: tuple[tuple[float, ...], ...] | None = None
+        self._torque_limits = np.zeros(len(robot.joint_names))
         self._legs_touch = False
 
     def reset(self, start: StartState) -> None:
@@ -109,24 +116,30 @@ class PyBulletBackend:
         for joint, angle in zip(self._joints, start.joint_position.tolist(), strict=True):
             bullet.resetJointState(self._model, joint, angle, 0.0, physicsClientId=self._client)
         self._states = None
+        self._torque_limits = np.zeros(len(self._joints))
         self._legs_touch = False
 
     def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
         client, model = self._client, self._model
         states = self._joint_states()
-        limits = self._limits.now(
-            np.array([state[1] for state in states]), np.array([state[3] for state in states])
+        position, velocity, torque = (
+            np.array([state[field] for state in states])
+            for field in (_POSITION, _VELOCITY, _TORQUE)
         )
+        # a target further off would only ask for more than the motor's top speed
+        way = np.clip(setpoint - position, -self._reach, self._reach)
+        limits = torque_scale * self._limits.now(velocity, torque, way * self._rate)
         bullet.setJointMotorControlArray(
             model,
             self._joints,
             bullet.POSITION_CONTROL,
-            targetPositions=setpoint.tolist(),
+            targetPositions=(position + way).tolist(),
             positionGains=self._gains,
             velocityGains=self._ones,
-            forces=(limits * torque_scale).tolist(),
+            forces=limits.tolist(),
             physicsClientId=client,
         )
+        self._torque_limits = limits
         if push_force.any():
             centre, _ = bullet.getBasePositionAndOrientation(model, physicsClientId=client)
             bullet.applyExternalForce(
@@ -149,7 +162,8 @@ class PyBulletBackend:
         offset = rotation @ self._inertial_position
         position = np.array(centre) - offset
         states = self._joint_states()
-        angles = np.array([state[0] for state in states])
+        angles = np.array([state[_POSITION] for state in states])
+        torque = np.array([state[_TORQUE] for state in states])
         touch, self._legs_touch = self._legs_touch, False
         return TrueState(
             torso_position=position,
@@ -157,8 +171,9 @@ class PyBulletBackend:
             torso_linear_velocity=np.array(linear) - cross(angular, offset),
             torso_angular_velocity=rotation.T @ np.array(angular),
             joint_position=angles,
-            joint_velocity=np.array([state[1] for state in states]),
-            joint_torque=np.array([state[3] for state in states]),
+            joint_velocity=np.array([state[_VELOCITY] for state in states]),
+            # a motor with limit 0 keeps reporting its last torque
+            joint_torque=np.clip(torque, -self._torque_limits, self._torque_limits),
             sole_wrench=self._sole_wrenches(position, rotation, angles),
             legs_touch=touch,
         )

@@ -19,6 +19,9 @@ from sim_bridge.sensors import SensorModel
 START_STATES = ("stand", "lying_front", "lying_back")
 LOADED = 1.0
 """[N] of normal force from which on a sole counts as loaded."""
+SATURATED = 0.95
+"""Share of the torque limit from which on a motor counts as saturated: the speed that sets the limit
+has changed a little by the end of the step."""
 _SECOND = 1_000_000_000
 
 
@@ -73,7 +76,7 @@ class GroundTruth:
     joint_torque: FloatArray
     """(n,) [N m]."""
     torque_saturated: int
-    """Number of motors at their torque limit."""
+    """Number of joints whose motor is at its torque limit."""
 
 
 class Simulation:
@@ -207,7 +210,9 @@ class Simulation:
         """The exact state now."""
         state, pose = self._state, self._pose
         to_torso = rotation_matrix(state.torso_rotation).T
-        limits = self._limits.now(state.joint_velocity, state.joint_torque) * self._stiffness
+        limits = self._stiffness * self._limits.now(
+            state.joint_velocity, state.joint_torque, state.joint_velocity
+        )
         return GroundTruth(
             stamp=self._time,
             torso_position=state.torso_position,
@@ -224,7 +229,7 @@ class Simulation:
             legs_touch=state.legs_touch,
             joint_position=state.joint_position,
             joint_torque=state.joint_torque,
-            torque_saturated=int(np.sum(np.abs(state.joint_torque) > 0.99 * limits)),
+            torque_saturated=int(np.sum(np.abs(state.joint_torque) > SATURATED * limits)),
         )
 
     def close(self) -> None:
