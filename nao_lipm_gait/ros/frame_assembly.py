@@ -1,0 +1,115 @@
+"""Bring the IMU sample and the joint sample of one instant together."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.signals import FloatArray, SensorFrame
+
+MAX_IMU_AGE = 50_000_000
+"""[ns] An IMU sample further than this from the joint sample says nothing about it."""
+_PATIENCE = 10
+"""Joint samples in a row without an IMU sample of their stamp, until we stop to wait for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImuSample:
+    stamp: int
+    """[ns]"""
+    angular_velocity: FloatArray
+    """(3,) [rad/s]"""
+    linear_acceleration: FloatArray
+    """(3,) [m/s^2]"""
+
+
+@dataclass(frozen=True, slots=True)
+class JointSample:
+    stamp: int
+    """[ns]"""
+    position: FloatArray
+    """(n,) [rad]"""
+    velocity: FloatArray | None
+    """(n,) [rad/s]; None = not given, taken from the positions."""
+
+
+class FrameAssembler:
+    """Joint samples drive; each leaves with the IMU sample of its own stamp.
+
+    A joint sample that overtook its IMU sample waits for it, until the next joint sample at most.
+    A robot whose two stamps never agree is served at once with the nearest IMU sample.
+    """
+
+    def __init__(self) -> None:
+        self._imu: deque[ImuSample] = deque(maxlen=32)
+        self._waiting: JointSample | None = None
+        self._misses = 0
+        self._last: tuple[int, FloatArray] | None = None
+
+    def clear(self) -> None:
+        self._imu.clear()
+        self._waiting = None
+        self._last = None
+
+    def add_imu(self, sample: ImuSample) -> SensorFrame | None:
+        """The frame that waited for this sample, if one did."""
+        if self._imu and sample.stamp < self._imu[-1].stamp:
+            self._imu.clear()  # time went back
+        self._imu.append(sample)
+        joints = self._waiting
+        if joints is None or joints.stamp != sample.stamp:
+            return None
+        self._waiting = None
+        self._misses = 0
+        return self._join(joints, sample)
+
+    def add_joints(self, joints: JointSample) -> tuple[SensorFrame, ...]:
+        """The frames that are complete now, the oldest first.
+
+        Raises NaoGaitError when a frame has no IMU sample near it; that frame is dropped.
+        """
+        overdue, self._waiting = self._waiting, None
+        if overdue is not None and overdue.stamp >= joints.stamp:
+            overdue = None  # time went back
+        same = next((s for s in reversed(self._imu) if s.stamp == joints.stamp), None)
+        frames = []
+        if overdue is not None:
+            self._misses += 1
+            frames.append(self._join(overdue, self._nearest(overdue.stamp)))
+        if same is not None:
+            self._misses = 0
+            frames.append(self._join(joints, same))
+        elif self._misses >= _PATIENCE:
+            frames.append(self._join(joints, self._nearest(joints.stamp)))
+        else:
+            self._waiting = joints
+        return tuple(frames)
+
+    def _nearest(self, stamp: int) -> ImuSample:
+        sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)
+        if sample is None:
+            raise NaoGaitError("imu/data", "nothing received", "one message for each joint state")
+        if abs(sample.stamp - stamp) > MAX_IMU_AGE:
+            raise NaoGaitError(
+                "imu/data header.stamp",
+                f"{(stamp - sample.stamp) * 1e-9:.3f} s before the joint state",
+                f"at most {MAX_IMU_AGE * 1e-9:g} s",
+            )
+        return sample
+
+    def _join(self, joints: JointSample, imu: ImuSample) -> SensorFrame:
+        velocity = joints.velocity
+        if velocity is None:
+            velocity = np.zeros_like(joints.position)
+            if self._last is not None and joints.stamp > self._last[0]:
+                elapsed = (joints.stamp - self._last[0]) * 1e-9
+                velocity = (joints.position - self._last[1]) / elapsed
+        self._last = (joints.stamp, joints.position)
+        return SensorFrame(
+            stamp=joints.stamp,
+            joint_position=joints.position,
+            joint_velocity=velocity,
+            angular_velocity=imu.angular_velocity,
+            linear_acceleration=imu.linear_acceleration,
+        )

@@ -1,0 +1,39 @@
+"""The last velocity command, for as long as it counts."""
+
+from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
+
+
+class VelocityInput:
+    """Holds a command and forgets it when it gets old, on the clock of the sensor stamps.
+
+    That clock stands still when the robot does, so a paused simulation times nothing out, and it
+    makes a run reproducible.
+    """
+
+    def __init__(self, timeout: float) -> None:
+        """timeout [s]"""
+        self._timeout = round(timeout * 1e9)
+        self._command = STANDSTILL
+        self._received: int | None = None
+
+    def receive(self, command: VelocityCommand, now: int | None) -> None:
+        """Take a command that arrives when the newest sensor stamp is `now` [ns].
+
+        None: no sensors yet; the command then counts from the first frame on.
+        """
+        self._command = command
+        self._received = now
+
+    def at(self, stamp: int) -> VelocityCommand:
+        """The command for the frame of this stamp [ns]; standstill when the last one is too old."""
+        if self._command.is_zero:
+            return STANDSTILL
+        if self._received is None:
+            self._received = stamp
+        if stamp - self._received > self._timeout:
+            self._command = STANDSTILL
+        return self._command
+
+    def clear(self) -> None:
+        self._command = STANDSTILL
+        self._received = None
