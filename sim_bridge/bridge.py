@@ -1,0 +1,290 @@
+"""The simulation as a ROS 2 node. It owns the clock, and its own loop: no timer drives physics."""
+
+import time
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.ros.node_parameters import NodeParameter, declare, of_type, unknown_overrides
+from nao_lipm_gait.ros.readings import stamp_of
+from nao_lipm_gait.ros.stop_request import StopRequest
+from nao_lipm_gait.ros.throttle import Throttle
+from nao_lipm_gait.signals import JointTargets
+from sim_bridge.backend import ENGINES
+from sim_bridge.commands import CommandReader, read_push
+from sim_bridge.messages import ReadingWriter, TruthWriter
+from sim_bridge.pacing import Pacer
+from sim_bridge.plant import load_plant
+from sim_bridge.simulation import START_STATES, Reading, Simulation
+
+CONTROL_PERIOD = 0.01
+"""[s] between two readings; a NAO's own."""
+RESET_SILENCE = 0.6
+"""[s] without sensors after a reset. The clock goes on, so this gap is how a controller learns that
+its past is void (it takes a gap over 0.5 s for a new beginning)."""
+RESEND = 0.25
+"""[s] wall time until lockstep sends an unanswered reading again: sensors are best effort."""
+COMPLAIN = 3.0
+"""[s] wall time until lockstep complains about a missing answer, and again."""
+
+URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+ENGINE = NodeParameter("engine", "pybullet", "physics engine", choices=ENGINES)
+PLANT = NodeParameter("plant", "reference", "plant: a shipped name or a YAML file")
+ROBOT_SEED = NodeParameter(
+    "robot_seed", 0, "which individual robot; -1 is the nominal one", "", -1, 2**31 - 1
+)
+SENSOR_DELAY = NodeParameter(
+    "sensor_delay", 0.04, "age of the sensors when published; default: the plant's", "s", 0.0, 1.0
+)
+REAL_TIME_FACTOR = NodeParameter(
+    "real_time_factor", 1.0, "simulated per wall second; 0 = as fast as possible", "", 0.0, 100.0
+)
+LOCKSTEP = NodeParameter(
+    "lockstep", False, "physics waits for the joint_command that answers the last joint_states"
+)
+GUI = NodeParameter("gui", False, "open the window of the physics engine")
+START_STATE = NodeParameter("start_state", "stand", "how the robot starts", choices=START_STATES)
+PUSH_DURATION = NodeParameter(
+    "push_duration", 0.1, "how long a push acts (simulated time)", "s", 0.002, 10.0
+)
+NODE_PARAMETERS = (
+    URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
+    PUSH_DURATION,
+)  # fmt: skip
+
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class BridgeNode(Node):
+    """Holds the simulation, takes commands and publishes what the robot feels and what is true."""
+
+    def __init__(self) -> None:
+        super().__init__("sim_bridge", automatically_declare_parameters_from_overrides=True)
+        text = partial(of_type, kind=str)
+        self._robot = load_robot(text(declare(self, URDF)))
+        plant = load_plant(text(declare(self, PLANT)))
+        self.factor = of_type(declare(self, REAL_TIME_FACTOR), float)
+        self.lockstep = of_type(declare(self, LOCKSTEP), bool)
+        self._push_duration = of_type(declare(self, PUSH_DURATION), float)
+        self._simulation = Simulation(
+            self._robot,
+            plant,
+            robot_seed=of_type(declare(self, ROBOT_SEED), int),
+            engine=text(declare(self, ENGINE)),
+            sensor_delay=of_type(declare(self, SENSOR_DELAY, plant.sensors.delay), float),
+            control_period=CONTROL_PERIOD,
+            gui=of_type(declare(self, GUI), bool),
+            start_state=text(declare(self, START_STATE)),
+        )
+        self.control_period = self._simulation.control_period
+        self._reader = CommandReader(self._robot)
+        self._targets: JointTargets | None = None
+        self._sent: Reading | None = None
+        self._silent_until = 0
+        self._commands_from = 0
+        self.awaited: int | None = None
+        """Stamp of the reading whose answer lockstep waits for [ns]."""
+        self._throttle = Throttle()
+        self._readings = ReadingWriter(self._robot, plant.sensors)
+        self._truths = TruthWriter(self._robot)
+        self._make_publishers()
+        self._make_subscriptions()
+        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
+            self._warn(name, f"parameter {name}: unknown and ignored; see `ros2 param list`")
+        self.get_logger().info(
+            f"{self._robot.name}, plant {plant.name}, robot {self._simulation.individual.seed}: "
+            + ("lockstep" if self.lockstep else f"real time factor {self.factor:g}")
+        )
+
+    def _make_publishers(self) -> None:
+        self._clock_topic = self.create_publisher(Clock, "/clock", 10)
+        self._imu = self.create_publisher(Imu, "imu/data", _RELIABLE)
+        self._joint_states = self.create_publisher(JointState, "joint_states", _RELIABLE)
+        self._wrenches = tuple(
+            self.create_publisher(WrenchStamped, f"{frame}/wrench", _RELIABLE)
+            for frame in self._robot.sole_frames
+        )
+        self._odometry = self.create_publisher(Odometry, "ground_truth/odom", _RELIABLE)
+        self._com = self.create_publisher(PointStamped, "ground_truth/com", _RELIABLE)
+        description = self.create_publisher(String, "robot_description", _LATCHED)
+        description.publish(String(data=self._robot.urdf))
+
+    def _make_subscriptions(self) -> None:
+        # In lockstep a lost command would stop the world, so it is asked for reliably.
+        commands = _RELIABLE if self.lockstep else qos_profile_sensor_data
+        self.create_subscription(
+            JointState, "joint_command", partial(self._fenced, self._on_command), commands
+        )
+        self.create_subscription(
+            WrenchStamped, "push", partial(self._fenced, self._on_push), _RELIABLE
+        )
+        self.create_service(Trigger, "~/reset", self._on_reset)
+
+    def destroy_node(self) -> None:
+        self._simulation.close()
+        super().destroy_node()
+
+    # -- the world moves ---------------------------------------------------------------------------
+
+    def advance(self) -> None:
+        """One control period of physics, then everything that can be known after it."""
+        self._simulation.step(self._targets)
+        now = self._simulation.time
+        self._clock_topic.publish(self._truths.clock(now))
+        reading = self._simulation.read()
+        silent = now < self._silent_until
+        if reading is not None and reading is not self._sent and not silent:
+            self._sent = reading
+            self.awaited = reading.frame.stamp
+            self.send(reading)
+        truth = self._simulation.truth()
+        self._odometry.publish(self._truths.odometry(truth))
+        self._com.publish(self._truths.com(truth))
+
+    def send(self, reading: Reading) -> None:
+        """The IMU goes first: the joint state of the same stamp makes the gait tick."""
+        self._imu.publish(self._readings.imu(reading))
+        self._joint_states.publish(self._readings.joints(reading))
+        for side, publisher in enumerate(self._wrenches):
+            publisher.publish(self._readings.wrench(reading, side))
+
+    def resend(self) -> None:
+        """The last reading once more, unchanged."""
+        if self._sent is not None:
+            self.send(self._sent)
+
+    # -- inputs ------------------------------------------------------------------------------------
+
+    def _fenced(self, work: Any, message: Any) -> None:
+        """A bad message becomes a warning; the robot keeps its last targets."""
+        try:
+            work(message)
+        except NaoGaitError as error:
+            self._warn(error.field, f"{error}; message ignored")
+        except Exception as error:  # noqa: BLE001 - the world must not end with a message
+            self._warn(type(error).__name__, f"{type(error).__name__}: {error}; message ignored")
+
+    def _on_command(self, message: JointState) -> None:
+        stamp = stamp_of(
+            message.header.stamp.sec, message.header.stamp.nanosec, "joint_command header.stamp"
+        )
+        answers = stamp == self.awaited
+        if self.lockstep and not answers:
+            raise NaoGaitError(
+                "joint_command header.stamp",
+                f"{stamp * 1e-9:.3f} s",
+                "in lockstep, the stamp of the last joint_states"
+                + ("" if self.awaited is None else f", {self.awaited * 1e-9:.3f} s"),
+            )
+        if answers:
+            # Even if refused below: the world goes on with the last good targets.
+            self.awaited = None
+        if 0 < stamp < self._commands_from:
+            return  # an answer to what was before the reset
+        targets, remark = self._reader.read(stamp, message.name, message.position, message.effort)
+        self._targets = targets
+        if remark is not None:
+            self._warn("limits", remark)
+
+    def _on_push(self, message: WrenchStamped) -> None:
+        force, torque = message.wrench.force, message.wrench.torque
+        push = read_push(
+            (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
+        )
+        self._simulation.push(push, self._push_duration)
+
+    def _on_reset(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
+        self._simulation.reset()
+        self._reader.reset()
+        self._targets = None
+        self._sent = None
+        self.awaited = None
+        self._commands_from = self._simulation.time
+        self._silent_until = self._simulation.time + round(RESET_SILENCE * 1e9)
+        response.success = True
+        response.message = (
+            f"back at the start; no sensors for {RESET_SILENCE} s, so that controllers begin anew"
+        )
+        self.get_logger().info("reset")
+        return response
+
+    def _warn(self, key: str, message: str) -> None:
+        held_back = self._throttle.allow(key, time.monotonic())
+        if held_back is not None:
+            more = f" ({held_back} more like it)" if held_back else ""
+            self.get_logger().warning(message + more)
+
+    def complain(self, waited: float) -> None:
+        """Lockstep hangs: say for what."""
+        stamp = 0.0 if self.awaited is None else self.awaited * 1e-9
+        listeners = self._joint_states.get_subscription_count()
+        self.get_logger().warning(
+            f"lockstep: no joint_command with header.stamp {stamp:.3f} s for {waited:.0f} s; "
+            f"{listeners} subscriber(s) on joint_states"
+        )
+
+    def fall_behind(self, lost: float) -> None:
+        """Physics cannot keep up with the wall clock."""
+        self._warn(
+            "slow", f"slower than real_time_factor {self.factor:g}: {lost:.1f} s wall time let go"
+        )
+
+
+def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:
+    """Step physics when it is due, and serve callbacks in between, until a stop is asked for."""
+    if not isinstance(node, BridgeNode):
+        raise TypeError(type(node).__name__)
+    pacer = Pacer(node.control_period, node.factor)
+    lost = 0
+    while not stop:
+        if not _served(node, executor, stop, pacer):
+            return
+        node.advance()
+        pacer.stepped()
+        if pacer.lost > lost:
+            lost = pacer.lost
+            node.fall_behind(lost * 1e-9)
+
+
+def _served(
+    node: BridgeNode, executor: SingleThreadedExecutor, stop: StopRequest, pacer: Pacer
+) -> bool:
+    """Serve callbacks until the next step may be taken; False when a stop was asked for."""
+    begin = resent = complained = time.monotonic()
+    executor.spin_once(timeout_sec=0)
+    while not stop:
+        wait = pacer.wait()
+        waits_for_answer = node.lockstep and node.awaited is not None
+        if wait <= 0.0 and not waits_for_answer:
+            return True
+        if not waits_for_answer:
+            executor.spin_once(timeout_sec=min(wait, 0.1))
+            continue
+        executor.spin_once(timeout_sec=0.05)
+        now = time.monotonic()
+        if node.awaited is not None and now - resent > RESEND:
+            resent = now
+            node.resend()
+        if node.awaited is not None and now - complained > COMPLAIN:
+            complained = now
+            node.complain(now - begin)
+        if now - begin > RESEND:
+            pacer.restart()
+    return False
