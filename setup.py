@@ -25,7 +25,14 @@ ROS = (
 )
 
 EXTRAS = {
-    "lab": ["matplotlib>=3.8", "rosbags>=0.10,<0.12", "mcap-ros2-support>=0.5", "pillow>=10"],
+    "lab": [
+        "joblib>=1.3",
+        "matplotlib>=3.8",
+        "mcap-ros2-support>=0.5",
+        "pillow>=10",
+        "rosbags>=0.10,<0.12",
+        "tqdm>=4.66",
+    ],
     "dev": [
         "filterpy>=1.4.5",
         "hypothesis>=6.100",
