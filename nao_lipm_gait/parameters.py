@@ -42,10 +42,10 @@ class GaitParameters:
 
     # -- pendulum ----------------------------------------------------------------------------------
     pendulum_height: float = _parameter(
-        0.262, 0.1, 0.6, "m", "pendulum", "assumed height h of the pendulum; sets k = sqrt(g/h)"
+        0.24, 0.1, 0.6, "m", "pendulum", "assumed height h of the pendulum; sets k = sqrt(g/h)"
     )
     pendulum_width: float = _parameter(
-        0.042, 0.005, 0.1, "m", "pendulum",
+        0.0383, 0.005, 0.1, "m", "pendulum",
         "(x0)_y: distance of the CoM from the pendulum origin where it turns back; wider = faster",
     )
     pendulum_offset_y: float = _parameter(
@@ -62,7 +62,7 @@ class GaitParameters:
     )
     # -- stance ------------------------------------------------------------------------------------
     com_height: float = _parameter(
-        0.262, 0.15, 0.4, "m", "stance", "height of the whole-body CoM above the soles"
+        0.24, 0.15, 0.4, "m", "stance", "height of the whole-body CoM above the soles"
     )
     foot_spacing: float = _parameter(
         0.11, 0.08, 0.2, "m", "stance", "lateral distance between the ankles"
@@ -76,14 +76,14 @@ class GaitParameters:
     )
     # -- swing foot --------------------------------------------------------------------------------
     swing_lift: float = _parameter(
-        0.022, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
+        0.02, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
     )
     swing_rise: float = _parameter(
-        0.4, 0.1, 0.5, "", "swing",
+        0.5, 0.1, 0.5, "", "swing",
         "share of the step for lifting, and again for lowering; in between the foot stays up",
     )
     swing_travel_end: float = _parameter(
-        0.95, 0.5, 1.0, "", "swing", "share of the step after which the foot no longer moves in x, y"
+        0.8, 0.5, 1.0, "", "swing", "share of the step after which the foot no longer moves in x, y"
     )
     # -- step sizes --------------------------------------------------------------------------------
     step_forward_max: float = _parameter(
@@ -130,6 +130,10 @@ class GaitParameters:
     )
     measurement_sigma: float = _parameter(
         0.02, 0.0001, 1.0, "m", "observer", "deviation of the measured CoM; smaller trusts it more"
+    )
+    offset_time: float = _parameter(
+        3.0, 0.0, 60.0, "s", "observer",
+        "time over which constant errors of the measured CoM are learned; 0 = not at all",
     )
     # -- torso orientation -------------------------------------------------------------------------
     tilt_accelerometer_time: float = _parameter(

@@ -56,7 +56,10 @@ class LipmWalk:
         self._p = parameters
         self._k = natural_frequency(parameters.pendulum_height)
         self._observer = ComObserver(
-            parameters.position_sigma, parameters.velocity_sigma, parameters.measurement_sigma
+            parameters.position_sigma,
+            parameters.velocity_sigma,
+            parameters.measurement_sigma,
+            parameters.offset_time,
         )
 
     def stand_at(self, q_in_odom: Pose2) -> None:
@@ -99,9 +102,10 @@ class LipmWalk:
 
     def observe(self, measured_x: float, measured_y: float) -> None:
         """Eqs (11)-(14); standing with both feet there is no pendulum to correct."""
-        corrected = self._observer.correct(self._expected, measured_x, measured_y, self._dt)
         if self._p.feedback and not self._stopping:
-            self._observed = corrected
+            self._observed = self._observer.correct(
+                self._expected, measured_x, measured_y, self._dt
+            )
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
         """Predict over the delay (21), say where the body shall be then, plan what comes after."""
