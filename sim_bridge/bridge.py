@@ -21,7 +21,13 @@ from std_srvs.srv import Trigger
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
-from nao_lipm_gait.ros.node_parameters import NodeParameter, declare, of_type, unknown_overrides
+from nao_lipm_gait.ros.node_parameters import (
+    NodeParameter,
+    declare,
+    of_type,
+    unknown_overrides,
+    used_as,
+)
 from nao_lipm_gait.ros.readings import stamp_of
 from nao_lipm_gait.ros.stop_request import StopRequest
 from nao_lipm_gait.ros.throttle import Throttle
@@ -78,8 +84,8 @@ class BridgeNode(Node):
     def __init__(self) -> None:
         super().__init__("sim_bridge", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        self._robot = load_robot(text(declare(self, URDF)))
-        plant = load_plant(text(declare(self, PLANT)))
+        self._robot = used_as(URDF, load_robot, text(declare(self, URDF)))
+        plant = used_as(PLANT, load_plant, text(declare(self, PLANT)))
         self.factor = of_type(declare(self, REAL_TIME_FACTOR), float)
         self.lockstep = of_type(declare(self, LOCKSTEP), bool)
         self._push_duration = of_type(declare(self, PUSH_DURATION), float)

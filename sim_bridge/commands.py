@@ -23,7 +23,7 @@ class CommandReader:
         self._index = {name: index for index, name in enumerate(robot.joint_names)}
         self._position = robot.stand_pose.copy()
         self._stiffness = 1.0
-        self._names: list[str] = []
+        self._names: list[str] | None = None
         self._places = np.zeros(0, dtype=np.intp)
 
     def reset(self) -> None:
@@ -81,7 +81,7 @@ class CommandReader:
         return JointTargets(stamp, self._position, self._stiffness), remark
 
     def _places_of(self, names: Sequence[str]) -> np.ndarray:
-        if names == self._names and len(self._places):
+        if names == self._names:
             return self._places
         if not names:
             raise NaoGaitError("joint_command name", "no joints", "at least one joint")

@@ -35,6 +35,7 @@ from nao_lipm_gait.ros.node_parameters import (
     of_type,
     refused,
     unknown_overrides,
+    used_as,
 )
 from nao_lipm_gait.ros.readings import (
     ACCELERATION_ABSURD,
@@ -82,8 +83,8 @@ class GaitNode(Node):
     def __init__(self) -> None:
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        self._robot = load_robot(text(declare(self, URDF)))
-        preset = load_preset(text(declare(self, PRESET)))
+        self._robot = used_as(URDF, load_robot, text(declare(self, URDF)))
+        preset = used_as(PRESET, load_preset, text(declare(self, PRESET)))
         period = of_type(declare(self, CONTROL_PERIOD), float)
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)

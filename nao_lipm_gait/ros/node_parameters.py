@@ -1,6 +1,7 @@
 """ROS parameters with a range, a unit and a meaning; one rule checks them at start and later."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -18,6 +19,7 @@ from nao_lipm_gait.parameters import Parameter
 
 Value = bool | int | float | str
 AnyValue = TypeVar("AnyValue")
+Loaded = TypeVar("Loaded")
 _OURS_NOT = ("use_sim_time", "start_type_description_service")
 """Overrides that rclpy itself understands."""
 
@@ -106,6 +108,15 @@ def unknown_overrides(node: Node, known: frozenset[str]) -> tuple[str, ...]:
             if name not in known and name not in _OURS_NOT and not name.startswith("qos_overrides.")
         )
     )
+
+
+def used_as(parameter: NodeParameter, load: Callable[[str], Loaded], value: str) -> Loaded:
+    """What `load` makes of a parameter's value; its errors name the parameter first."""
+    try:
+        return load(value)
+    except NaoGaitError as error:
+        field = f"parameter {parameter.name}: {error.field}"
+        raise NaoGaitError(field, error.value, error.allowed) from error
 
 
 def of_type(value: Value, kind: type[AnyValue]) -> AnyValue:

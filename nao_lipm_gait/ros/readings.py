@@ -90,7 +90,7 @@ class JointReader:
         self._order = robot.joint_names
         self._lower = robot.lower - JOINT_MARGIN
         self._upper = robot.upper + JOINT_MARGIN
-        self._names: list[str] = []
+        self._names: list[str] | None = None
         self._indices = np.zeros(0, dtype=np.intp)
 
     def read(

@@ -1,0 +1,49 @@
+"""A ROS domain for one run, so that two runs on one machine never meet."""
+
+import os
+import socket
+
+FIRST, LAST = 1, 101
+"""On Linux the ports of higher domains overlap with those of outgoing connections."""
+
+
+class DomainClaim:
+    """Holds a ROS_DOMAIN_ID until `release` or the end of the process, however that comes.
+
+    The claim is a name in Linux's abstract socket namespace: the kernel frees it with the process,
+    so nothing is left behind. Only runs that claim see each other; a domain that somebody set by
+    hand is not known here.
+    """
+
+    def __init__(self) -> None:
+        start = os.getpid()
+        count = LAST - FIRST + 1
+        for offset in range(count):
+            domain = FIRST + (start + offset) % count
+            holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+            try:
+                holder.bind(f"\0nao_lipm_gait_domain_{domain}")
+            except OSError:
+                holder.close()
+                continue
+            self.domain = domain
+            self._holder = holder
+            return
+        raise OSError(f"all ROS domains from {FIRST} to {LAST} are claimed")
+
+    def environment(self) -> dict[str, str]:
+        """A copy of the environment for processes of this run: this domain, this machine only."""
+        return {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(self.domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        }
+
+    def release(self) -> None:
+        self._holder.close()
+
+    def __enter__(self) -> "DomainClaim":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()

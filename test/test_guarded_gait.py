@@ -1,0 +1,87 @@
+"""Whatever the gait does, the answer is finite and inside the joint limits."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.ros.guarded_gait import GuardedGait
+from nao_lipm_gait.signals import STANDSTILL, JointTargets, SensorFrame, VelocityCommand
+
+ROBOT = load_robot()
+GOOD = np.clip(ROBOT.stand_pose + 0.01, ROBOT.lower, ROBOT.upper)
+
+
+class ScriptedGait:
+    """Answers with what it is told."""
+
+    def __init__(self, *answers: Callable[[int], JointTargets]) -> None:
+        self._answers = list(answers)
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        return self._answers.pop(0)(frame.stamp)
+
+
+def frame(stamp: int) -> SensorFrame:
+    return SensorFrame(
+        stamp, ROBOT.stand_pose, np.zeros(len(ROBOT.stand_pose)), np.zeros(3), np.zeros(3)
+    )
+
+
+def good(stamp: int) -> JointTargets:
+    return JointTargets(stamp, GOOD, 0.7)
+
+
+def with_target(index: int, value: float) -> Callable[[int], JointTargets]:
+    position = GOOD.copy()
+    position[index] = value
+    return lambda stamp: JointTargets(stamp, position)
+
+
+def raising(_stamp: int) -> JointTargets:
+    raise ZeroDivisionError("pendulum without a length")
+
+
+def test_good_targets_pass_unchanged():
+    answer = GuardedGait(ScriptedGait(good), ROBOT).step(frame(10), STANDSTILL)
+    np.testing.assert_array_equal(answer.targets.position, GOOD)
+    assert (answer.targets.stiffness, answer.held, answer.fault) == (0.7, False, None)
+
+
+@pytest.mark.parametrize(
+    ("bad", "evidence"),
+    (
+        (raising, "ZeroDivisionError: pendulum without a length"),
+        (with_target(3, math.nan), f"target nan for {ROBOT.joint_names[3]}"),
+        (with_target(0, math.inf), f"target inf for {ROBOT.joint_names[0]}"),
+        (lambda stamp: JointTargets(stamp, GOOD[:5]), "shape"),
+        (lambda stamp: JointTargets(stamp, GOOD, math.nan), "stiffness nan"),
+    ),
+)
+def test_last_good_targets_are_held_and_the_evidence_is_told(
+    bad: Callable[[int], JointTargets], evidence: str
+):
+    guarded = GuardedGait(ScriptedGait(good, bad, good), ROBOT)
+    guarded.step(frame(10), STANDSTILL)
+    answer = guarded.step(frame(20), STANDSTILL)
+    assert answer.held and answer.fault is not None and evidence in answer.fault
+    assert answer.targets.stamp == 20, "the answer belongs to the new frame"
+    np.testing.assert_array_equal(answer.targets.position, GOOD)
+    assert answer.targets.stiffness == 0.7
+    assert not guarded.step(frame(30), STANDSTILL).held
+
+
+def test_without_good_targets_the_measured_pose_is_held():
+    answer = GuardedGait(ScriptedGait(raising), ROBOT).step(frame(10), STANDSTILL)
+    np.testing.assert_array_equal(answer.targets.position, ROBOT.stand_pose)
+
+
+def test_targets_beyond_a_limit_are_cut_and_told():
+    knee = ROBOT.index("LKneePitch")
+    guarded = GuardedGait(ScriptedGait(with_target(knee, 99.0)), ROBOT)
+    answer = guarded.step(frame(10), STANDSTILL)
+    assert answer.targets.position[knee] == ROBOT.upper[knee]
+    assert not answer.held
+    assert answer.fault is not None and "LKneePitch" in answer.fault

@@ -1,0 +1,150 @@
+"""The two descriptions of the package agree, and what they promise is there."""
+
+import ast
+import importlib
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from nao_lipm_gait.resources import share
+
+ROOT = Path(__file__).resolve().parents[1]
+SCRIPTS = {
+    "gait": "nao_lipm_gait.ros.gait_node:main",
+    "sim_bridge": "sim_bridge.bridge_node:main",
+    "nao_gait": "gait_lab.cli:main",
+}
+
+
+class _Setup:
+    """The arguments of setup() as setup.py computes them."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        import setuptools
+
+        self.arguments: dict = {}
+        monkeypatch.setattr(setuptools, "setup", self.arguments.update)
+        monkeypatch.chdir(ROOT)
+        exec(compile((ROOT / "setup.py").read_text(), "setup.py", "exec"), {"__name__": "setup"})
+
+
+@pytest.fixture
+def setup(monkeypatch: pytest.MonkeyPatch) -> dict:
+    return _Setup(monkeypatch).arguments
+
+
+def package_xml() -> ET.Element:
+    return ET.parse(ROOT / "package.xml").getroot()
+
+
+def text(element: ET.Element, path: str) -> str:
+    return (element.findtext(path) or "").strip()
+
+
+def test_name_version_and_license_agree(setup: dict):
+    package = package_xml()
+    assert text(package, "name") == setup["name"]
+    assert text(package, "version") == setup["version"]
+    assert text(package, "license") == setup["license"]
+    assert text(package, "export/build_type") == "ament_python"
+
+
+def test_scripts_lead_to_functions(setup: dict):
+    scripts = dict(
+        re.split(r"\s*=\s*", line) for line in setup["entry_points"]["console_scripts"]
+    )
+    assert scripts == SCRIPTS
+    for target in scripts.values():
+        module, function = target.split(":")
+        assert callable(getattr(importlib.import_module(module), function))
+
+
+def test_every_shared_file_is_installed(setup: dict):
+    installed = {
+        f"{folder.removeprefix('share/nao_lipm_gait').strip('/')}/{Path(file).name}".lstrip("/")
+        for folder, files in setup["data_files"]
+        for file in files
+    }
+    for top in ("config", "urdf", "launch"):
+        for path in (ROOT / top).rglob("*"):
+            if path.is_file() and "__pycache__" not in path.parts:
+                assert path.relative_to(ROOT).as_posix() in installed
+    assert "package.xml" in installed
+    folders = dict(setup["data_files"])
+    marker = "share/ament_index/resource_index/packages"
+    assert folders[marker] == ["resource/nao_lipm_gait"], "ros2 finds packages by this file"
+
+
+def test_every_package_is_installed(setup: dict):
+    for top in ("nao_lipm_gait", "sim_bridge", "gait_lab"):
+        for init in (ROOT / top).rglob("__init__.py"):
+            assert init.parent.relative_to(ROOT).as_posix().replace("/", ".") in setup["packages"]
+        for module in (ROOT / top).rglob("*.py"):
+            assert (module.parent / "__init__.py").exists(), f"{module} would not be installed"
+    assert not any(name.startswith("test") for name in setup["packages"])
+
+
+def _imports(folder: str) -> set[str]:
+    found = set()
+    for path in (ROOT / folder).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found.add(node.module.split(".")[0])
+    return found
+
+
+ROSDEP_KEYS = {
+    "numpy": "python3-numpy",
+    "yaml": "python3-yaml",
+    "pybullet": "python3-pybullet-pip",
+    "pinocchio": "pinocchio",
+    "matplotlib": "python3-matplotlib",
+    "rosbags": "python3-rosbags-pip",
+    "joblib": "python3-joblib",
+    "tqdm": "python3-tqdm",
+    "PIL": "python3-pil",
+    "mcap_ros2": "mcap-ros2-support",
+    "launch": "launch",
+    "launch_ros": "launch_ros",
+    "tf2_ros": "tf2_ros",
+    "rclpy": "rclpy",
+    "ament_index_python": "ament_index_python",
+}
+
+
+def test_package_xml_depends_on_what_is_imported():
+    depends = {element.text for element in package_xml().iter() if element.tag.endswith("_depend")}
+    imported = set().union(*(_imports(top) for top in ("nao_lipm_gait", "sim_bridge", "gait_lab")))
+    imported |= _imports("launch")
+    for module in imported:
+        key = ROSDEP_KEYS.get(module)
+        if key is None and module.endswith(("_msgs", "_srvs")):
+            key = module
+        if key is not None:
+            assert key in depends, f"import {module}"
+
+
+def test_core_knows_no_ros_and_no_physics():
+    """Only the folder ros/ of the gait may import rclpy; nothing of the gait a simulator."""
+    ros = {"rclpy", "std_msgs", "sensor_msgs", "geometry_msgs", "nav_msgs", "rosgraph_msgs"}
+    for path in (ROOT / "nao_lipm_gait").rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        names = {
+            (node.module if isinstance(node, ast.ImportFrom) else alias.name).split(".")[0]
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Import | ast.ImportFrom)
+            for alias in node.names
+            if not isinstance(node, ast.ImportFrom) or node.module
+        }
+        assert not names & {"pybullet", "mujoco", "sim_bridge", "gait_lab"}, path
+        if "ros" not in path.relative_to(ROOT).parts:
+            assert not names & ros, path
+
+
+def test_launch_file_is_found_and_starts_both_nodes():
+    text = share("launch", "walk.launch.py").read_text(encoding="utf-8")
+    assert 'executable="gait"' in text and 'executable="sim_bridge"' in text
