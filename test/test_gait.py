@@ -1,0 +1,206 @@
+"""The gait as a whole, with joints that obey at once and a torso that stays upright."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.kinematics.joint_limits import JointLimits
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from nao_lipm_gait.signals import (
+    STANDSTILL,
+    GaitState,
+    JointTargets,
+    SensorFrame,
+    VelocityCommand,
+)
+
+PERIOD = 10_000_000
+GRAVITY = np.array([0.0, 0.0, 9.81])
+FORWARD = VelocityCommand(0.15, 0.0, 0.0)
+P = GaitParameters()
+
+
+@pytest.fixture(scope="module")
+def robot() -> RobotDescription:
+    return load_robot()
+
+
+class ObedientRobot:
+    """Joints go where they are told; what they report is `delay` ticks old."""
+
+    def __init__(self, robot: RobotDescription, parameters: GaitParameters = P):
+        self.gait = Gait(robot, parameters)
+        ticks = round(parameters.feedback_delay / 0.01)
+        self.shown = [np.array(robot.stand_pose)] * max(1, ticks)
+        self.stamp = 0
+        self.force = GRAVITY
+
+    def frame(self, stamp: int | None = None) -> SensorFrame:
+        joints = self.shown[0]
+        return SensorFrame(
+            self.stamp if stamp is None else stamp, joints, 0.0 * joints, np.zeros(3), self.force
+        )
+
+    def tick(self, command: VelocityCommand) -> JointTargets:
+        targets = self.gait.step(self.frame(), command)
+        self.stamp += PERIOD
+        self.shown = [*self.shown[1:], targets.position]
+        return targets
+
+    def run(self, command: VelocityCommand, seconds: float) -> list[JointTargets]:
+        return [self.tick(command) for _ in range(round(seconds * 100))]
+
+    def states(self, command: VelocityCommand, seconds: float) -> list[GaitState]:
+        states = []
+        for _ in range(round(seconds * 100)):
+            self.tick(command)
+            states.append(self.gait.state)
+        return states
+
+
+def test_stands_walks_stops_and_stands(robot: RobotDescription) -> None:
+    nao = ObedientRobot(robot)
+    assert set(nao.states(STANDSTILL, 1.0)) == {GaitState.STAND}
+    walking = nao.states(FORWARD, 5.0)
+    assert walking[-1] is GaitState.WALK
+    stopping = nao.states(STANDSTILL, 4.0)
+    assert stopping[-1] is GaitState.STAND
+    order = [state for i, state in enumerate(stopping) if i == 0 or stopping[i - 1] is not state]
+    assert order == [GaitState.WALK, GaitState.STOP, GaitState.STAND]
+
+
+def test_what_is_measured_is_what_was_expected(robot: RobotDescription) -> None:
+    # A perfect robot closes the loop through kinematics, CoM, observer and prediction.
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    worst = 0.0
+    for _ in range(600):
+        nao.tick(VelocityCommand(0.12, 0.03, 0.3))
+        status = nao.gait.status
+        if status.step_count > 1:
+            worst = max(
+                worst, math.dist(status.com_expected_in_q[:2], status.com_measured_in_q[:2])
+            )
+    assert worst < 5e-4
+
+
+def test_odometry_follows_the_command(robot: RobotDescription) -> None:
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    nao.run(FORWARD, 3.0)
+    before = nao.gait.status.base_footprint_in_odom
+    nao.run(FORWARD, 10.0)
+    after = nao.gait.status.base_footprint_in_odom
+    assert after[0] - before[0] == pytest.approx(1.5, rel=0.05)
+    assert abs(after[1] - before[1]) < 0.02
+
+
+def test_mirrored_commands_give_mirrored_joints(robot: RobotDescription) -> None:
+    walks = []
+    for side in (1.0, -1.0):
+        nao = ObedientRobot(robot)
+        nao.run(STANDSTILL, 1.0)
+        command = VelocityCommand(0.1, 0.03 * side, 0.2 * side)
+        walks.append(np.array([targets.position for targets in nao.run(command, 3.0)]))
+    index = robot.index
+    for left, right in zip(robot.left_leg.names, robot.right_leg.names, strict=True):
+        sign = -1.0 if "Roll" in left else 1.0
+        np.testing.assert_allclose(
+            walks[0][:, index(left)], sign * walks[1][:, index(right)], atol=2e-3
+        )
+
+
+def test_same_frames_give_the_same_targets(robot: RobotDescription) -> None:
+    def walk() -> np.ndarray:
+        nao = ObedientRobot(robot)
+        nao.run(STANDSTILL, 1.0)
+        return np.array([targets.position for targets in nao.run(FORWARD, 2.0)])
+
+    np.testing.assert_array_equal(walk(), walk())
+
+
+def test_targets_stay_inside_the_limits_whatever_is_sensed(robot: RobotDescription) -> None:
+    rng = np.random.default_rng(11)
+    gait = Gait(robot, P)
+    limits = JointLimits(robot)
+    for tick in range(1500):
+        joints = np.array(robot.stand_pose) + rng.normal(0.0, 0.3, len(robot.joint_names))
+        frame = SensorFrame(
+            tick * PERIOD, joints, 0.0 * joints, rng.normal(0, 3, 3), rng.normal(0, 8, 3) + GRAVITY
+        )
+        command = VelocityCommand(*rng.normal(0.0, 3.0, 3))
+        position = gait.step(frame, command).position
+        assert np.isfinite(position).all()
+        assert limits.cut(position.copy()) == 0
+
+
+def test_lost_frames_do_not_stop_the_walk(robot: RobotDescription) -> None:
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    nao.run(FORWARD, 2.0)
+    complete = ObedientRobot(robot)
+    complete.run(STANDSTILL, 1.0)
+    complete.run(FORWARD, 2.0)
+    complete.run(FORWARD, 0.05)
+    nao.stamp += 5 * PERIOD
+    a, b = nao.tick(FORWARD).position, complete.tick(FORWARD).position
+    np.testing.assert_allclose(a, b, atol=0.02)
+    assert nao.gait.state is GaitState.WALK
+
+
+@pytest.mark.parametrize("jump", [-1_000_000_000, -10_000_000, 0, 5_000_000_000])
+def test_a_time_jump_is_a_new_beginning(robot: RobotDescription, jump: int) -> None:
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    nao.run(FORWARD, 2.0)
+    shown = nao.shown[0]
+    nao.stamp += jump - PERIOD
+    targets = nao.tick(FORWARD)
+    assert nao.gait.state is GaitState.STAND
+    # The stand begins where the joints are: no jerk.
+    np.testing.assert_allclose(targets.position, shown, atol=0.01)
+
+
+def test_a_fallen_robot_is_relaxed_until_it_is_put_up_again(robot: RobotDescription) -> None:
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    nao.run(FORWARD, 1.0)
+    nao.force = np.array([9.81, 0.0, 0.0])
+    fallen = nao.run(FORWARD, 20.0)
+    assert nao.gait.state is GaitState.FALLEN
+    assert fallen[-1].stiffness == 0.0
+    nao.force = GRAVITY
+    nao.run(STANDSTILL, 20.0)
+    assert nao.gait.state is GaitState.STAND
+    assert nao.tick(STANDSTILL).stiffness == 1.0
+
+
+def test_relax_and_stand_on_request(robot: RobotDescription) -> None:
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    nao.gait.request_relax()
+    assert nao.tick(FORWARD).stiffness == 0.0
+    nao.run(FORWARD, 1.0)
+    assert nao.gait.state is GaitState.RELAXED
+    nao.gait.request_stand()
+    assert nao.tick(STANDSTILL).stiffness == 1.0
+    assert nao.gait.state is GaitState.STAND
+    nao.run(STANDSTILL, 1.0)
+    nao.run(FORWARD, 2.0)
+    nao.gait.request_stand()
+    states = nao.states(FORWARD, 4.0)
+    assert GaitState.STAND in states
+
+
+def test_parameters_change_between_ticks(robot: RobotDescription) -> None:
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    nao.run(FORWARD, 2.0)
+    nao.gait.set_parameters(P.replace(swing_lift=0.03, step_forward_max=0.01))
+    nao.run(FORWARD, 3.0)
+    before = nao.gait.status.base_footprint_in_odom[0]
+    nao.run(FORWARD, 4.0)
+    assert nao.gait.status.base_footprint_in_odom[0] - before < 0.25
