@@ -183,7 +183,7 @@ class BridgeNode(Node):
         try:
             work(message)
         except NaoGaitError as error:
-            self._warn(error.field, f"{error}; message ignored")
+            self._warn(error.field, f"{error}; message ignored", burst=5)
         except Exception as error:  # noqa: BLE001 - the world must not end with a message
             self._warn(type(error).__name__, f"{type(error).__name__}: {error}; message ignored")
 
@@ -231,8 +231,8 @@ class BridgeNode(Node):
         self.get_logger().info("reset")
         return response
 
-    def _warn(self, key: str, message: str) -> None:
-        held_back = self._throttle.allow(key, time.monotonic())
+    def _warn(self, key: str, message: str, burst: int = 1) -> None:
+        held_back = self._throttle.allow(key, time.monotonic(), burst)
         if held_back is not None:
             more = f" ({held_back} more like it)" if held_back else ""
             self.get_logger().warning(message + more)

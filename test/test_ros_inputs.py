@@ -242,6 +242,15 @@ def test_time_that_goes_back_does_not_bring_old_frames():
     assert frame.stamp == 20 * MS
 
 
+def test_new_beginning_keeps_the_imu_sample_that_came_before_its_joints():
+    assembler = FrameAssembler()
+    assembler.add_imu(imu(500))
+    assembler.add_imu(imu(20))
+    assembler.begin_at(20 * MS)
+    (frame,) = assembler.add_joints(joints(20))
+    assert frame.angular_velocity[0] == 20.0
+
+
 def test_missing_velocity_is_taken_from_the_positions():
     assembler = FrameAssembler()
     for ms in (10, 20):
@@ -263,11 +272,17 @@ def test_throttle_lets_one_through_and_counts_the_rest():
     assert throttle.allow("a", 4.5) == 0
 
 
+def test_throttle_lets_a_burst_through():
+    throttle = Throttle(period=2.0)
+    assert [throttle.allow("a", 0.1 * i, burst=3) for i in range(5)] == [0, 0, 0, None, None]
+    assert throttle.allow("a", 2.0, burst=3) == 2
+
+
 def test_throttle_does_not_grow_with_hostile_keys():
     throttle = Throttle()
     for i in range(100_000):
         throttle.allow(str(i), 0.0)
-    assert len(throttle._seen) < 1000
+    assert len(throttle._windows) < 1000
 
 
 def test_tick_summary_is_of_the_time_since_the_last_one():

@@ -47,8 +47,9 @@ class FrameAssembler:
         self._misses = 0
         self._last: tuple[int, FloatArray] | None = None
 
-    def clear(self) -> None:
-        self._imu.clear()
+    def begin_at(self, stamp: int) -> None:
+        """Forget all but the IMU samples up to this stamp [ns]: the one of it may be there."""
+        self._imu = deque((s for s in self._imu if s.stamp <= stamp), maxlen=self._imu.maxlen)
         self._waiting = None
         self._last = None
 

@@ -172,7 +172,7 @@ class GaitNode(Node):
             work()
         except NaoGaitError as error:
             self._rejected[topic] += 1
-            self._warn(error.field, f"{error}; message ignored")
+            self._warn(error.field, f"{error}; message ignored", burst=5)
         except Exception as error:  # noqa: BLE001 - a walking robot must not lose its gait
             self._rejected[topic] += 1
             self._warn(topic, f"{topic}: {type(error).__name__}: {error}; message ignored")
@@ -248,8 +248,7 @@ class GaitNode(Node):
             f"joint_states header.stamp: {step.value} to {stamp * 1e-9:.3f} s; allowed: steps of "
             f"{self._gait_period():g} s and no gap over 0.5 s; beginning anew from a stand",
         )
-        if step is Step.BACKWARDS:
-            self._assembler.clear()
+        self._assembler.begin_at(stamp)
         self._velocity.clear()
         relaxed = self._gait.state is GaitState.RELAXED
         self._gait.reset()
@@ -372,8 +371,8 @@ class GaitNode(Node):
             diagnostics(self.get_name(), self._robot.name, health, new_faults)
         )
 
-    def _warn(self, key: str, message: str) -> None:
-        held_back = self._throttle.allow(key, time.monotonic())
+    def _warn(self, key: str, message: str, burst: int = 1) -> None:
+        held_back = self._throttle.allow(key, time.monotonic(), burst)
         if held_back is not None:
             self.get_logger().warning(message + _times(held_back))
 

@@ -1,0 +1,26 @@
+"""Every test in here starts processes; each gets a probe in a ROS domain of its own."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from ros_probe import Probe
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    here = Path(__file__).parent
+    for item in items:
+        if here in item.path.parents:
+            item.add_marker(pytest.mark.ros)
+            # One at a time: two robots in real time on two cores would disturb each other.
+            item.add_marker(pytest.mark.xdist_group("ros"))
+
+
+@pytest.fixture
+def probe(tmp_path: Path) -> Iterator[Probe]:
+    probe = Probe(tmp_path)
+    try:
+        yield probe
+    finally:
+        probe.close()

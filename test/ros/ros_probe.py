@@ -1,0 +1,176 @@
+"""The nodes as processes, and a probe that talks to them. Waits on predicates, never on sleeps."""
+
+import os
+import re
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from nao_lipm_gait.ros.domain import DomainClaim
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULES = {"gait": "nao_lipm_gait.ros.gait_node", "sim_bridge": "sim_bridge.bridge_node"}
+TIMEOUT = 30.0
+"""[s] for any single thing to happen, on a busy machine."""
+
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # read when the probe joins its domain
+
+
+class Process:
+    """One node as a process; its log goes to a file."""
+
+    def __init__(self, name: str, log: Path, domain: DomainClaim, arguments: Sequence[str]) -> None:
+        self.name = name
+        self._log = log
+        environment = domain.environment() | {"PYTHONUNBUFFERED": "1"}
+        with log.open("wb") as file:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", MODULES[name], *arguments],
+                cwd=ROOT,
+                env=environment,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        self.pid = self._process.pid
+
+    @property
+    def log(self) -> str:
+        return self._log.read_text(errors="replace")
+
+    @property
+    def status(self) -> int | None:
+        return self._process.poll()
+
+    def signal(self, number: int) -> None:
+        self._process.send_signal(number)
+
+    def wait(self, timeout: float = TIMEOUT) -> int:
+        """Exit status."""
+        return self._process.wait(timeout)
+
+    def stop(self) -> int:
+        self.signal(signal.SIGINT)
+        return self.wait()
+
+    def kill(self) -> None:
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+
+    def says(self, pattern: str) -> bool:
+        return re.search(pattern, self.log) is not None
+
+
+class Probe:
+    """A node of the test's own, and the processes beside it, in a domain of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self.domain = DomainClaim()
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=self.domain.domain)
+        self.node = Node("probe", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self.processes: list[Process] = []
+
+    def start(self, name: str, *arguments: str, **parameters: object) -> Process:
+        """Start `gait` or `sim_bridge` with ROS parameters."""
+        given = [f"{key}:={_yaml(value)}" for key, value in parameters.items()]
+        ros = [word for item in given for word in ("-p", item)]
+        log = self._folder / f"{name}_{len(self.processes)}.log"
+        everything = [*arguments, *(["--ros-args", *ros] if ros else [])]
+        process = Process(name, log, self.domain, everything)
+        self.processes.append(process)
+        return process
+
+    def subscribe(
+        self,
+        kind: type,
+        topic: str,
+        qos: QoSProfile | int = 100,
+        callback: Callable[[Any], None] | None = None,
+    ) -> list[Any]:
+        """All messages of a topic, as they come."""
+        messages: list[Any] = []
+
+        def receive(message: Any) -> None:
+            messages.append(message)
+            if callback is not None:
+                callback(message)
+
+        self.node.create_subscription(kind, topic, receive, qos)
+        return messages
+
+    def publisher(self, kind: type, topic: str) -> Any:
+        """A publisher that somebody listens to."""
+        publisher = self.node.create_publisher(kind, topic, 10)
+        self.wait(lambda: publisher.get_subscription_count() > 0, f"a subscriber of {topic}")
+        return publisher
+
+    def call(self, kind: type, service: str, request: Any) -> Any:
+        client = self.node.create_client(kind, service)
+        self.wait(client.service_is_ready, f"service {service}")
+        future = client.call_async(request)
+        self.wait(future.done, f"answer of {service}")
+        self.node.destroy_client(client)
+        return future.result()
+
+    def wait(
+        self,
+        predicate: Callable[[], object],
+        what: str,
+        timeout: float = TIMEOUT,
+        every: Callable[[], None] | None = None,
+    ) -> None:
+        """Serve callbacks until the predicate holds; call `every` now and each 0.25 s."""
+        end = time.monotonic() + timeout
+        again = 0.0
+        while not predicate():
+            if every is not None and time.monotonic() > again:
+                again = time.monotonic() + 0.25
+                every()
+            dead = [process for process in self.processes if process.status not in (None, 0)]
+            if dead or time.monotonic() > end:
+                logs = "\n".join(f"--- {p.name}: {p.log[-3000:]}" for p in self.processes)
+                raise AssertionError(f"{'died' if dead else 'timeout'} waiting for {what}\n{logs}")
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def close(self) -> None:
+        for process in self.processes:
+            process.kill()
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+        self.domain.release()
+
+
+def _yaml(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def stamp(message: Any) -> int:
+    """[ns]"""
+    return message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+
+
+def set_stamp(message: Any, nanoseconds: int) -> Any:
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+    return message
+
+
+def bits(values: Any) -> bytes:
+    """Of a list of doubles, exactly."""
+    return struct.pack(f"{len(values)}d", *values)

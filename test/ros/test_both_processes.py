@@ -1,0 +1,186 @@
+"""Both nodes as processes: the robot walks, runs repeat, and all of it ends cleanly."""
+
+import math
+import os
+import signal
+from pathlib import Path
+
+import pytest
+from geometry_msgs.msg import Twist, WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_probe import Probe, bits, stamp
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LOCKSTEP = {"lockstep": True, "real_time_factor": 0.0}
+
+
+class Driver:
+    """Repeats a velocity command every 0.1 s of simulated time, as long as it is set."""
+
+    def __init__(self, probe: Probe) -> None:
+        self.forward: float | None = None
+        self._publisher = probe.node.create_publisher(Twist, "cmd_vel", 10)
+        self._next = 0
+        probe.subscribe(Clock, "/clock", callback=self._on_clock)
+
+    def _on_clock(self, message: Clock) -> None:
+        now = message.clock.sec * 10**9 + message.clock.nanosec
+        if self.forward is not None and now >= self._next:
+            self._next = now + 100_000_000
+            twist = Twist()
+            twist.linear.x = self.forward
+            self._publisher.publish(twist)
+
+
+@pytest.mark.parametrize("parameters", (LOCKSTEP, {}), ids=("lockstep", "real_time"))
+def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, parameters: dict):
+    driver = Driver(probe)
+    truth = probe.subscribe(Odometry, "ground_truth/odom")
+    odometry = probe.subscribe(Odometry, "odom")
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    probe.start("gait")
+    probe.start("sim_bridge", **parameters)
+    probe.wait(lambda: support and support[-1].data.startswith("stand"), "a stand")
+    probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
+    start = truth[-1].pose.pose.position
+
+    def walked(message: Odometry) -> float:
+        position = message.pose.pose.position
+        return math.hypot(position.x - start.x, position.y - start.y)
+
+    assert walked(truth[-1]) < 0.01, "stands as long as nobody asks"
+    driver.forward = 0.15
+    begin = stamp(truth[-1])
+    probe.wait(lambda: walked(truth[-1]) > 0.4, "0.4 m of way")
+    assert stamp(truth[-1]) - begin < 8_000_000_000, "at 15 cm/s this takes 3 s and a start"
+    assert truth[-1].pose.pose.position.z > 0.28
+    driver.forward = None
+    probe.wait(lambda: support[-1].data.startswith("stand"), "a stand after the timeout")
+    position = odometry[-1].pose.pose.position
+    assert math.hypot(position.x, position.y) == pytest.approx(walked(truth[-1]), rel=0.35)
+    assert truth[-1].pose.pose.position.z > 0.28
+    for process in probe.processes:
+        assert "Traceback" not in process.log
+
+
+def test_reset_after_a_fall_and_the_gait_stands_again(probe: Probe):
+    truth = probe.subscribe(Odometry, "ground_truth/odom")
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    probe.start("gait")
+    probe.start("sim_bridge", **LOCKSTEP)
+    push = probe.publisher(WrenchStamped, "push")
+    probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
+    message = WrenchStamped()
+    message.wrench.force.x = 500.0
+    push.publish(message)
+    probe.wait(lambda: support[-1].data.startswith("fallen"), "a fall")
+    probe.wait(lambda: truth[-1].pose.pose.position.z < 0.2, "a robot on the floor")
+    assert probe.call(Trigger, "sim_bridge/reset", Trigger.Request()).success
+    again = stamp(truth[-1])
+    probe.wait(lambda: stamp(truth[-1]) > again + 4_000_000_000, "4 s after the reset")
+    assert support[-1].data.startswith("stand")
+    assert truth[-1].pose.pose.position.z > 0.3
+
+
+def _run(folder: Path, seed: int, until: int) -> dict[int, bytes]:
+    """Joint positions by stamp of a walk in lockstep, bit by bit."""
+    folder.mkdir()
+    probe = Probe(folder)
+    try:
+        joints = probe.subscribe(JointState, "joint_states", 1000)
+        probe.start("gait", cmd_vel_timeout=1000.0)
+        velocity = probe.publisher(Twist, "cmd_vel")
+        twist = Twist()
+        twist.linear.x = 0.15
+        twist.angular.z = 0.2
+        velocity.publish(twist)
+        assert velocity.wait_for_all_acked()  # the gait has it before the first frame
+        probe.start("sim_bridge", robot_seed=seed, **LOCKSTEP)
+        probe.wait(lambda: joints and stamp(joints[-1]) >= until, "the end of the walk")
+        return {stamp(message): bits(message.position) for message in joints}
+    finally:
+        probe.close()
+
+
+def test_same_seed_in_lockstep_gives_the_same_walk_bit_by_bit(tmp_path: Path):
+    until = 4_000_000_000
+    first = _run(tmp_path / "first", 3, until)
+    second = _run(tmp_path / "second", 3, until)
+    other = _run(tmp_path / "other", 4, until)
+    common = sorted(set(first) & set(second))
+    common = [stamp for stamp in common if stamp <= until]
+    assert len(common) > 390, "nearly every frame has to be compared"
+    assert len({first[stamp] for stamp in common}) > 200, "it walked"
+    different = [stamp for stamp in common if first[stamp] != second[stamp]]
+    assert not different, f"differ from {different[0] * 1e-9:.2f} s on"
+    assert any(other[stamp] != first[stamp] for stamp in common if stamp in other)
+
+
+@pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
+def test_signal_ends_both_with_status_0(probe: Probe, number: int):
+    commands = probe.subscribe(JointState, "joint_command")
+    gait = probe.start("gait")
+    bridge = probe.start("sim_bridge")
+    probe.wait(lambda: len(commands) > 20, "a running robot")
+    for process in (gait, bridge):
+        process.signal(number)
+    for process in (gait, bridge):
+        assert process.wait(timeout=10.0) == 0, process.log
+        assert "Traceback" not in process.log and "rror" not in process.log, process.log
+        with pytest.raises(ProcessLookupError):
+            os.killpg(process.pid, 0)  # nobody left in its group
+
+
+@pytest.mark.parametrize("name", ("gait", "sim_bridge"))
+def test_signal_during_the_start_is_clean_too(probe: Probe, name: str):
+    process = probe.start(name)
+    status = Path(f"/proc/{process.pid}/status")
+
+    def listens() -> bool:
+        """SIGTERM is caught: the earliest moment that is ours."""
+        line = next(line for line in status.read_text().splitlines() if "SigCgt" in line)
+        return bool(int(line.split()[1], 16) >> (signal.SIGTERM - 1) & 1)
+
+    probe.wait(listens, "signal handlers")
+    process.signal(signal.SIGINT)
+    assert process.wait(timeout=10.0) == 0
+    assert process.log == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "message"),
+    (
+        ("gait", ["-p", "preset:=nope"], "gait: parameter preset: .*'nope'; allowed: .*paper"),
+        ("gait", ["-p", "fall_tilt:=9.0"], "gait: fall_tilt: got 9.0; allowed: .* 0.3 to 1.5 rad"),
+        ("gait", ["-p", "feedback:=3"], "gait: feedback: got 3; allowed: true or false"),
+        ("gait", ["-p", "urdf:=/no.urdf"], "gait: parameter urdf: .*'/no.urdf'; allowed: "),
+        ("gait", ["--params-file", "/no.yaml"], "gait: .*/no.yaml"),
+        ("sim_bridge", ["-p", "plant:=nope"], "parameter plant: .*'nope'; allowed: .*reference"),
+        ("sim_bridge", ["-p", "sensor_delay:=-1.0"], "sensor_delay: got -1.0; allowed: .* 0 to 1"),
+        ("sim_bridge", ["-p", "robot_seed:=two"], "robot_seed: got 'two'; allowed: a whole number"),
+        ("sim_bridge", ["-p", "engine:=mojoco"], "engine: got 'mojoco'; allowed: .*pybullet"),
+    ),
+)
+def test_bad_start_is_one_clear_line_and_status_2(
+    probe: Probe, name: str, arguments: list[str], message: str
+):
+    process = probe.start(name, "--ros-args", *arguments)
+    assert process.wait() == 2
+    assert process.says(message), process.log
+    assert len(process.log.strip().splitlines()) == 1, process.log
+
+
+def test_urdf_without_a_joint_is_named(probe: Probe, tmp_path: Path):
+    from nao_lipm_gait.resources import find
+
+    text = find("urdf", "nao_h21_v33").read_text(encoding="utf-8")
+    broken = tmp_path / "broken.urdf"
+    broken.write_text(text.replace('"LKneePitch"', '"LKneeFoo"'), encoding="utf-8")
+    process = probe.start("gait", urdf=broken)
+    assert process.wait() == 2
+    assert process.says("LKneePitch") and process.says("broken.urdf"), process.log

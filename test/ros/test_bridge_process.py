@@ -1,0 +1,207 @@
+"""`sim_bridge` as a process; the test is the controller."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_probe import Probe, bits, set_stamp, stamp
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from nao_lipm_gait.robot_description import load_robot
+
+ROBOT = load_robot()
+PERIOD = 10_000_000
+
+
+class Controller:
+    """Answers joint states one at a time, so that a lockstep bridge moves step by step."""
+
+    def __init__(self, probe: Probe, **parameters: object) -> None:
+        self.probe = probe
+        self.joints = probe.subscribe(JointState, "joint_states")
+        self.imu = probe.subscribe(Imu, "imu/data")
+        self.odometry = probe.subscribe(Odometry, "ground_truth/odom")
+        self.clock = probe.subscribe(Clock, "/clock")
+        self.bridge = probe.start(
+            "sim_bridge", lockstep=True, real_time_factor=0.0, **parameters
+        )
+        self.command = probe.publisher(JointState, "joint_command")
+        probe.wait(lambda: self.joints, "the first joint_states")
+        # What was published before both ends knew of each other is lost: begin when all arrives.
+        while not self.odometry:
+            last = stamp(self.joints[-1])
+            self.answer()
+            probe.wait(lambda n=last: stamp(self.joints[-1]) > n, "the next joint_states")
+        # The reading is sent again when it is not answered; by then nothing else is under way.
+        count = len(self.joints)
+        probe.wait(lambda: len(self.joints) > count, "the same joint_states again")
+
+    def wait_for_reading(self, last: int, truth: int) -> None:
+        """Wait for a reading and a truth later than these stamps [ns]."""
+        self.probe.wait(
+            lambda: stamp(self.joints[-1]) > last and stamp(self.odometry[-1]) > truth,
+            f"joint_states after {last} and ground_truth/odom after {truth}",
+        )
+
+    def answer(self, position: Any = ROBOT.stand_pose, **fields: Any) -> JointState:
+        message = JointState(
+            name=list(ROBOT.joint_names), position=[float(q) for q in position], **fields
+        )
+        set_stamp(message, stamp(self.joints[-1]))
+        self.command.publish(message)
+        return message
+
+    def step(self, position: Any = ROBOT.stand_pose) -> None:
+        last, truth = stamp(self.joints[-1]), stamp(self.odometry[-1])
+        self.answer(position)
+        self.wait_for_reading(last, truth)
+
+
+@pytest.mark.parametrize("delay_ms", (0, 40, 60))
+def test_delay_through_ros_equals_the_parameter(probe: Probe, delay_ms: int):
+    """By the stamps, and by a push: its jolt comes to the IMU that much after it happened."""
+    robot = Controller(probe, sensor_delay=delay_ms * 1e-3, robot_seed=-1)
+    robot.step()
+    for _ in range(5):
+        robot.step()
+        assert stamp(robot.odometry[-1]) - stamp(robot.joints[-1]) == delay_ms * 1_000_000
+        assert stamp(robot.imu[-1]) == stamp(robot.joints[-1])
+    push = probe.publisher(WrenchStamped, "push")
+    message = WrenchStamped()
+    message.wrench.force.y = 100.0
+    push.publish(message)
+
+    def sideways() -> float:
+        return abs(robot.odometry[-1].twist.twist.linear.y)
+
+    pushed_at = felt_at = felt_stamp = None
+    calm = sideways()
+    for _ in range(300):
+        robot.step()
+        if pushed_at is None and sideways() > calm + 0.03:
+            pushed_at = stamp(robot.odometry[-1])
+        if abs(robot.imu[-1].linear_acceleration.y) > 5.0:
+            felt_at, felt_stamp = stamp(robot.odometry[-1]), stamp(robot.imu[-1])
+            break
+    assert pushed_at is not None and felt_at is not None and felt_stamp is not None
+    assert felt_stamp == pushed_at, "stamped at the sampling"
+    assert felt_at - pushed_at == delay_ms * 1_000_000, "and available that much later"
+
+
+def test_default_delay_is_the_plants(probe: Probe):
+    robot = Controller(probe)
+    for _ in range(2):
+        robot.step()
+    assert stamp(robot.odometry[-1]) - stamp(robot.joints[-1]) == 40_000_000
+
+
+def test_clock_and_truth_come_at_the_control_rate_and_messages_are_complete(probe: Probe):
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    description = probe.subscribe(String, "robot_description", latched)
+    com = probe.subscribe(PointStamped, "ground_truth/com")
+    wrench = probe.subscribe(WrenchStamped, "l_sole/wrench")
+    robot = Controller(probe, robot_seed=3)
+    for _ in range(30):
+        robot.step()
+    times = [m.clock.sec * 10**9 + m.clock.nanosec for m in robot.clock]
+    assert set(np.diff(times)) == {PERIOD}
+    assert set(np.diff([stamp(m) for m in robot.odometry])) == {PERIOD}
+    last = robot.joints[-1]
+    assert list(last.name) == list(ROBOT.joint_names)
+    assert len(last.position) == len(last.velocity) == len(last.effort) == len(ROBOT.joint_names)
+    imu = robot.imu[-1]
+    assert imu.orientation_covariance[0] == -1.0, "REP-145: no orientation is given"
+    assert imu.linear_acceleration.z == pytest.approx(9.81, abs=0.8)
+    assert imu.angular_velocity.z == 0.0 and imu.angular_velocity_covariance[8] > 1e3
+    odometry = robot.odometry[-1]
+    assert (odometry.header.frame_id, odometry.child_frame_id) == ("world", ROBOT.torso_frame)
+    probe.wait(lambda: com and wrench and description, "com, wrench and description")
+    assert com[-1].header.frame_id == "world" and 0.2 < com[-1].point.z < 0.35
+    assert wrench[-1].header.frame_id == "l_sole" and wrench[-1].wrench.force.z > 5.0
+    assert description[-1].data == ROBOT.urdf
+
+
+def test_lockstep_waits_and_asks_again(probe: Probe):
+    """Only the right stamp moves the world; an unanswered reading is sent again, unchanged."""
+    robot = Controller(probe)
+    for _ in range(2):
+        robot.step()
+    frozen, count = stamp(robot.odometry[-1]), len(robot.joints)
+    wrong = JointState(name=["HeadYaw"], position=[0.1])
+    set_stamp(wrong, stamp(robot.joints[-1]) - PERIOD)
+    robot.command.publish(wrong)
+    probe.wait(lambda: len(robot.joints) >= count + 2, "the same reading twice again")
+    assert stamp(robot.odometry[-1]) == frozen
+    assert bits(robot.joints[-1].position) == bits(robot.joints[count - 1].position)
+    assert robot.bridge.says("joint_command header.stamp: got .* in lockstep, the stamp of the last")
+    probe.wait(lambda: robot.bridge.says("lockstep: no joint_command with"), "a complaint")
+    robot.step()
+    assert stamp(robot.odometry[-1]) == frozen + PERIOD
+
+
+def test_bad_messages_are_refused_and_the_robot_stands_on(probe: Probe):
+    robot = Controller(probe)
+    push = probe.publisher(WrenchStamped, "push")
+    names, pose = list(ROBOT.joint_names), ROBOT.stand_pose.tolist()
+    bad_commands = {
+        r"position\[LKneePitch\]: got nan": {
+            "position": [math.nan if name == "LKneePitch" else 0.0 for name in names]
+        },
+        r"position\[HeadYaw\]: got inf": {"position": [math.inf, *pose[1:]]},
+        r"position: got '21 values'": {"position": pose[1:]},
+        r"position: got '0 values'": {"position": []},
+        r"name: got .*Tail": {"name": ["Tail", *names[1:]], "position": pose},
+        r"HeadYaw' more than once": {"name": [*names, "HeadYaw"], "position": [*pose, 0.0]},
+        r"name: got 'no joints'": {"name": [], "position": []},
+        r"effort\[HeadYaw\]: got 7.0": {"position": pose, "effort": [7.0] * len(names)},
+        r"position\[HeadYaw\]: got 1e\+30; .* cut there": {"position": [1e30, *pose[1:]]},
+    }
+    for pattern, fields in bad_commands.items():
+        last, truth = stamp(robot.joints[-1]), stamp(robot.odometry[-1])
+        message = JointState(**{"name": names, **fields})
+        robot.command.publish(set_stamp(message, last))
+        # Refused or not, it was an answer: the world goes on with the targets of before.
+        robot.wait_for_reading(last, truth)
+        assert robot.bridge.says(f"joint_command .*{pattern}"), pattern
+    for pattern, force in ((r"force\.x: got nan", math.nan), (r"force\.x: got 1e\+30", 1e30)):
+        message = WrenchStamped()
+        message.wrench.force.x = force
+        push.publish(message)
+        probe.wait(lambda p=pattern: robot.bridge.says(f"push wrench.{p}"), pattern)
+    for _ in range(100):
+        robot.step()
+    assert robot.odometry[-1].pose.pose.position.z > 0.3
+    assert "Traceback" not in robot.bridge.log
+
+
+def test_reset_stands_the_robot_up_and_the_clock_goes_on(probe: Probe):
+    robot = Controller(probe, sensor_delay=0.0)
+    start = robot.odometry[-1].pose.pose.position
+    push = probe.publisher(WrenchStamped, "push")
+    message = WrenchStamped()
+    message.wrench.force.x = 400.0
+    push.publish(message)
+    for _ in range(300):
+        robot.step()
+        if robot.odometry[-1].pose.pose.position.z < 0.2:
+            break
+    fallen = robot.odometry[-1].pose.pose.position
+    assert fallen.z < 0.2
+    before = stamp(robot.odometry[-1])
+    last = stamp(robot.joints[-1])
+    answer = probe.call(Trigger, "sim_bridge/reset", Trigger.Request())
+    assert answer.success
+    robot.wait_for_reading(last, before + 500_000_000)
+    assert stamp(robot.joints[-1]) - before > 500_000_000, "a gap that tells of the reset"
+    for _ in range(100):
+        robot.step()
+    now = robot.odometry[-1].pose.pose.position
+    assert now.z > 0.3 and math.hypot(now.x - start.x, now.y - start.y) < 0.03
+    assert set(np.diff([stamp(m) for m in robot.odometry])) == {PERIOD}

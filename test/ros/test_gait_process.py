@@ -1,0 +1,314 @@
+"""`gait` as a process; the test is the robot: a perfect one that stands still."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PointStamped, Twist, TwistStamped
+from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from ros_probe import Probe, bits, set_stamp, stamp
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64MultiArray, String
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from nao_lipm_gait.parameters import PARAMETERS, load_preset
+from nao_lipm_gait.robot_description import load_robot
+
+ROBOT = load_robot()
+NAMES = list(ROBOT.joint_names)
+PERIOD = 10_000_000
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class StandingRobot:
+    """Sends what a robot in its stand pose feels, and collects the answers."""
+
+    def __init__(self, probe: Probe, command: type = JointState, **parameters: object) -> None:
+        self.probe = probe
+        self.commands = probe.subscribe(command, "joint_command")
+        self.gait = probe.start("gait", **parameters)
+        self.imu = probe.publisher(Imu, "imu/data")
+        self.joints = probe.publisher(JointState, "joint_states")
+        self.now = 1_000_000_000
+        self.pose = ROBOT.stand_pose.tolist()
+        # Best effort may lose what is sent before both ends know of each other.
+        probe.wait(self._answered, "the first joint_command", every=self.send)
+        self.commands.clear()
+
+    def _answered(self) -> bool:
+        return bool(self.commands)
+
+    def joint_state(self, **fields: Any) -> JointState:
+        zeros = [0.0] * len(NAMES)
+        given = {"name": NAMES, "position": self.pose, "velocity": zeros, "effort": zeros}
+        return set_stamp(JointState(**(given | fields)), self.now)
+
+    def imu_message(self) -> Imu:
+        message = Imu()
+        message.orientation_covariance[0] = -1.0
+        message.linear_acceleration.z = 9.81
+        return set_stamp(message, self.now)
+
+    def send(self, imu: Imu | None = None, joints: JointState | None = None) -> None:
+        self.imu.publish(self.imu_message() if imu is None else imu)
+        self.joints.publish(self.joint_state() if joints is None else joints)
+
+    def tick(self, count: int = 1) -> None:
+        """Good frames, each one answered; the robot follows its targets at once."""
+        for _ in range(count):
+            self.now += PERIOD
+            answered = len(self.commands)
+            self.send()
+            self.probe.wait(lambda n=answered: len(self.commands) > n, "a joint_command")
+            if isinstance(self.commands[-1], JointState):
+                self.pose = list(self.commands[-1].position)
+
+    def check_answers(self) -> None:
+        """Never a NaN, never beyond a limit."""
+        for message in self.commands:
+            position = np.array(message.position)
+            assert np.isfinite(position).all()
+            assert (position >= ROBOT.lower).all() and (position <= ROBOT.upper).all()
+
+
+def test_every_frame_is_answered_with_its_stamp(probe: Probe):
+    latched = probe.subscribe(String, "gait/support", LATCHED)
+    points = {
+        name: probe.subscribe(PointStamped, f"gait/com_{name}")
+        for name in ("expected", "measured", "estimated")
+    }
+    odometry = probe.subscribe(Odometry, "odom")
+    robot = StandingRobot(probe)
+    robot.tick(5)
+    answered = [stamp(m) for m in robot.commands if stamp(m) > 1_000_000_000]
+    assert answered == [1_000_000_000 + PERIOD * n for n in range(1, 6)]
+    last = robot.commands[-1]
+    assert list(last.name) == NAMES and list(last.effort) == [1.0] * len(NAMES)
+    robot.check_answers()
+    probe.wait(
+        lambda: latched and odometry and all(points.values()), "support, odometry and CoM points"
+    )
+    assert latched[-1].data.startswith("stand")
+    assert (odometry[-1].header.frame_id, odometry[-1].child_frame_id) == ("odom", "base_footprint")
+    assert all(m[-1].header.frame_id == "Q" for m in points.values())
+
+
+def test_bad_messages_are_named_and_the_gait_goes_on(probe: Probe):
+    robot = StandingRobot(probe)
+    velocity = probe.publisher(Twist, "cmd_vel")
+    robot.tick(3)
+    pose, zeros = list(robot.pose), [0.0] * len(NAMES)
+    nan_at_knee = [math.nan if name == "RKneePitch" else 0.0 for name in NAMES]
+    bad_joints = {
+        r"position\[RKneePitch\]: got nan": {"position": nan_at_knee},
+        r"velocity\[RKneePitch\]: got nan": {"velocity": nan_at_knee},
+        r"position\[HeadYaw\]: got 99.0; allowed: a finite number": {"position": [99.0, *pose[1:]]},
+        r"name: got 'no HeadYaw'": {
+            "name": NAMES[1:], "position": pose[1:], "velocity": zeros[1:], "effort": zeros[1:]
+        },
+        r"HeadPitch more than once": {
+            "name": [*NAMES, "HeadPitch"], "position": [*pose, 0.0], "velocity": []
+        },
+        r"position: got '23 values'": {"position": [*pose, 0.0]},
+        r"velocity: got '1 values'": {"velocity": [0.0]},
+        r"name: got 'no HeadYaw, HeadPitch, .*': *": {"name": [], "position": [], "velocity": []},
+    }  # fmt: skip
+    for pattern, fields in bad_joints.items():
+        robot.now += PERIOD
+        robot.send(joints=robot.joint_state(**fields))
+        pattern = pattern.removesuffix(": *")
+        probe.wait(lambda p=pattern: robot.gait.says(f"joint_states .*{p}"), pattern)
+    for axis in ("x", "z"):
+        robot.now += PERIOD
+        imu = robot.imu_message()
+        setattr(imu.angular_velocity, axis, math.inf)
+        robot.send(imu=imu)
+        probe.wait(
+            lambda a=axis: robot.gait.says(rf"imu/data angular_velocity\.{a}: got inf"), axis
+        )
+    for value in (math.nan, math.inf, 1e9):
+        twist = Twist()
+        twist.linear.x = value
+        velocity.publish(twist)
+    probe.wait(lambda: robot.gait.says(r"cmd_vel linear\.x: got nan; allowed"), "cmd_vel refused")
+    robot.tick(3)
+    shuffled = robot.joint_state(
+        name=[*NAMES[::-1], "LHand"], position=[*robot.pose[::-1], 7e9], velocity=[], effort=[]
+    )
+    robot.now += PERIOD
+    answered = len(robot.commands)
+    robot.send(joints=set_stamp(shuffled, robot.now))
+    probe.wait(lambda: len(robot.commands) > answered, "reordered joints with one too many")
+    robot.check_answers()
+    assert "Traceback" not in robot.gait.log
+
+
+def test_zero_quaternion_is_told_but_the_robot_walks_on(probe: Probe):
+    robot = StandingRobot(probe)
+    robot.tick(2)
+    robot.now += PERIOD
+    imu = robot.imu_message()
+    imu.orientation_covariance[0] = 0.01
+    imu.orientation.w = 0.0
+    answered = len(robot.commands)
+    robot.send(imu=imu)
+    probe.wait(lambda: len(robot.commands) > answered, "an answer all the same")
+    assert robot.gait.says(r"imu/data orientation: got \(0.0, 0.0, 0.0, 0.0\); allowed: a unit")
+
+
+def test_stamps_that_stand_still_go_back_or_jump(probe: Probe):
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    robot = StandingRobot(probe)
+    velocity = probe.publisher(Twist, "cmd_vel")
+    robot.tick(100)
+    twist = Twist()
+    twist.linear.x = 0.1
+
+    def walk() -> None:
+        """The pendulum swings whatever this robot feels, so it counts as walking."""
+        for _ in range(200):
+            velocity.publish(twist)
+            robot.tick()
+            if support and support[-1].data.startswith("walk"):
+                return
+        raise AssertionError("does not walk")
+
+    walk()
+    answered = len(robot.commands)
+    robot.send()
+    probe.wait(lambda: len(robot.commands) > answered, "the same answer again")
+    assert bits(robot.commands[-1].position) == bits(robot.commands[-2].position)
+    assert stamp(robot.commands[-1]) == stamp(robot.commands[-2])
+    probe.wait(lambda: robot.gait.says("header.stamp: got '.* again'"), "a word about it")
+
+    robot.now -= 400_000_000
+    robot.tick()
+    probe.wait(lambda: robot.gait.says("joint_states header.stamp: backwards"), "backwards")
+    probe.wait(lambda: support[-1].data.startswith("stand"), "a stand after time went back")
+    robot.tick(100)
+    walk()
+    robot.now += 2_000_000_000
+    robot.tick()
+    probe.wait(lambda: robot.gait.says("joint_states header.stamp: jump"), "jump")
+    probe.wait(lambda: support[-1].data.startswith("stand"), "a stand after a jump")
+    robot.check_answers()
+    assert "Traceback" not in robot.gait.log
+
+
+def test_silence_is_told_in_log_and_diagnostics(probe: Probe):
+    reports = probe.subscribe(DiagnosticArray, "diagnostics")
+    robot = StandingRobot(probe)
+    robot.tick(20)
+
+    def sensors(level: bytes) -> bool:
+        found = [s for r in reports for s in r.status if s.name == "gait: sensors"]
+        return any(s.level == level for s in found)
+
+    probe.wait(lambda: robot.gait.says("no joint_states for"), "a warning")
+    probe.wait(lambda: sensors(DiagnosticStatus.ERROR), "an error in the diagnostics")
+    walk = next(s for r in reports for s in r.status if s.name == "gait: walk" and s.values)
+    values = {pair.key: pair.value for pair in walk.values}
+    assert values["state"] == "stand"
+    assert float(values["tick p50 [us]"]) > 0.0
+    assert {"IK residual [mm]", "observer innovation y [mm]", "tick p99 [us]"} <= set(values)
+    robot.tick(3)
+
+
+def test_velocity_command_is_forgotten_on_the_clock_of_the_sensors(probe: Probe):
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    robot = StandingRobot(probe, enable_stamped_cmd_vel=True, cmd_vel_timeout=0.3)
+    velocity = probe.publisher(TwistStamped, "cmd_vel")
+    robot.tick(100)
+    message = TwistStamped()
+    message.twist.linear.x = 0.1
+    velocity.publish(message)
+    for _ in range(100):
+        robot.tick()
+        if support[-1].data.startswith("walk"):
+            break
+    assert support[-1].data.startswith("walk")
+    for _ in range(500):
+        robot.tick()
+        if support[-1].data.startswith("stand"):
+            break
+    assert support[-1].data.startswith("stand"), "nobody repeated the command"
+
+
+def test_relax_and_stand(probe: Probe):
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    robot = StandingRobot(probe)
+    robot.tick(3)
+    assert probe.call(Trigger, "gait/relax", Trigger.Request()).success
+    robot.tick(2)
+    assert set(robot.commands[-1].effort) == {0.0}
+    probe.wait(lambda: support[-1].data.startswith("relaxed"), "relaxed")
+    assert probe.call(Trigger, "gait/stand", Trigger.Request()).success
+    robot.tick(2)
+    assert set(robot.commands[-1].effort) == {1.0}
+    probe.wait(lambda: support[-1].data.startswith("stand"), "standing")
+
+
+@pytest.mark.parametrize(
+    ("interface", "kind"),
+    (("forward_command", Float64MultiArray), ("joint_trajectory", JointTrajectory)),
+)
+def test_command_interfaces_of_ros2_control(probe: Probe, interface: str, kind: type):
+    robot = StandingRobot(probe, command=kind, command_interface=interface)
+    robot.tick(2)
+    message = robot.commands[-1]
+    if kind is Float64MultiArray:
+        position = message.data
+    else:
+        assert list(message.joint_names) == NAMES
+        (point,) = message.points
+        assert point.time_from_start.nanosec == PERIOD
+        position = point.positions
+    np.testing.assert_allclose(position, ROBOT.stand_pose, atol=0.02)
+
+
+def test_preset_override_and_change_of_parameters(probe: Probe):
+    robot = StandingRobot(probe, preset="paper", com_height=0.25, swing_lift=0)
+    robot.tick(2)
+    names = [parameter.name for parameter in PARAMETERS]
+    got = probe.call(GetParameters, "gait/get_parameters", GetParameters.Request(names=names))
+    expected = load_preset("paper").as_dict() | {"com_height": 0.25, "swing_lift": 0.0}
+    for name, value in zip(names, got.values, strict=True):
+        is_switch = value.type == ParameterType.PARAMETER_BOOL
+        assert (value.bool_value if is_switch else value.double_value) == expected[name], name
+    described = probe.call(
+        DescribeParameters, "gait/describe_parameters", DescribeParameters.Request(names=names)
+    )
+    for parameter, descriptor in zip(PARAMETERS, described.descriptors, strict=True):
+        assert parameter.meaning in descriptor.description
+        if not parameter.is_switch:
+            (limits,) = descriptor.floating_point_range
+            assert (limits.from_value, limits.to_value) == (parameter.minimum, parameter.maximum)
+
+    def set_to(name: str, **value: Any) -> Any:
+        parameter = Parameter(name=name, value=ParameterValue(**value))
+        request = SetParameters.Request(parameters=[parameter])
+        (result,) = probe.call(SetParameters, "gait/set_parameters", request).results
+        return result
+
+    double, text = ParameterType.PARAMETER_DOUBLE, ParameterType.PARAMETER_STRING
+    assert set_to("swing_lift", type=double, double_value=0.03).successful
+    for refused, evidence in (
+        (set_to("swing_lift", type=double, double_value=3.0), ("swing_lift", "3.0", "0.06")),
+        (set_to("swing_lift", type=double, double_value=math.nan), ("swing_lift", "nan", "0.06")),
+        (set_to("swing_lift", type=text, string_value="high"), ("swing_lift", "high", "0.06")),
+        (set_to("urdf", type=text, string_value="x"), ("urdf",)),
+    ):
+        assert not refused.successful
+        assert all(word in refused.reason for word in evidence), refused.reason
+    got = probe.call(
+        GetParameters, "gait/get_parameters", GetParameters.Request(names=["swing_lift"])
+    )
+    assert got.values[0].double_value == 0.03
+    robot.tick(5)
+    robot.check_answers()
