@@ -2,7 +2,7 @@
 
     SensorFrame -> torso orientation -> measured CoM -> CoM observer (10-14) -> prediction (21)
      -> corrected pendulum (15-20) -> support change and step plan (3-9) -> body targets
-     -> inverse kinematics -> joint limits -> JointTargets
+     -> inverse kinematics -> posture feedback -> joint limits -> JointTargets
 
 Deterministic: no clock, no I/O, no globals; the same frames give the same targets.
 """
@@ -19,6 +19,7 @@ from nao_lipm_gait.kinematics.legs import make_legs
 from nao_lipm_gait.lipm_walk.lipm_walk import LipmWalk
 from nao_lipm_gait.lipm_walk.walk_state import LEFT, compose, relative
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.posture_feedback import PostureFeedback
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import (
     STANDSTILL,
@@ -68,6 +69,7 @@ class Gait:
         self._orientation = TorsoOrientation(
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
         )
+        self._posture = PostureFeedback(self.robot)
         self._odometry = Odometry()
         self._state = GaitState.STAND
         self._stamp: int | None = None
@@ -119,6 +121,14 @@ class Gait:
         self._targets = self._walk.plan(command if walking else STANDSTILL)
         placed = self._placement.place(self._targets)
         position = self._blended(placed.position)
+        if self._state is GaitState.WALK:
+            self._posture.apply(
+                position,
+                self._walk.predicted.support,
+                _point(frame.angular_velocity),
+                self._parameters,
+                self._dt,
+            )
         self._residual = placed.residual
         self._clipped = self._limits.cut(position)
         return JointTargets(frame.stamp, position)

@@ -126,7 +126,7 @@ class GaitParameters:
         0.0001, 0.0, 0.1, "m", "observer", "process noise of the CoM position per tick"
     )
     velocity_sigma: float = _parameter(
-        0.003, 0.0, 1.0, "m/s", "observer", "process noise of the CoM velocity per tick"
+        0.004, 0.0, 1.0, "m/s", "observer", "process noise of the CoM velocity per tick"
     )
     measurement_sigma: float = _parameter(
         0.02, 0.0001, 1.0, "m", "observer", "deviation of the measured CoM; smaller trusts it more"
@@ -144,6 +144,22 @@ class GaitParameters:
     )
     tilt_stance_limit: float = _parameter(
         0.35, 0.0, 1.5, "rad", "orientation", "above this tilt the stance foot is not taken as flat"
+    )
+    # -- posture -----------------------------------------------------------------------------------
+    gyro_pitch_gain: float = _parameter(
+        0.04, -0.2, 0.2, "s", "posture", "k_p from the pitch rate to the support ankle's pitch"
+    )
+    gyro_pitch_rate_gain: float = _parameter(
+        0.0, -0.01, 0.01, "s^2", "posture", "k_d from the pitch acceleration to the same"
+    )
+    gyro_roll_gain: float = _parameter(
+        0.05, -0.2, 0.2, "s", "posture", "k_p from the roll rate to the support ankle's roll"
+    )
+    gyro_roll_rate_gain: float = _parameter(
+        0.0, -0.01, 0.01, "s^2", "posture", "k_d from the roll acceleration to the same"
+    )
+    gyro_hip_share: float = _parameter(
+        0.0, -1.0, 1.0, "", "posture", "share of these corrections that the support hip gets too"
     )
     # -- start, stop, fall -------------------------------------------------------------------------
     stand_time: float = _parameter(

@@ -69,7 +69,7 @@ class BodyPlacement:
         self._left = _columns(robot, robot.left_leg)
         self._right = _columns(robot, robot.right_leg)
         body.set_joints(self._position)
-        self._com_in_torso = body.com_in_torso()
+        self._com_in_torso = self._last_com_in_torso = body.com_in_torso()
         self._torso_yaw = 0.0
         self._lowered = 0.0
 
@@ -87,6 +87,10 @@ class BodyPlacement:
         right_axes = _sole_axes(targets.right_sole)
         mean_yaw = 0.5 * (targets.left_sole.yaw + targets.right_sole.yaw)
         solution: LegSolution
+        # The CoM moves on in the torso as it did in the last tick: a first guess that mostly holds.
+        (x, y, z), (last_x, last_y, last_z) = self._com_in_torso, self._last_com_in_torso
+        self._last_com_in_torso = self._com_in_torso
+        self._com_in_torso = (2.0 * x - last_x, 2.0 * y - last_y, 2.0 * z - last_z)
         for _ in range(MAX_ITERATIONS):
             rows = rotation_rows(
                 targets.torso_roll, targets.torso_pitch, mean_yaw + self._torso_yaw
