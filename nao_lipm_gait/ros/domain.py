@@ -1,10 +1,13 @@
 """A ROS domain for one run, so that two runs on one machine never meet."""
 
+import itertools
 import os
 import socket
 
 FIRST, LAST = 1, 101
 """On Linux the ports of higher domains overlap with those of outgoing connections."""
+
+_turn = itertools.count()
 
 
 class DomainClaim:
@@ -16,7 +19,8 @@ class DomainClaim:
     """
 
     def __init__(self) -> None:
-        start = os.getpid()
+        # Never the same twice in a row: late messages of a run that was killed may still be there.
+        start = os.getpid() + next(_turn)
         count = LAST - FIRST + 1
         for offset in range(count):
             domain = FIRST + (start + offset) % count

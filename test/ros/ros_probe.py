@@ -60,14 +60,15 @@ class Process:
         """Exit status."""
         return self._process.wait(timeout)
 
-    def stop(self) -> int:
-        self.signal(signal.SIGINT)
-        return self.wait()
-
-    def kill(self) -> None:
+    def end(self) -> None:
+        """Politely first: a killed process leaves its shared memory behind."""
         if self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
+            self.signal(signal.SIGINT)
+            try:
+                self._process.wait(5.0)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
 
     def says(self, pattern: str) -> bool:
         return re.search(pattern, self.log) is not None
@@ -150,7 +151,7 @@ class Probe:
 
     def close(self) -> None:
         for process in self.processes:
-            process.kill()
+            process.end()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()

@@ -58,12 +58,12 @@ def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, paramete
     begin = stamp(truth[-1])
     probe.wait(lambda: walked(truth[-1]) > 0.4, "0.4 m of way")
     assert stamp(truth[-1]) - begin < 8_000_000_000, "at 15 cm/s this takes 3 s and a start"
-    assert truth[-1].pose.pose.position.z > 0.28
+    assert truth[-1].pose.pose.position.z > 0.25
     driver.forward = None
     probe.wait(lambda: support[-1].data.startswith("stand"), "a stand after the timeout")
     position = odometry[-1].pose.pose.position
     assert math.hypot(position.x, position.y) == pytest.approx(walked(truth[-1]), rel=0.35)
-    assert truth[-1].pose.pose.position.z > 0.28
+    assert truth[-1].pose.pose.position.z > 0.25
     for process in probe.processes:
         assert "Traceback" not in process.log
 
@@ -75,16 +75,17 @@ def test_reset_after_a_fall_and_the_gait_stands_again(probe: Probe):
     probe.start("sim_bridge", **LOCKSTEP)
     push = probe.publisher(WrenchStamped, "push")
     probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
+    probe.wait(lambda: support, "the gait's state")
     message = WrenchStamped()
     message.wrench.force.x = 500.0
     push.publish(message)
-    probe.wait(lambda: support[-1].data.startswith("fallen"), "a fall")
+    probe.wait(lambda: support and support[-1].data.startswith("fallen"), "a fall")
     probe.wait(lambda: truth[-1].pose.pose.position.z < 0.2, "a robot on the floor")
     assert probe.call(Trigger, "sim_bridge/reset", Trigger.Request()).success
     again = stamp(truth[-1])
     probe.wait(lambda: stamp(truth[-1]) > again + 4_000_000_000, "4 s after the reset")
     assert support[-1].data.startswith("stand")
-    assert truth[-1].pose.pose.position.z > 0.3
+    assert truth[-1].pose.pose.position.z > 0.26
 
 
 def _run(folder: Path, seed: int, until: int) -> dict[int, bytes]:
@@ -100,6 +101,7 @@ def _run(folder: Path, seed: int, until: int) -> dict[int, bytes]:
         twist.angular.z = 0.2
         velocity.publish(twist)
         assert velocity.wait_for_all_acked()  # the gait has it before the first frame
+        assert not joints, "a robot that was not started"
         probe.start("sim_bridge", robot_seed=seed, **LOCKSTEP)
         probe.wait(lambda: joints and stamp(joints[-1]) >= until, "the end of the walk")
         return {stamp(message): bits(message.position) for message in joints}
@@ -118,7 +120,8 @@ def test_same_seed_in_lockstep_gives_the_same_walk_bit_by_bit(tmp_path: Path):
     assert len({first[stamp] for stamp in common}) > 200, "it walked"
     different = [stamp for stamp in common if first[stamp] != second[stamp]]
     assert not different, f"differ from {different[0] * 1e-9:.2f} s on"
-    assert any(other[stamp] != first[stamp] for stamp in common if stamp in other)
+    shared = [stamp for stamp in common if stamp in other]
+    assert len(shared) > 390 and any(other[stamp] != first[stamp] for stamp in shared)
 
 
 @pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
