@@ -1,64 +1,68 @@
-"""Start the gait and the simulated robot: `ros2 launch nao_lipm_gait walk.launch.py gui:=true`."""
+"""Start the gait and the simulated robot: `ros2 launch nao_lipm_gait walk.launch.py gui:=true`.
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, Shutdown
+An argument that is left out leaves the node's own default in place.
+"""
+
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-# name, default, type, which node takes it, meaning
+# name, type, nodes that take it, meaning (default)
 ARGUMENTS = (
-    ("urdf", "nao_h21_v33", str, "both", "robot model: a shipped name or the path of a URDF file"),
-    ("gui", "false", bool, "bridge", "open the window of the physics engine"),
-    ("engine", "pybullet", str, "bridge", "physics engine"),
-    ("plant", "reference", str, "bridge", "plant: a shipped name or the path of a YAML file"),
-    ("robot_seed", "0", int, "bridge", "which individual robot; -1 is the nominal one"),
-    ("sensor_delay", "0.04", float, "bridge", "age of the sensor data when published [s]"),
-    ("real_time_factor", "1.0", float, "bridge", "speed of simulated time; 0 = as fast as it goes"),
-    ("lockstep", "false", bool, "bridge", "physics waits for the gait's answer: deterministic"),
-    ("start_state", "stand", str, "bridge", "how the robot starts"),
-    ("preset", "default", str, "gait", "gait parameters: a shipped name or a YAML file"),
-    ("feedback", "true", bool, "gait", "false walks open loop"),
-    ("command_interface", "joint_state", str, "gait",
-     "joint_state, forward_command or joint_trajectory"),
-    ("enable_stamped_cmd_vel", "false", bool, "gait", "cmd_vel is a TwistStamped"),
-)
+    ("urdf", str, ("sim_bridge", "gait"), "robot: shipped name or URDF file (nao_h21_v33)"),
+    ("gui", bool, ("sim_bridge",), "open the window of the physics engine (false)"),
+    ("engine", str, ("sim_bridge",), "physics engine (pybullet)"),
+    ("plant", str, ("sim_bridge",), "plant: shipped name or YAML file (reference)"),
+    ("robot_seed", int, ("sim_bridge",), "which individual robot; -1 = the nominal one (0)"),
+    ("sensor_delay", float, ("sim_bridge",), "age of the sensors when published [s] (the plant's)"),
+    ("real_time_factor", float, ("sim_bridge",), "speed; 0 = as fast as possible (1.0)"),
+    ("lockstep", bool, ("sim_bridge",), "physics waits for the gait: deterministic (false)"),
+    ("start_state", str, ("sim_bridge",), "how the robot starts (stand)"),
+    ("push_duration", float, ("sim_bridge",), "how long a push acts [s] (0.1)"),
+    ("preset", str, ("gait",), "gait parameters: shipped name or YAML file (default)"),
+    ("feedback", bool, ("gait",), "false walks open loop (the preset's)"),
+    ("feedback_delay", float, ("gait",), "sensor delay plus motor lag [s] (the preset's)"),
+    ("command_interface", str, ("gait",),
+     "joint_state, forward_command or joint_trajectory (joint_state)"),
+    ("enable_stamped_cmd_vel", bool, ("gait",), "cmd_vel is a TwistStamped (false)"),
+    ("cmd_vel_timeout", float, ("gait",), "an older velocity command means stop [s] (0.5)"),
+)  # fmt: skip
 
 
-def _parameters(node: str) -> dict[str, ParameterValue]:
-    return {
-        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
-        for name, _, kind, taker, _ in ARGUMENTS
-        if taker in (node, "both")
+def _node(context: LaunchContext, name: str) -> Node:
+    given = {
+        argument: ParameterValue(LaunchConfiguration(argument), value_type=kind)
+        for argument, kind, nodes, _ in ARGUMENTS
+        if name in nodes and LaunchConfiguration(argument).perform(context)
     }
+    # The bridge makes the simulated time and lives on the wall clock itself.
+    given["use_sim_time"] = name != "sim_bridge"
+    return Node(
+        package="nao_lipm_gait",
+        executable=name,
+        name=name,
+        namespace=LaunchConfiguration("namespace"),
+        output="screen",
+        parameters=[given],
+        on_exit=Shutdown(reason=f"{name} has ended"),
+    )
+
+
+def _nodes(context: LaunchContext) -> list[Node]:
+    return [_node(context, name) for name in ("sim_bridge", "gait")]
 
 
 def generate_launch_description() -> LaunchDescription:
-    namespace = LaunchConfiguration("namespace")
+    """One argument per parameter of the two nodes, and the nodes."""
     return LaunchDescription(
         [
             DeclareLaunchArgument("namespace", default_value="", description="of both nodes"),
             *(
-                DeclareLaunchArgument(name, default_value=default, description=meaning)
-                for name, default, _, _, meaning in ARGUMENTS
+                DeclareLaunchArgument(name, default_value="", description=meaning)
+                for name, _, _, meaning in ARGUMENTS
             ),
-            Node(
-                package="nao_lipm_gait",
-                executable="sim_bridge",
-                name="sim_bridge",
-                namespace=namespace,
-                output="screen",
-                parameters=[_parameters("bridge")],
-                on_exit=Shutdown(reason="the simulated robot is gone"),
-            ),
-            Node(
-                package="nao_lipm_gait",
-                executable="gait",
-                name="gait",
-                namespace=namespace,
-                output="screen",
-                parameters=[{"use_sim_time": True}, _parameters("gait")],
-                on_exit=Shutdown(reason="the gait is gone"),
-            ),
+            OpaqueFunction(function=_nodes),
         ]
     )

@@ -145,6 +145,30 @@ def test_core_knows_no_ros_and_no_physics():
             assert not names & ros, path
 
 
-def test_launch_file_is_found_and_starts_both_nodes():
-    text = share("launch", "walk.launch.py").read_text(encoding="utf-8")
-    assert 'executable="gait"' in text and 'executable="sim_bridge"' in text
+def _literal(module: str, name: str) -> list:
+    """A table of a file that cannot be imported here: types stand as their names."""
+    tree = ast.parse(Path(module).read_text(encoding="utf-8"))
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == name:
+            assert isinstance(node.value, ast.Tuple)
+            return [
+                [e.id if isinstance(e, ast.Name) else ast.literal_eval(e) for e in row.elts]
+                for row in node.value.elts
+                if isinstance(row, ast.Tuple)
+            ]
+    raise AssertionError(f"no {name} in {module}")
+
+
+def test_launch_arguments_are_parameters_of_the_nodes():
+    """PyPI has no launch, so the table is read as text."""
+    from nao_lipm_gait.parameters import PARAMETERS
+    from nao_lipm_gait.ros import node
+    from sim_bridge import bridge
+
+    gait = {p.name: type(p.default).__name__ for p in (*node.NODE_PARAMETERS, *PARAMETERS)}
+    robot = {p.name: type(p.default).__name__ for p in bridge.NODE_PARAMETERS}
+    arguments = _literal(str(share("launch", "walk.launch.py")), "ARGUMENTS")
+    for name, kind, nodes, _ in arguments:
+        for taker in nodes:
+            assert (gait if taker == "gait" else robot)[name] == kind, name
+    assert {name for name, _, nodes, _ in arguments if "sim_bridge" in nodes} == set(robot)

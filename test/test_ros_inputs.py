@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.ros.domain import DomainClaim
 from nao_lipm_gait.ros.frame_assembly import FrameAssembler, ImuSample, JointSample
 from nao_lipm_gait.ros.readings import (
     JointReader,
@@ -294,3 +295,17 @@ def test_tick_summary_is_of_the_time_since_the_last_one():
     assert summary is not None
     assert (summary.count, summary.p50, summary.p99, summary.maximum) == (100, 50.0, 99.0, 100.0)
     assert ticks.summarize() is None
+
+
+# -- domains ---------------------------------------------------------------------------------------
+
+
+def test_two_runs_never_get_the_same_domain():
+    with DomainClaim() as first, DomainClaim() as second:
+        assert first.domain != second.domain
+        environment = second.environment()
+        assert environment["ROS_DOMAIN_ID"] == str(second.domain)
+        assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+
+    with DomainClaim() as again:
+        assert again.domain != second.domain, "its late messages may still be under way"
