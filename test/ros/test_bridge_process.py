@@ -8,13 +8,13 @@ import pytest
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros_probe import Probe, bits, set_stamp, stamp
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from nao_lipm_gait.robot_description import load_robot
+from ros_probe import Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()
 PERIOD = 10_000_000
@@ -140,7 +140,7 @@ def test_lockstep_waits_and_asks_again(probe: Probe):
     probe.wait(lambda: len(robot.joints) >= count + 2, "the same reading twice again")
     assert stamp(robot.odometry[-1]) == frozen
     assert bits(robot.joints[-1].position) == bits(robot.joints[count - 1].position)
-    assert robot.bridge.says("joint_command header.stamp: got .* in lockstep, the stamp of the last")
+    assert robot.bridge.says("joint_command header.stamp: got .* in lockstep, the stamp of the")
     probe.wait(lambda: robot.bridge.says("lockstep: no joint_command with"), "a complaint")
     robot.step()
     assert stamp(robot.odometry[-1]) == frozen + PERIOD

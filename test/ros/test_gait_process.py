@@ -11,7 +11,6 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros_probe import Probe, bits, set_stamp, stamp
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray, String
 from std_srvs.srv import Trigger
@@ -19,6 +18,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from nao_lipm_gait.parameters import PARAMETERS, load_preset
 from nao_lipm_gait.robot_description import load_robot
+from ros_probe import Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)
