@@ -113,7 +113,7 @@ class Gait:
         expected = self._walk.expect()
         self._sense(frame, expected.support, expected.sole_in_q)
         self._change_state(frame, command)
-        if self._state in (GaitState.FALLEN, GaitState.RELAXED):
+        if self._is_down:
             return self._relaxed(frame)
 
         self._walk.observe(self._measured[0], self._measured[1])
@@ -149,14 +149,20 @@ class Gait:
         com = self._body.com_in_torso()
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
-        self._orientation.update(
-            _point(frame.angular_velocity), _point(frame.linear_acceleration), sole.normal, self._dt
-        )
+        roll_rate, pitch_rate, _ = _point(frame.angular_velocity)
+        # The NAO has no yaw gyro; the feet know how fast the torso turns.
+        rate = (roll_rate, pitch_rate, self._odometry.velocity[2])
+        normal = None if self._is_down else sole.normal
+        self._orientation.update(rate, _point(frame.linear_acceleration), normal, self._dt)
         up = self._orientation.up_in_torso
         self._measured = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
         self._odometry.update(support, sole, other, up, self._dt)
 
     # -- states ------------------------------------------------------------------------------------
+
+    @property
+    def _is_down(self) -> bool:
+        return self._state in (GaitState.FALLEN, GaitState.RELAXED)
 
     def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
         if self._relax_requested:

@@ -72,18 +72,18 @@ class GaitParameters:
         "optimal pendulum origin ahead of the ankle (where r_x = 0)",
     )
     torso_pitch: float = _parameter(
-        0.0, -0.3, 0.3, "rad", "stance", "forward lean of the torso while walking"
+        0.04, -0.3, 0.3, "rad", "stance", "forward lean of the torso while walking"
     )
     # -- swing foot --------------------------------------------------------------------------------
     swing_lift: float = _parameter(
         0.02, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
     )
     swing_rise: float = _parameter(
-        0.5, 0.1, 0.5, "", "swing",
+        0.4, 0.1, 0.5, "", "swing",
         "share of the step for lifting, and again for lowering; in between the foot stays up",
     )
     swing_travel_end: float = _parameter(
-        0.8, 0.5, 1.0, "", "swing", "share of the step after which the foot no longer moves in x, y"
+        0.9, 0.5, 1.0, "", "swing", "share of the step after which the foot no longer moves in x, y"
     )
     # -- step sizes --------------------------------------------------------------------------------
     step_forward_max: float = _parameter(

@@ -54,10 +54,15 @@ class TorsoOrientation:
         self._up = _scaled(specific_force, 1.0 / length) if length > 1.0 else UPRIGHT
 
     def update(
-        self, angular_velocity: Point3, specific_force: Point3, sole_normal: Point3, dt: float
+        self,
+        angular_velocity: Point3,
+        specific_force: Point3,
+        sole_normal: Point3 | None,
+        dt: float,
     ) -> None:
         """One tick: gyro [rad/s] and accelerometer [m/s^2] in the torso frame, dt [s];
-        sole_normal: the stance sole's z axis in the torso frame by the joint angles."""
+        sole_normal: the stance sole's z axis in the torso frame by the joint angles, None while
+        the robot does not stand on it."""
         wx, wy, wz = angular_velocity
         x, y, z = self._up
         # A fixed vertical seen from a turning torso: du/dt = u x w.
@@ -68,7 +73,7 @@ class TorsoOrientation:
         x += pull * (ax / GRAVITY - x)
         y += pull * (ay / GRAVITY - y)
         z += pull * (az / GRAVITY - z)
-        if self.tilt < self._stance_limit:
+        if sole_normal is not None and self.tilt < self._stance_limit:
             pull = dt / self._stance_time
             x += pull * (sole_normal[0] - x)
             y += pull * (sole_normal[1] - y)
