@@ -1,7 +1,7 @@
 """Writes what people read about the gait's parameters, from the one table in the code.
 
-`python -m gait_lab.parameter_docs` writes config/gait/default.yaml and docs/parameters.md; `--check`
-only compares, and fails on a difference.
+`python -m gait_lab.parameter_docs` writes config/gait/default.yaml and docs/parameters.md;
+`--check` only compares, and fails on a difference.
 """
 
 import argparse
@@ -63,9 +63,9 @@ def table_text() -> str:
     lines = [
         "# Parameters of the gait",
         "",
-        "Written by `python -m gait_lab.parameter_docs` from `nao_lipm_gait/parameters.py`, the one",
-        "place where a parameter is defined. Each is a ROS parameter of the node `gait` and a key of",
-        "a preset file (`preset:=my.yaml`); what a preset does not name keeps its default.",
+        "Written by `python -m gait_lab.parameter_docs` from `nao_lipm_gait/parameters.py`, the",
+        "one place where a parameter is defined. Each is a ROS parameter of the node `gait` and a",
+        "key of a preset file (`preset:=my.yaml`); what a preset does not name keeps its default.",
     ]
     for title, parameters in _groups():
         lines += ["", f"## {title}", "", "| name | default | range | unit | meaning |"]

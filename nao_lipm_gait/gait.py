@@ -17,8 +17,9 @@ from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.legs import make_legs
 from nao_lipm_gait.lipm_walk.lipm_walk import LipmWalk
-from nao_lipm_gait.lipm_walk.walk_state import LEFT, compose, relative
+from nao_lipm_gait.lipm_walk.walk_state import LEFT
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.posture_feedback import PostureFeedback
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import (
@@ -29,6 +30,7 @@ from nao_lipm_gait.signals import (
     JointTargets,
     Point3,
     Pose2,
+    Pose6,
     SensorFrame,
     VelocityCommand,
 )
@@ -233,7 +235,8 @@ class Gait:
         q_in_odom = compose(
             self._odometry.support_sole_in_odom, relative(NOWHERE, estimated.sole_in_q)
         )
-        left = right = (0.0,) * 6
+        left: Pose6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        right = left
         if self._targets is not None:
             ahead = relative(self._targets.q_in_odom, estimated.q_in_odom)
             command_q_in_odom = compose(q_in_odom, ahead)
@@ -267,6 +270,6 @@ def _point(vector: FloatArray) -> Point3:
     return x, y, z
 
 
-def _in_odom(q_in_odom: Pose2, sole: SoleTarget) -> tuple[float, ...]:
+def _in_odom(q_in_odom: Pose2, sole: SoleTarget) -> Pose6:
     x, y, yaw = compose(q_in_odom, (sole.x, sole.y, sole.yaw))
     return x, y, sole.z, sole.roll, sole.pitch, yaw

@@ -1,7 +1,7 @@
 """The parameter table of the gait: the one place where a parameter is born.
 
-The YAML presets, the ROS parameter descriptors, the table in the documentation and the tests are all
-made from `PARAMETERS`.
+The YAML presets, the ROS parameter descriptors, the table in the documentation and the tests are
+all made from `PARAMETERS`.
 """
 
 import dataclasses
@@ -140,7 +140,8 @@ class GaitParameters:
         4.0, 0.05, 60.0, "s", "orientation", "time constant of the pull towards the accelerometer"
     )
     tilt_stance_time: float = _parameter(
-        4.0, 0.05, 60.0, "s", "orientation", "time constant of the pull towards the flat stance foot"
+        4.0, 0.05, 60.0, "s", "orientation",
+        "time constant of the pull towards the flat stance sole",
     )
     tilt_stance_limit: float = _parameter(
         0.35, 0.0, 1.5, "rad", "orientation", "above this tilt the stance foot is not taken as flat"
@@ -183,7 +184,7 @@ class GaitParameters:
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> "GaitParameters":
         """Parameters from a mapping; what is not named keeps its default."""
-        checked = {}
+        checked: dict[str, Any] = {}
         for name, value in values.items():
             parameter = BY_NAME.get(name)
             if parameter is None:

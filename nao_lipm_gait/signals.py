@@ -4,12 +4,15 @@ Joint arrays follow `RobotDescription.joint_names`. Stamps are integer nanosecon
 """
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+GRAVITY = 9.81
+"""[m/s^2]"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +64,7 @@ class JointTargets:
     """Share of the motors' torque that may be used, 0 (relaxed) to 1."""
 
 
-class GaitState(str, Enum):
+class GaitState(StrEnum):
     """What the gait is doing."""
 
     STAND = "stand"
@@ -74,6 +77,8 @@ class GaitState(str, Enum):
 Point3 = tuple[float, float, float]
 Pose2 = tuple[float, float, float]
 """x [m], y [m], yaw [rad]."""
+Pose6 = tuple[float, float, float, float, float, float]
+"""x, y, z [m], roll, pitch, yaw [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +107,9 @@ class GaitStatus:
     base_footprint_in_odom: Pose2
     velocity: Pose2
     """Odometry velocity of base_footprint in its own frame [m/s, m/s, rad/s]."""
-    left_sole_in_odom: tuple[float, ...]
-    """Commanded sole pose: x, y, z, roll, pitch, yaw."""
-    right_sole_in_odom: tuple[float, ...]
+    left_sole_in_odom: Pose6
+    """Commanded sole pose."""
+    right_sole_in_odom: Pose6
     torso_roll: float
     torso_pitch: float
     ik_residual: float

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nao_lipm_gait.lipm_walk.lipm_walk import LipmWalk
-from nao_lipm_gait.lipm_walk.walk_state import compose
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.planar import compose
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 DT = 0.01

@@ -2,16 +2,11 @@
 
 from nao_lipm_gait.estimation.com_measurement import sole_from_sole
 from nao_lipm_gait.kinematics.body_model import SolePose
-from nao_lipm_gait.lipm_walk.walk_state import compose, relative
+from nao_lipm_gait.planar import compose, halfway, relative
 from nao_lipm_gait.signals import Point3, Pose2
 
 VELOCITY_TIME = 0.25
 """[s] smoothing of the velocity, about one step."""
-
-
-def halfway(a: Pose2, b: Pose2) -> Pose2:
-    """The pose in the middle of two that differ by less than half a turn."""
-    return 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])
 
 
 class Odometry:

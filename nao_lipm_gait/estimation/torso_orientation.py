@@ -7,8 +7,7 @@ of the stance sole, which lies flat on the ground unless the robot tips.
 
 from math import acos, asin, atan2, sqrt
 
-from nao_lipm_gait.lipm_walk.pendulum import GRAVITY
-from nao_lipm_gait.signals import Point3
+from nao_lipm_gait.signals import GRAVITY, Point3
 
 UPRIGHT: Point3 = (0.0, 0.0, 1.0)
 

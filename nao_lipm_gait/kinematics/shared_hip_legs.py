@@ -57,17 +57,17 @@ class SharedHipLegs:
         """See LegKinematics; warm-started from the last call's hip angle."""
         angle = self._last_hip_angle
         solution = self._with_hip_angle(angle, left, right)
-        previous_angle = previous_error = None
+        slope = -2.0 * SQRT_HALF
+        previous: tuple[float, float] | None = None
         for _ in range(MAX_ITERATIONS):
             # Both soles turn against each other as the shared joint moves: about sqrt(2) rad/rad.
             error = solution.left_yaw_error - solution.right_yaw_error
             if abs(error) < YAW_TOLERANCE:
                 break
-            slope = -2.0 * SQRT_HALF
-            if previous_angle is not None and abs(angle - previous_angle) > 1e-9:
-                slope = (previous_error - error) / (angle - previous_angle)
+            if previous is not None and abs(angle - previous[0]) > 1e-9:
+                slope = (previous[1] - error) / (angle - previous[0])
                 slope = min(max(slope, -2.5), -0.5)
-            previous_angle, previous_error = angle, error
+            previous = angle, error
             angle = min(max(angle + error / slope, -1.3), 1.0)
             solution = self._with_hip_angle(angle, left, right)
         self._last_hip_angle = angle

@@ -14,7 +14,7 @@ from collections import deque
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
 from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
 from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
-from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Stride, approach, stride_for
+from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, approach, stride_for
 from nao_lipm_gait.lipm_walk.stopping import come_to_rest, is_at_rest
 from nao_lipm_gait.lipm_walk.support_change import plan_support_change
 from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
@@ -24,11 +24,10 @@ from nao_lipm_gait.lipm_walk.walk_state import (
     NextSupport,
     Segment,
     WalkState,
-    compose,
     follow,
-    relative,
 )
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.signals import Pose2, VelocityCommand
 from nao_lipm_gait.walk import BodyTargets, Expectation, SoleTarget
 

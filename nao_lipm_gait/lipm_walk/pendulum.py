@@ -6,8 +6,7 @@ one horizontal axis; k = sqrt(g / h) [1/s].
 
 from math import acosh, asinh, cosh, sinh, sqrt
 
-GRAVITY = 9.81
-"""[m/s^2]"""
+from nao_lipm_gait.signals import GRAVITY
 
 
 def natural_frequency(height: float) -> float:

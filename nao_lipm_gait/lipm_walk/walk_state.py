@@ -8,6 +8,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.pendulum import advance
+from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.signals import Pose2
 
 LEFT = 1
@@ -51,23 +52,6 @@ class Segment:
     """r, the pendulum origin in Q [m]."""
     next_support: NextSupport | None = None
     """The support change at the end of this piece."""
-
-
-def compose(pose: Pose2, offset: Pose2) -> Pose2:
-    """The pose that lies at `offset` in the frame of `pose`."""
-    x, y, yaw = pose
-    c = cos(yaw)
-    s = sin(yaw)
-    return x + c * offset[0] - s * offset[1], y + s * offset[0] + c * offset[1], yaw + offset[2]
-
-
-def relative(pose: Pose2, frame: Pose2) -> Pose2:
-    """`pose` seen from `frame`, both given in the same frame."""
-    dx = pose[0] - frame[0]
-    dy = pose[1] - frame[1]
-    c = cos(frame[2])
-    s = sin(frame[2])
-    return c * dx + s * dy, -s * dx + c * dy, pose[2] - frame[2]
 
 
 def follow(state: WalkState, segment: Segment, k: float) -> WalkState:

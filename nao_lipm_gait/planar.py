@@ -1,0 +1,27 @@
+"""Poses on the ground plane: x [m], y [m], yaw [rad]."""
+
+from math import cos, sin
+
+from nao_lipm_gait.signals import Pose2
+
+
+def compose(pose: Pose2, offset: Pose2) -> Pose2:
+    """The pose that lies at `offset` in the frame of `pose`."""
+    x, y, yaw = pose
+    c = cos(yaw)
+    s = sin(yaw)
+    return x + c * offset[0] - s * offset[1], y + s * offset[0] + c * offset[1], yaw + offset[2]
+
+
+def relative(pose: Pose2, frame: Pose2) -> Pose2:
+    """`pose` seen from `frame`, both given in the same frame."""
+    dx = pose[0] - frame[0]
+    dy = pose[1] - frame[1]
+    c = cos(frame[2])
+    s = sin(frame[2])
+    return c * dx + s * dy, -s * dx + c * dy, pose[2] - frame[2]
+
+
+def halfway(a: Pose2, b: Pose2) -> Pose2:
+    """The pose in the middle of two that differ by less than half a turn."""
+    return 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])
