@@ -274,15 +274,17 @@ def _served(
 ) -> bool:
     """Serve callbacks until the next step may be taken; False when a stop was asked for."""
     begin = resent = complained = time.monotonic()
-    executor.spin_once(timeout_sec=0)
+    spun = False  # once at least: also a bridge that is late has to listen
     while not stop:
         wait = pacer.wait()
         waits_for_answer = node.lockstep and node.awaited is not None
-        if wait <= 0.0 and not waits_for_answer:
-            return True
         if not waits_for_answer:
-            executor.spin_once(timeout_sec=min(wait, 0.1))
+            if wait <= 0.0 and spun:
+                return True
+            executor.spin_once(timeout_sec=min(max(wait, 0.0), 0.1))
+            spun = True
             continue
+        spun = True
         executor.spin_once(timeout_sec=0.05)
         now = time.monotonic()
         if node.awaited is not None and now - resent > RESEND:
