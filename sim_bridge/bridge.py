@@ -1,5 +1,7 @@
 """The simulation as a ROS 2 node. It owns the clock, and its own loop: no timer drives physics."""
 
+import os
+import sys
 import time
 from functools import partial
 from typing import Any
@@ -96,7 +98,7 @@ class BridgeNode(Node):
             engine=text(declare(self, ENGINE)),
             sensor_delay=of_type(declare(self, SENSOR_DELAY, plant.sensors.delay), float),
             control_period=CONTROL_PERIOD,
-            gui=of_type(declare(self, GUI), bool),
+            gui=_needs_display(of_type(declare(self, GUI), bool)),
             start_state=text(declare(self, START_STATE)),
         )
         self.control_period = self._simulation.control_period
@@ -251,6 +253,13 @@ class BridgeNode(Node):
         self._warn(
             "slow", f"slower than real_time_factor {self.factor:g}: {lost:.1f} s wall time let go"
         )
+
+
+def _needs_display(gui: bool) -> bool:
+    """The engine ends the process without a word where there is no display to open."""
+    if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        raise NaoGaitError("gui", gui, "false, because DISPLAY is not set")
+    return gui
 
 
 def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:

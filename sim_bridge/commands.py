@@ -6,7 +6,7 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.ros.readings import finite
+from nao_lipm_gait.ros.readings import finite, repeated, some
 from nao_lipm_gait.signals import FloatArray, JointTargets
 
 PUSH_ABSURD = 2000.0
@@ -88,12 +88,11 @@ class CommandReader:
         unknown = [name for name in names if name not in self._index]
         if unknown:
             raise NaoGaitError(
-                "joint_command name", _some(unknown), f"joints of {self._robot.name}"
+                "joint_command name", some(unknown), f"joints of {self._robot.name}"
             )
         if len(set(names)) != len(names):
-            twice = sorted({name for name in names if list(names).count(name) > 1})
             raise NaoGaitError(
-                "joint_command name", f"{_some(twice)} more than once", "each joint once"
+                "joint_command name", f"{repeated(names)} more than once", "each joint once"
             )
         self._places = np.array([self._index[name] for name in names], dtype=np.intp)
         self._names = list(names)
@@ -117,8 +116,3 @@ def read_push(force: Sequence[float], torque: Sequence[float], frame: str) -> Fl
     if any(value != 0.0 for value in torque):
         raise NaoGaitError("push wrench.torque", tuple(torque), "zero: a push is a force only")
     return np.array(force, dtype=float)
-
-
-def _some(names: Sequence[str]) -> str:
-    shown = ", ".join(repr(name[:40]) for name in names[:5])
-    return shown if len(names) <= 5 else f"{shown} and {len(names) - 5} more"

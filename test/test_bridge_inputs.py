@@ -62,8 +62,8 @@ def test_target_beyond_a_limit_is_cut_and_told():
     (
         (NAMES, POSE[:-1], [], r"position: got '21 values'; allowed: 22"),
         (NAMES, POSE, [1.0], r"effort: got '1 values'"),
-        (["Tail"], [0.0], [], r"name: got \"'Tail'\"; allowed: joints of"),
-        (["HeadYaw", "HeadYaw"], [0.0, 0.0], [], r"HeadYaw' more than once"),
+        (["Tail"], [0.0], [], r"name: got 'Tail'; allowed: joints of"),
+        (["HeadYaw", "HeadYaw"], [0.0, 0.0], [], r"HeadYaw more than once"),
         ([], [], [], r"name: got 'no joints'"),
         (["HeadYaw"], [math.nan], [], r"position\[HeadYaw\]: got nan"),
         (["HeadYaw"], [-math.inf], [], r"position\[HeadYaw\]: got -inf"),

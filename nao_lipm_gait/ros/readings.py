@@ -4,6 +4,7 @@ Everything that is refused raises NaoGaitError with topic and field, value and w
 """
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -82,6 +83,17 @@ def check_orientation(quaternion: Sequence[float], covariance_0: float, topic: s
         )
 
 
+def some(names: Sequence[str]) -> str:
+    """The first few of names that came from outside, none of them longer than a line."""
+    shown = ", ".join(name[:40] for name in names[:5])
+    return shown if len(names) <= 5 else f"{shown} and {len(names) - 5} more"
+
+
+def repeated(names: Sequence[str]) -> str:
+    """The names that occur more than once."""
+    return some([name for name, count in Counter(names).items() if count > 1])
+
+
 class JointReader:
     """Reads joints by name into the order of the robot's joint arrays."""
 
@@ -141,8 +153,7 @@ class JointReader:
         field = f"{self._topic} name"
         place = {name: index for index, name in enumerate(names)}
         if len(place) != len(names):
-            twice = sorted({name for name in names if list(names).count(name) > 1})
-            raise NaoGaitError(field, f"{', '.join(twice)} more than once", "each joint once")
+            raise NaoGaitError(field, f"{repeated(names)} more than once", "each joint once")
         missing = [name for name in self._order if name not in place]
         if missing:
             raise NaoGaitError(

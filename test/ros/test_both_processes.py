@@ -4,16 +4,18 @@ import math
 import os
 import signal
 from pathlib import Path
+from typing import Any
 
 import pytest
-from geometry_msgs.msg import Twist, WrenchStamped
+from geometry_msgs.msg import Twist, Vector3, Wrench, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from nao_lipm_gait.robot_description import load_robot
 from ros_probe import Probe, bits, stamp
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -67,6 +69,51 @@ def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, paramete
     assert truth[-1].pose.pose.position.z > 0.25
     for process in probe.processes:
         assert "Traceback" not in process.log
+
+
+def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
+    """A second sender on every topic of both nodes, with every number bad."""
+    driver = Driver(probe)
+    truth = probe.subscribe(Odometry, "ground_truth/odom")
+    commands = probe.subscribe(JointState, "joint_command")
+    gait = probe.start("gait")
+    bridge = probe.start("sim_bridge")
+    probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
+    driver.forward = 0.15
+    names = list(load_robot().joint_names)
+    nan = [math.nan] * len(names)
+    bad: list[tuple[str, Any]] = [
+        ("joint_states", JointState(name=names, position=nan, velocity=nan)),
+        ("joint_states", JointState(name=names[3:], position=nan[3:])),
+        ("joint_states", JointState(name=["x" * 100] * 50)),
+        ("imu/data", Imu(linear_acceleration=Vector3(x=math.inf))),
+        ("imu/data", Imu(angular_velocity=Vector3(z=math.nan))),
+        ("joint_command", JointState(name=names, position=nan)),
+        ("joint_command", JointState(name=names, position=[])),
+        ("joint_command", JointState(name=["Tail"], position=[0.0])),
+        ("cmd_vel", Twist(linear=Vector3(x=math.nan))),
+        ("cmd_vel", Twist(angular=Vector3(z=-1e300))),
+        ("push", WrenchStamped(wrench=Wrench(force=Vector3(x=math.inf)))),
+    ]
+    publishers = {topic: probe.publisher(type(message), topic) for topic, message in bad}
+    start, begin = truth[-1].pose.pose.position, stamp(truth[-1])
+    again = begin
+    while stamp(truth[-1]) < begin + 4_000_000_000:
+        for topic, message in bad:
+            publishers[topic].publish(message)
+        again += 20_000_000
+        probe.wait(lambda n=again: stamp(truth[-1]) > n, "the world to go on")
+    now = truth[-1].pose.pose.position
+    assert now.z > 0.25, "upright"
+    assert math.hypot(now.x - start.x, now.y - start.y) > 0.25, "and on its way"
+    good = [m for m in commands if len(m.position) == len(names) and m.effort]
+    assert len(good) > 300
+    assert all(math.isfinite(q) for m in good for q in m.position)
+    for process in (gait, bridge):
+        assert process.status is None and "Traceback" not in process.log
+        assert len(process.log.splitlines()) < 400, "the log stays readable"
+    assert gait.says("joint_states position.*nan") and gait.says("imu/data linear_acc.*inf")
+    assert bridge.says("joint_command position.*nan") and bridge.says("push wrench.force.x.*inf")
 
 
 def test_reset_after_a_fall_and_the_gait_stands_again(probe: Probe):

@@ -158,7 +158,7 @@ def test_bad_messages_are_refused_and_the_robot_stands_on(probe: Probe):
         r"position: got '21 values'": {"position": pose[1:]},
         r"position: got '0 values'": {"position": []},
         r"name: got .*Tail": {"name": ["Tail", *names[1:]], "position": pose},
-        r"HeadYaw' more than once": {"name": [*names, "HeadYaw"], "position": [*pose, 0.0]},
+        r"HeadYaw more than once": {"name": [*names, "HeadYaw"], "position": [*pose, 0.0]},
         r"name: got 'no joints'": {"name": [], "position": []},
         r"effort\[HeadYaw\]: got 7.0": {"position": pose, "effort": [7.0] * len(names)},
         r"position\[HeadYaw\]: got 1e\+30; .* cut there": {"position": [1e30, *pose[1:]]},
