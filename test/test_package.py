@@ -172,3 +172,14 @@ def test_launch_arguments_are_parameters_of_the_nodes():
         for taker in nodes:
             assert (gait if taker == "gait" else robot)[name] == kind, name
     assert {name for name, _, nodes, _ in arguments if "sim_bridge" in nodes} == set(robot)
+
+
+def test_every_node_parameter_is_documented():
+    from nao_lipm_gait.ros import node
+    from sim_bridge import bridge
+
+    text = (ROOT / "docs" / "ros.md").read_text(encoding="utf-8")
+    gait, robot = text.split("## `sim_bridge`")
+    for section, parameters in ((gait, node.NODE_PARAMETERS), (robot, bridge.NODE_PARAMETERS)):
+        for parameter in parameters:
+            assert f"| `{parameter.name}` |" in section, parameter.name
