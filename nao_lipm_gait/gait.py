@@ -123,7 +123,7 @@ class Gait:
         self._targets = self._walk.plan(command if walking else STANDSTILL)
         placed = self._placement.place(self._targets)
         position = self._blended(placed.position)
-        if self._state is GaitState.WALK:
+        if self._parameters.feedback and self._state is GaitState.WALK:
             self._posture.apply(
                 position,
                 self._walk.predicted.support,

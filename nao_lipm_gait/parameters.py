@@ -117,7 +117,8 @@ class GaitParameters:
     )
     # -- observer ----------------------------------------------------------------------------------
     feedback: bool = _switch(
-        True, "observer", "correct the pendulum by the observed CoM; false = open loop"
+        True, "observer",
+        "correct the pendulum by the observed CoM and the posture by the gyro; false = open loop",
     )
     feedback_delay: float = _parameter(
         0.06, 0.0, 0.2, "s", "observer", "sensor delay plus motor lag that the prediction bridges"

@@ -205,3 +205,24 @@ def test_parameters_change_between_ticks(robot: RobotDescription) -> None:
     before = nao.gait.status.base_footprint_in_odom[0]
     nao.run(FORWARD, 4.0)
     assert nao.gait.status.base_footprint_in_odom[0] - before < 0.25
+
+
+def test_open_loop_hears_neither_gyro_nor_com(robot: RobotDescription) -> None:
+    def walk(disturbed: bool, feedback: bool) -> np.ndarray:
+        nao = ObedientRobot(robot, P.replace(feedback=feedback))
+        nao.run(STANDSTILL, 1.0)
+        rows = []
+        for _ in range(150):
+            frame = nao.frame()
+            if disturbed:
+                joints = frame.joint_position + 0.02
+                frame = SensorFrame(
+                    frame.stamp, joints, 0.0 * joints, np.array([0.3, -0.3, 0.0]), GRAVITY
+                )
+            rows.append(nao.gait.step(frame, FORWARD).position)
+            nao.stamp += PERIOD
+            nao.shown = [*nao.shown[1:], rows[-1]]
+        return np.array(rows)
+
+    np.testing.assert_array_equal(walk(True, False), walk(False, False))
+    assert np.abs(walk(True, True) - walk(False, True)).max() > 0.01
