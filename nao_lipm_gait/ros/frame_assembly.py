@@ -91,10 +91,11 @@ class FrameAssembler:
         sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)
         if sample is None:
             raise NaoGaitError("imu/data", "nothing received", "one message for each joint state")
-        if abs(sample.stamp - stamp) > MAX_IMU_AGE:
+        age = stamp - sample.stamp
+        if abs(age) > MAX_IMU_AGE:
             raise NaoGaitError(
                 "imu/data header.stamp",
-                f"{(stamp - sample.stamp) * 1e-9:.3f} s before the joint state",
+                f"{abs(age) * 1e-9:.3f} s {'before' if age > 0 else 'after'} the joint state",
                 f"at most {MAX_IMU_AGE * 1e-9:g} s",
             )
         return sample

@@ -3,6 +3,7 @@
 import math
 import os
 import signal
+import time
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from ros_probe import Probe, bits, stamp
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOCKSTEP = {"lockstep": True, "real_time_factor": 0.0}
+PACED = {"real_time_factor": 0.4}
+"""By the wall clock, but slow enough for a machine that does other things too."""
 
 
 class Driver:
@@ -40,7 +43,7 @@ class Driver:
             self._publisher.publish(twist)
 
 
-@pytest.mark.parametrize("parameters", (LOCKSTEP, {}), ids=("lockstep", "real_time"))
+@pytest.mark.parametrize("parameters", (LOCKSTEP, PACED), ids=("lockstep", "paced"))
 def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, parameters: dict):
     driver = Driver(probe)
     truth = probe.subscribe(Odometry, "ground_truth/odom")
@@ -48,6 +51,7 @@ def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, paramete
     support = probe.subscribe(String, "gait/support", LATCHED)
     probe.start("gait")
     probe.start("sim_bridge", **parameters)
+    began = time.monotonic()
     probe.wait(lambda: support and support[-1].data.startswith("stand"), "a stand")
     probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
     start = truth[-1].pose.pose.position
@@ -67,6 +71,9 @@ def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, paramete
     position = odometry[-1].pose.pose.position
     assert math.hypot(position.x, position.y) == pytest.approx(walked(truth[-1]), rel=0.35)
     assert truth[-1].pose.pose.position.z > 0.25
+    factor = parameters["real_time_factor"]
+    if factor:
+        assert stamp(truth[-1]) * 1e-9 <= factor * (time.monotonic() - began) + 0.2
     for process in probe.processes:
         assert "Traceback" not in process.log
 
@@ -77,7 +84,7 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     commands = probe.subscribe(JointState, "joint_command")
     gait = probe.start("gait")
-    bridge = probe.start("sim_bridge")
+    bridge = probe.start("sim_bridge", **PACED)
     probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
     driver.forward = 0.15
     names = list(load_robot().joint_names)
@@ -105,7 +112,7 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
         probe.wait(lambda n=again: stamp(truth[-1]) > n, "the world to go on")
     now = truth[-1].pose.pose.position
     assert now.z > 0.25, "upright"
-    assert math.hypot(now.x - start.x, now.y - start.y) > 0.25, "and on its way"
+    assert math.hypot(now.x - start.x, now.y - start.y) > 0.15, "and on its way"
     good = [m for m in commands if len(m.position) == len(names) and m.effort]
     assert len(good) > 300
     assert all(math.isfinite(q) for m in good for q in m.position)
@@ -158,18 +165,18 @@ def _run(folder: Path, seed: int, until: int) -> dict[int, bytes]:
 
 
 def test_same_seed_in_lockstep_gives_the_same_walk_bit_by_bit(tmp_path: Path):
-    until = 4_000_000_000
+    until = 3_000_000_000
     first = _run(tmp_path / "first", 3, until)
     second = _run(tmp_path / "second", 3, until)
-    other = _run(tmp_path / "other", 4, until)
+    other = _run(tmp_path / "other", 4, 1_000_000_000)
     common = sorted(set(first) & set(second))
     common = [stamp for stamp in common if stamp <= until]
-    assert len(common) > 390, "nearly every frame has to be compared"
-    assert len({first[stamp] for stamp in common}) > 200, "it walked"
+    assert len(common) > 290, "nearly every frame has to be compared"
+    assert len({first[stamp] for stamp in common}) > 120, "it walked"
     different = [stamp for stamp in common if first[stamp] != second[stamp]]
     assert not different, f"differ from {different[0] * 1e-9:.2f} s on"
     shared = [stamp for stamp in common if stamp in other]
-    assert len(shared) > 390 and any(other[stamp] != first[stamp] for stamp in shared)
+    assert len(shared) > 90 and any(other[stamp] != first[stamp] for stamp in shared)
 
 
 @pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
