@@ -25,6 +25,7 @@ ROS = (
 )
 
 EXTRAS = {
+    "mujoco": ["mujoco>=4,<5"],  # the second physics engine; 4 changed what joint.damping is
     "lab": [
         "joblib>=1.3",
         "matplotlib>=3.8",

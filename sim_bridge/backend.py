@@ -6,15 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.body import Body
-from sim_bridge.individual import Individual
-from sim_bridge.plant import Plant
-
-ENGINES = ("pybullet",)
-PLANNED_ENGINES = ("mujoco",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,30 +66,6 @@ class Backend(Protocol):
 
     def close(self) -> None:
         """Free the engine; allowed more than once."""
-
-
-def make_backend(
-    engine: str,
-    robot: RobotDescription,
-    plant: Plant,
-    individual: Individual,
-    body: Body,
-    *,
-    gui: bool = False,
-    visual: bool = False,
-) -> Backend:
-    """The backend of an engine, for one individual.
-
-    Raises:
-        NaoGaitError: the engine is unknown or absent, or cannot honour an option of the plant.
-    """
-    if engine == "pybullet":
-        from sim_bridge.pybullet_backend import PyBulletBackend
-
-        return PyBulletBackend(robot, plant, individual, body, gui=gui, visual=visual)
-    if engine in PLANNED_ENGINES:
-        raise NaoGaitError("engine", f"{engine} (not available yet)", ", ".join(ENGINES))
-    raise NaoGaitError("engine", engine, ", ".join(ENGINES))
 
 
 def rotation_matrix(quaternion: FloatArray) -> FloatArray:

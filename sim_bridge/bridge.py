@@ -34,8 +34,8 @@ from nao_lipm_gait.ros.readings import stamp_of
 from nao_lipm_gait.ros.stop_request import StopRequest
 from nao_lipm_gait.ros.throttle import Throttle
 from nao_lipm_gait.signals import JointTargets
-from sim_bridge.backend import ENGINES
 from sim_bridge.commands import CommandReader, read_push
+from sim_bridge.engines import ENGINES
 from sim_bridge.messages import ReadingWriter, TruthWriter
 from sim_bridge.pacing import Pacer
 from sim_bridge.plant import load_plant

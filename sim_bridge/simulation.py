@@ -8,9 +8,10 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
-from sim_bridge.backend import StartState, TrueState, make_backend, rotation_matrix
+from sim_bridge.backend import StartState, TrueState, rotation_matrix
 from sim_bridge.body import Body, BodyPose
 from sim_bridge.delay_line import DelayLine
+from sim_bridge.engines import make_backend
 from sim_bridge.individual import draw_individual
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant

@@ -1,0 +1,57 @@
+"""Which physics engines there are, and how to get one; none is imported before it is asked for."""
+
+from importlib.util import find_spec
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+from sim_bridge.backend import Backend
+from sim_bridge.body import Body
+from sim_bridge.individual import Individual
+from sim_bridge.plant import Plant
+
+ENGINES = ("pybullet", "mujoco")
+_INSTALL = {"pybullet": "nao_lipm_gait", "mujoco": "nao_lipm_gait[mujoco]"}
+"""What pip has to install to get the engine."""
+
+
+def installed(engine: str) -> bool:
+    """Whether the engine's own package is there."""
+    return find_spec(engine) is not None
+
+
+def make_backend(
+    engine: str,
+    robot: RobotDescription,
+    plant: Plant,
+    individual: Individual,
+    body: Body,
+    *,
+    gui: bool = False,
+    visual: bool = False,
+) -> Backend:
+    """The backend of an engine, for one individual.
+
+    Args:
+        gui: open the engine's own window.
+        visual: load what `render` needs.
+
+    Raises:
+        NaoGaitError: the engine is unknown or not installed, or cannot honour an option of the
+            plant.
+    """
+    if engine not in ENGINES:
+        raise NaoGaitError("engine", engine, ", ".join(ENGINES))
+    if not installed(engine):
+        others = [name for name in ENGINES if installed(name)]
+        raise NaoGaitError(
+            "engine",
+            f"{engine}, which is not installed",
+            ", ".join(others) + f"; or pip install '{_INSTALL[engine]}'",
+        )
+    if engine == "mujoco":
+        from sim_bridge.mujoco_backend import MujocoBackend
+
+        return MujocoBackend(robot, plant, individual, body, gui=gui, visual=visual)
+    from sim_bridge.pybullet_backend import PyBulletBackend
+
+    return PyBulletBackend(robot, plant, individual, body, gui=gui, visual=visual)

@@ -1,0 +1,520 @@
+"""The plant in MuJoCo."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge.backend import StartState, TrueState, rotation_matrix
+from sim_bridge.body import CONTACT_RADIUS, Body, Link, Shape, Sole
+from sim_bridge.individual import Individual
+from sim_bridge.motors import TorqueLimits
+from sim_bridge.plant import Plant
+
+_FLOOR, _LEFT_LEG = 1, 2
+"""Collision bits: the floor meets what has the first, the left leg what has the second."""
+_SOLE_PRIORITY = 1
+"""The soles' contact numbers go before those of the floor."""
+_IMPEDANCE_RATIO = 100.0
+"""Friction is this much harder than the normal contact, so that feet do not creep."""
+_STEP_LIMIT = 0.005
+"""[s]; with longer steps the servos ring."""
+_SERVO_DAMPING = 10.0
+"""[N m s/rad] of a stiff servo: 0.06 deg of sag in the worst joint of a standing NAO. With twice as
+much the light joints begin to chatter between their torque limits."""
+_DAMPING_LIMIT = 3.0
+"""Damping of a stiff servo x step / rotor inertia: keeps the arms' small motors calm too."""
+_CHATTER = 20.0
+"""Damping x step / rotor inertia from which on a servo chatters."""
+_PLAY_INERTIA = 1e-4
+"""[kg m^2] and"""
+_PLAY_DAMPING = 0.02
+"""[N m s/rad] between the two sides of the play."""
+_GEOMS = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+}
+_COLLIDING, _SEEN = 3, 1
+"""Groups of shapes; pictures show the second only."""
+_FIELD_OF_VIEW = 40.0
+"""[deg] of the camera, vertical."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Spring:
+    """A spring and a damper that hold a constraint."""
+
+    stiffness: float
+    """[N/m] or [N m/rad]."""
+    damping: float
+    """[N s/m] or [N m s/rad]."""
+
+    def compiled(self, inverse_inertia: float, step: float) -> tuple[list[float], list[float]]:
+        """(solref, solimp) with which MuJoCo integrates this spring implicitly over a step.
+
+        MuJoCo solves R f + a = a_ref with a_ref = -b v - k d r, R = A (1 - d)/d and A the inverse
+        inertia seen by the constraint [1/kg] or [1/(kg m^2)]; negative solref numbers are divided
+        by d^2 and by d. An implicit spring is f = -(K r + (K dt + B) (v + a dt)).
+        """
+        slope = self.stiffness * step + self.damping
+        regularizer = 1.0 / (step * slope)
+        share = inverse_inertia / (inverse_inertia + regularizer)
+        solref = [-self.stiffness * regularizer * share, -slope * regularizer * share]
+        return solref, [share, share, 0.001, 0.5, 2.0]
+
+
+_RIGID_FLOOR = _Spring(1e6, 2e3)
+"""Per contact point: sinks by 6 um under a standing NAO."""
+_END_STOP = _Spring(1e4, 5.0)
+"""Of joints and of their play."""
+_COUPLING = _Spring(2e4, 20.0)
+"""Of joints that share a motor."""
+_DRY_FRICTION = _Spring(0.0, 50.0)
+"""A joint held by dry friction creeps with torque / damping: below 0.4 deg/s."""
+
+
+class MujocoBackend:
+    """MuJoCo behind the four methods of `Backend`.
+
+    A position servo is here a spring and a damper whose ratio is the lag, cut at the torque limit.
+    As its stiffness is finite, so are the numbers that go with it: rotor inertia, dry friction and
+    play can be honoured. Where the plant gives no stiffness, the servo is made as stiff as the
+    integration allows, and the rotors have their real inertia: without it they would chatter.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        plant: Plant,
+        individual: Individual,
+        body: Body,
+        *,
+        gui: bool = False,
+        visual: bool = False,
+    ) -> None:
+        self._robot = robot
+        self._plant = plant
+        self._individual = individual
+        self._body = body
+        self._visual = visual or gui
+        self._rotors = _rotor_inertia(robot, plant)
+        _refuse(plant, self._rotors)
+        self._limits = TorqueLimits(robot, plant, individual)
+        self._geoms: dict[str, tuple[str, ...]] = {}
+        self._model = self._compile()
+        self._set_springs()
+        self._data = mujoco.MjData(self._model)
+        self._find_addresses()
+        self._legs_touch = False
+        self._pushed = False
+        self._scale: float | None = None
+        self._renderer: mujoco.Renderer | None = None
+        self._viewer = _open_viewer(self._model, self._data) if gui else None
+
+    def reset(self, start: StartState) -> None:
+        data = self._data
+        mujoco.mj_resetData(self._model, data)
+        data.qpos[:3] = start.torso_position
+        data.qpos[3:7] = np.roll(start.torso_rotation, 1)
+        data.qpos[self._motor_q] = start.joint_position
+        data.ctrl[:] = start.joint_position
+        self._legs_touch = self._pushed = False
+        self._scale = None
+
+    def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
+        data = self._data
+        data.ctrl[:] = setpoint
+        if self._limits.depend_on_speed or torque_scale != self._scale:
+            self._limits.span(data.qvel[self._motor_v], self._span)
+            if torque_scale != 1.0:
+                self._span *= torque_scale
+            self._model.actuator_forcerange[:] = self._span
+            self._scale = torque_scale
+        if push_force.any():
+            data.xfrc_applied[self._torso, :3] = push_force
+            self._pushed = True
+        elif self._pushed:
+            data.xfrc_applied[self._torso, :3] = 0.0
+            self._pushed = False
+        mujoco.mj_step(self._model, data)
+        if not self._legs_touch and data.ncon:
+            self._legs_touch = bool((data.contact.geom[:, 0] != self._floor).any())
+        if self._viewer is not None:
+            self._viewer.sync()
+
+    def observe(self) -> TrueState:
+        data = self._data
+        w, x, y, z = data.qpos[3:7].tolist()
+        quaternion = np.array([x, y, z, w])
+        position = data.qpos[:3].copy()
+        angles, speeds = data.qpos[self._motor_q], data.qvel[self._motor_v]
+        if len(self._play):
+            angles[self._play] += data.qpos[self._play_q]
+            speeds[self._play] += data.qvel[self._play_v]
+        touch, self._legs_touch = self._legs_touch, False
+        return TrueState(
+            torso_position=position,
+            torso_rotation=quaternion,
+            torso_linear_velocity=data.qvel[:3].copy(),
+            torso_angular_velocity=data.qvel[3:6].copy(),
+            joint_position=angles,
+            joint_velocity=speeds,
+            joint_torque=data.actuator_force.copy(),
+            sole_wrench=self._sole_wrenches(position, rotation_matrix(quaternion), angles),
+            legs_touch=touch,
+        )
+
+    def render(
+        self,
+        width: int,
+        height: int,
+        target: Sequence[float],
+        distance: float,
+        yaw: float,
+        pitch: float,
+    ) -> NDArray[np.uint8]:
+        """(height, width, 3) picture, see `Simulation.render`."""
+        if not self._visual:
+            raise NaoGaitError("visual", False, "true, to have something to draw")
+        renderer = self._renderer
+        if renderer is None or (renderer.width, renderer.height) != (width, height):
+            if renderer is not None:
+                renderer.close()
+            renderer = self._renderer = _make_renderer(self._model, width, height)
+        camera = mujoco.MjvCamera()
+        camera.lookat[:] = target
+        # here 0 looks along +x
+        camera.distance, camera.azimuth, camera.elevation = distance, yaw + 90.0, pitch
+        options = mujoco.MjvOption()
+        options.geomgroup[:] = 0
+        options.geomgroup[_SEEN] = 1
+        mujoco.mj_kinematics(self._model, self._data)  # lags one step behind the joints
+        renderer.update_scene(self._data, camera, options)
+        picture: NDArray[np.uint8] = renderer.render()
+        return picture
+
+    def close(self) -> None:
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _sole_wrenches(
+        self, position: FloatArray, rotation: FloatArray, angles: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        pose = self._body.pose(position, rotation, angles)
+        data, forces = self._data, ([0.0] * 6, [0.0] * 6)
+        if data.ncon:
+            contact = data.contact
+            force = data.efc_force
+            for geoms, address, frame, point in zip(
+                contact.geom[:, 1].tolist(),
+                contact.efc_address.tolist(),
+                contact.frame.tolist(),
+                contact.pos.tolist(),
+                strict=True,
+            ):
+                side = self._sole_of_geom.get(geoms)
+                if side is None or address < 0:
+                    continue
+                normal, first, second = force[address : address + 3].tolist()
+                fx, fy, fz = (
+                    normal * frame[i] + first * frame[3 + i] + second * frame[6 + i]
+                    for i in range(3)
+                )
+                origin = pose.sole_position[side]
+                x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
+                total = forces[side]
+                total[0] += fx
+                total[1] += fy
+                total[2] += fz
+                total[3] += y * fz - z * fy
+                total[4] += z * fx - x * fz
+                total[5] += x * fy - y * fx
+        left, right = (
+            np.concatenate([to_world.T @ total[:3], to_world.T @ total[3:]])
+            for to_world, total in zip(pose.sole_rotation, forces, strict=True)
+        )
+        return left, right
+
+    def _compile(self) -> mujoco.MjModel:
+        spec = mujoco.MjSpec()
+        spec.compiler.degree = False
+        physics, option = self._plant.physics, spec.option
+        option.timestep = physics.step
+        option.gravity = [0.0, 0.0, -physics.gravity]
+        option.iterations = physics.iterations
+        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        option.impratio = _IMPEDANCE_RATIO
+        spec.worldbody.add_geom(
+            name="floor",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[0.0, 0.0, 0.05],
+            contype=_FLOOR,
+            conaffinity=0,
+            condim=3,
+            friction=[0.0, 0.0, 0.0],  # MuJoCo takes the larger coefficient of the two bodies
+            group=_COLLIDING,
+        )
+        if self._visual:
+            _light(spec)
+        bodies = {"": spec.worldbody}
+        children: dict[str, list[Link]] = {}
+        for link in self._body.links:
+            children.setdefault(link.parent, []).append(link)
+        waiting = list(children[""])
+        while waiting:
+            link = waiting.pop(0)
+            bodies[link.name] = self._add_link(bodies[link.parent], link)
+            # in the order of the joint arrays: a joint array is then a slice of the state
+            waiting = (
+                sorted(children.get(link.name, []), key=lambda c: self._robot.index(c.joint))
+                + waiting
+            )
+        for sole in self._body.soles:
+            self._add_sole(bodies[sole.parent], sole)
+        for leader, follower in self._robot.coupled_joints:
+            spec.add_equality(
+                name=follower,
+                type=mujoco.mjtEq.mjEQ_JOINT,
+                name1=follower,
+                name2=leader,
+                data=[0.0, 1.0] + [0.0] * 10,
+            )
+        for joint, gain, damping in zip(self._robot.joint_names, *self._servos(), strict=True):
+            spec.add_actuator(
+                name=joint,
+                target=joint,
+                trntype=mujoco.mjtTrn.mjTRN_JOINT,
+                gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+                gainprm=[gain] + [0.0] * 9,
+                biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+                biasprm=[0.0, -gain, -damping] + [0.0] * 7,
+                forcelimited=True,
+                forcerange=[-1.0, 1.0],  # set anew in every step
+            )
+        return spec.compile()
+
+    def _servos(self) -> tuple[FloatArray, FloatArray]:
+        """(n,) stiffness [N m/rad] and (n,) damping [N m s/rad] of the servos."""
+        motor, count = self._plant.motor, len(self._rotors)
+        if motor.stiffness is not None:
+            return np.full(count, motor.stiffness), np.full(count, motor.stiffness * motor.lag)
+        damping = np.minimum(
+            _SERVO_DAMPING, _DAMPING_LIMIT * self._rotors / self._plant.physics.step
+        )
+        return damping / motor.lag, damping
+
+    def _add_link(self, parent: mujoco.MjsBody, link: Link) -> mujoco.MjsBody:
+        body = parent.add_body(name=link.name, pos=link.position, quat=_quaternion(link.rotation))
+        inertia = link.inertia
+        body.explicitinertial = True
+        body.mass = link.mass
+        body.ipos = link.com
+        body.fullinertia = [
+            inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]
+        ]  # fmt: skip
+        if link.joint:
+            motor, index = self._plant.motor, self._robot.index(link.joint)
+            body.add_joint(
+                name=link.joint,
+                type=mujoco.mjtJoint.mjJNT_HINGE,
+                axis=link.axis,
+                limited=True,
+                range=[link.lower, link.upper],
+                actfrclimited=False,
+                armature=self._rotors[index],
+                frictionloss=motor.friction if link.side else 0.0,
+            )
+            if link.joint in self._joints_with_play():
+                body.add_joint(
+                    name=_play_name(link.joint),
+                    type=mujoco.mjtJoint.mjJNT_HINGE,
+                    axis=link.axis,
+                    limited=True,
+                    range=[-motor.play / 2.0, motor.play / 2.0],
+                    actfrclimited=False,
+                    armature=_PLAY_INERTIA,
+                    damping=[_PLAY_DAMPING, 0.0, 0.0],
+                )
+        else:
+            body.add_freejoint()
+        feet = {sole.parent for sole in self._body.soles}
+        meets = 0 if link.name in feet else _FLOOR
+        legs_meet = self._plant.physics.self_collision
+        contype = _LEFT_LEG if legs_meet and link.side == "left" else 0
+        meets |= _LEFT_LEG if legs_meet and link.side == "right" else 0
+        plates = [sole.plate for sole in self._body.soles if sole.parent == link.name]
+        for shape in (*link.collision, *plates):
+            _add_shape(
+                body,
+                shape,
+                contype=contype,
+                conaffinity=meets,
+                condim=3,
+                friction=[self._individual.friction, 0.0, 0.0],
+                # as stiff as MuJoCo lets a contact be
+                solref=[2.5 * self._plant.physics.step, 1.0],
+                group=_COLLIDING,
+            )
+        for shape in link.visual if self._visual else ():
+            _add_shape(body, shape, contype=0, conaffinity=0, group=_SEEN, rgba=shape.color)
+        return body
+
+    def _add_sole(self, foot: mujoco.MjsBody, sole: Sole) -> None:
+        names = []
+        for index, point in enumerate(sole.points):
+            names.append(f"{sole.name}_{index}")
+            foot.add_geom(
+                name=names[-1],
+                type=mujoco.mjtGeom.mjGEOM_SPHERE,
+                size=[CONTACT_RADIUS, 0.0, 0.0],
+                pos=sole.position + sole.rotation @ point,
+                contype=0,
+                conaffinity=_FLOOR,
+                condim=3,
+                friction=[self._individual.friction, 0.0, 0.0],
+                priority=_SOLE_PRIORITY,
+                group=_COLLIDING,
+            )
+        self._geoms[sole.name] = tuple(names)
+
+    def _joints_with_play(self) -> tuple[str, ...]:
+        if not self._plant.motor.play:
+            return ()
+        legs = (self._robot.left_leg, self._robot.right_leg)
+        return tuple(
+            joint for leg in legs for joint in (leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch)
+        )
+
+    def _set_springs(self) -> None:
+        """Contact and constraint numbers; they need the inertias of the compiled model."""
+        model, step, contact = self._model, self._plant.physics.step, self._plant.contact
+        floor = _RIGID_FLOOR
+        if not contact.rigid:
+            stiffness = contact.stiffness * self._individual.stiffness_scale
+            floor = _Spring(stiffness, contact.damping)
+        for sole in self._body.soles:
+            inverse_mass = model.body(sole.parent).invweight0[0]
+            for name in self._geoms[sole.name]:
+                geom = model.geom(name)
+                geom.solref[:], geom.solimp[:] = floor.compiled(inverse_mass, step)
+        for dof in range(6, model.nv):
+            inverse_inertia = model.dof_invweight0[dof]
+            joint = model.dof_jntid[dof]
+            model.jnt_solref[joint], model.jnt_solimp[joint] = _END_STOP.compiled(
+                inverse_inertia, step
+            )
+            model.dof_solref[dof], model.dof_solimp[dof] = _DRY_FRICTION.compiled(
+                inverse_inertia, step
+            )
+        for index in range(model.neq):
+            inverse_inertia = sum(
+                model.dof_invweight0[model.jnt_dofadr[joint]]
+                for joint in (model.eq_obj1id[index], model.eq_obj2id[index])
+            )
+            model.eq_solref[index], model.eq_solimp[index] = _COUPLING.compiled(
+                inverse_inertia, step
+            )
+
+    def _find_addresses(self) -> None:
+        model, robot = self._model, self._robot
+        joints = [model.joint(name) for name in robot.joint_names]
+        self._motor_q = np.array([joint.qposadr[0] for joint in joints])
+        self._motor_v = np.array([joint.dofadr[0] for joint in joints])
+        play = self._joints_with_play()
+        hinges = [model.joint(_play_name(name)) for name in play]
+        self._play = np.array([robot.index(name) for name in play], dtype=int)
+        self._play_q = np.array([hinge.qposadr[0] for hinge in hinges], dtype=int)
+        self._play_v = np.array([hinge.dofadr[0] for hinge in hinges], dtype=int)
+        self._torso = model.body(robot.torso_frame).id
+        self._floor = model.geom("floor").id
+        self._span = np.zeros((len(joints), 2))
+        self._sole_of_geom = {
+            model.geom(name).id: side
+            for side, sole in enumerate(self._body.soles)
+            for name in self._geoms[sole.name]
+        }
+
+
+def _rotor_inertia(robot: RobotDescription, plant: Plant) -> FloatArray:
+    """(n,) [kg m^2] at the joints; joints that share a motor share its inertia."""
+    factor = 1.0 if plant.motor.armature is None else plant.motor.armature
+    motors = [robot.motors[name] for name in robot.joint_names]
+    inertia = factor * np.array([motor.reflected_inertia for motor in motors])
+    for pair in robot.coupled_joints:
+        for name in pair:
+            inertia[robot.index(name)] /= 2.0
+    return inertia
+
+
+def _refuse(plant: Plant, rotors: FloatArray) -> None:
+    """NaoGaitError for what MuJoCo cannot honour."""
+    motor, step = plant.motor, plant.physics.step
+
+    def refuse(key: str, value: object, allowed: str) -> None:
+        raise NaoGaitError(f"{plant.name}: {key}", value, f"{allowed} with engine mujoco")
+
+    if step > _STEP_LIMIT:
+        refuse("physics.step", step, f"at most {_STEP_LIMIT} s")
+    if motor.lag < 2.0 * step:
+        refuse("motor.lag", motor.lag, f"at least {2.0 * step:g} s (two steps)")
+
+
+def _play_name(joint: str) -> str:
+    return f"{joint}_play"
+
+
+def _quaternion(rotation: FloatArray) -> FloatArray:
+    """(4,) w x y z of a (3, 3) rotation."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
+    return quaternion
+
+
+def _add_shape(body: mujoco.MjsBody, shape: Shape, **options: object) -> None:
+    size = shape.size
+    if shape.kind == "box":
+        size = tuple(edge / 2.0 for edge in size)
+    elif shape.kind == "cylinder":
+        size = (size[0], size[1] / 2.0)
+    body.add_geom(
+        type=_GEOMS[shape.kind],
+        size=[*size, *(0.0,) * (3 - len(size))],
+        pos=shape.position,
+        quat=_quaternion(shape.rotation),
+        **options,
+    )
+
+
+def _light(spec: mujoco.MjSpec) -> None:
+    """Something to see the walk by."""
+    spec.worldbody.add_light(pos=[0.0, 0.0, 3.0], dir=[0.0, 0.0, -1.0])
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 0.25],
+        contype=0,
+        conaffinity=0,
+        group=_SEEN,
+        rgba=[0.66, 0.72, 0.78, 1.0],
+    )
+
+
+def _open_viewer(model: mujoco.MjModel, data: mujoco.MjData) -> Any:
+    import mujoco.viewer
+
+    return mujoco.viewer.launch_passive(model, data)
+
+
+def _make_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    return mujoco.Renderer(model, height, width)
