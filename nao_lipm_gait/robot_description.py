@@ -1,4 +1,4 @@
-"""The facts of one robot that the rest of the package works with: its URDF and one parameter file."""
+"""The facts of one robot that everything else works with: its URDF and one parameter file."""
 
 import dataclasses
 import math
@@ -123,8 +123,8 @@ class RobotDescription:
 def load_robot(urdf: str | Path = "nao_h21_v33", robot: str | Path = "nao_h21") -> RobotDescription:
     """The robot of a URDF (shipped name or path) and a robot file (shipped name or path).
 
-    Joints and links of the URDF that the robot file does not name are left alone. Raises NaoGaitError
-    that names the file and the joint, link or key if something is missing or makes no sense.
+    Joints and links of the URDF that the robot file does not name are left alone. Raises
+    NaoGaitError that names the file and the joint, link or key that is missing or makes no sense.
     """
     urdf_path = find("urdf", str(urdf))
     text = _read(urdf_path, "URDF")
@@ -433,6 +433,8 @@ class _Settings:
                     self.where("ankle_limits"), row, "rows of rising pitch, lowest roll <= highest"
                 )
             rows.append((pitch, low, high))
+        if not rows:
+            raise NaoGaitError(self.where("ankle_limits"), rows, "at least one row")
         return tuple(rows)
 
     def motors(self, joint_names: tuple[str, ...]) -> Mapping[str, Motor]:

@@ -17,7 +17,7 @@ from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import Point3
 
 SQRT_HALF = sqrt(0.5)
-YAW_TOLERANCE = 2e-5
+YAW_TOLERANCE = 1e-4
 """[rad]"""
 MAX_ITERATIONS = 8
 
@@ -52,12 +52,13 @@ class SharedHipLegs:
                 "hip axes that meet in one point, above knee, ankle and sole in the zero pose",
             )
         self._last_hip_angle = 0.0
+        self._last_slope = -2.0 * SQRT_HALF
 
     def solve(self, left: SolePose, right: SolePose) -> LegSolution:
-        """See LegKinematics; warm-started from the last call's hip angle."""
+        """See LegKinematics; warm-started from the last call's hip angle and its sensitivity."""
         angle = self._last_hip_angle
+        slope = self._last_slope
         solution = self._with_hip_angle(angle, left, right)
-        slope = -2.0 * SQRT_HALF
         previous: tuple[float, float] | None = None
         for _ in range(MAX_ITERATIONS):
             # Both soles turn against each other as the shared joint moves: about sqrt(2) rad/rad.
@@ -71,6 +72,7 @@ class SharedHipLegs:
             angle = min(max(angle + error / slope, -1.3), 1.0)
             solution = self._with_hip_angle(angle, left, right)
         self._last_hip_angle = angle
+        self._last_slope = slope
         return solution
 
     def _with_hip_angle(self, angle: float, left: SolePose, right: SolePose) -> LegSolution:

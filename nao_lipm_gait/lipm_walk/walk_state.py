@@ -30,7 +30,10 @@ class WalkState(NamedTuple):
     step_count: int
 
     def moved(self, x: float, y: float, vx: float, vy: float) -> "WalkState":
-        return self._replace(x=x, y=y, vx=vx, vy=vy)
+        # Spelled out: several times a tick, and twice as fast as _replace.
+        return WalkState(
+            self.support, x, y, vx, vy, self.sole_in_q, self.q_in_odom, self.step_count
+        )
 
 
 class NextSupport(NamedTuple):
