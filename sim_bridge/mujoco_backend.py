@@ -23,18 +23,16 @@ _SOLE_PRIORITY = 1
 """The soles' contact numbers go before those of the floor."""
 _IMPEDANCE_RATIO = 100.0
 """Friction is this much harder than the normal contact, so that feet do not creep."""
-_STEP_LIMIT = 0.005
-"""[s]; with longer steps the servos ring."""
-_SERVO_DAMPING = 10.0
-"""[N m s/rad] of a stiff servo: 0.06 deg of sag in the worst joint of a standing NAO. With twice as
-much the light joints begin to chatter between their torque limits."""
-_DAMPING_LIMIT = 3.0
-"""Damping of a stiff servo x step / rotor inertia: keeps the arms' small motors calm too."""
-_CHATTER = 20.0
-"""Damping x step / rotor inertia from which on a servo chatters."""
+_SERVO_DAMPING = 1.5
+"""Largest damping of a servo x step / rotor inertia. As the mass matrix is never smaller than the
+rotors alone, the servos stay stable below 2 in any pose, and whether the torque is cut or not."""
+_STIFF_STEP = 0.004
+"""[s] and"""
+_STIFF_ARMATURE = 0.5
+"""share of the real rotor inertia with which a servo can still count as stiff."""
 _PLAY_INERTIA = 1e-4
 """[kg m^2] and"""
-_PLAY_DAMPING = 0.02
+_PLAY_DAMPING = 0.002
 """[N m s/rad] between the two sides of the play."""
 _GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
@@ -83,10 +81,10 @@ _DRY_FRICTION = _Spring(0.0, 50.0)
 class MujocoBackend:
     """MuJoCo behind the four methods of `Backend`.
 
-    A position servo is here a spring and a damper whose ratio is the lag, cut at the torque limit.
-    As its stiffness is finite, so are the numbers that go with it: rotor inertia, dry friction and
-    play can be honoured. Where the plant gives no stiffness, the servo is made as stiff as the
-    integration allows, and the rotors have their real inertia: without it they would chatter.
+    A position servo is here a torque, of a spring and a damper whose ratio is the lag, cut at the
+    motor's limit. That leaves room for stiffness, rotor inertia, dry friction and play. Where the
+    plant gives no stiffness, the servo is as stiff as the integration bears, and where it gives no
+    rotor inertia, the rotors have their real one: a stiff servo of a foot without it would chatter.
     """
 
     def __init__(
@@ -104,8 +102,8 @@ class MujocoBackend:
         self._individual = individual
         self._body = body
         self._visual = visual or gui
-        self._rotors = _rotor_inertia(robot, plant)
-        _refuse(plant, self._rotors)
+        _refuse(plant, robot)
+        self._rotors = _shared(robot, _rotor_inertia(robot, plant))
         self._limits = TorqueLimits(robot, plant, individual)
         self._geoms: dict[str, tuple[str, ...]] = {}
         self._model = self._compile()
@@ -253,7 +251,8 @@ class MujocoBackend:
         option.timestep = physics.step
         option.gravity = [0.0, 0.0, -physics.gravity]
         option.iterations = physics.iterations
-        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        # Implicit integrators change a torque after it was cut at its limit, and report it before.
+        option.integrator = mujoco.mjtIntegrator.mjINT_EULER
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         option.impratio = _IMPEDANCE_RATIO
         spec.worldbody.add_geom(
@@ -307,12 +306,10 @@ class MujocoBackend:
 
     def _servos(self) -> tuple[FloatArray, FloatArray]:
         """(n,) stiffness [N m/rad] and (n,) damping [N m s/rad] of the servos."""
-        motor, count = self._plant.motor, len(self._rotors)
+        motor = self._plant.motor
+        damping = _largest_damping(self._robot, self._plant)
         if motor.stiffness is not None:
-            return np.full(count, motor.stiffness), np.full(count, motor.stiffness * motor.lag)
-        damping = np.minimum(
-            _SERVO_DAMPING, _DAMPING_LIMIT * self._rotors / self._plant.physics.step
-        )
+            damping = np.minimum(damping, motor.stiffness * motor.lag)
         return damping / motor.lag, damping
 
     def _add_link(self, parent: mujoco.MjsBody, link: Link) -> mujoco.MjsBody:
@@ -448,27 +445,48 @@ class MujocoBackend:
 
 
 def _rotor_inertia(robot: RobotDescription, plant: Plant) -> FloatArray:
-    """(n,) [kg m^2] at the joints; joints that share a motor share its inertia."""
+    """(n,) [kg m^2] of each motor, as felt at its joint."""
     factor = 1.0 if plant.motor.armature is None else plant.motor.armature
-    motors = [robot.motors[name] for name in robot.joint_names]
-    inertia = factor * np.array([motor.reflected_inertia for motor in motors])
-    for pair in robot.coupled_joints:
-        for name in pair:
-            inertia[robot.index(name)] /= 2.0
-    return inertia
+    return factor * np.array([robot.motors[name].reflected_inertia for name in robot.joint_names])
 
 
-def _refuse(plant: Plant, rotors: FloatArray) -> None:
+def _largest_damping(robot: RobotDescription, plant: Plant) -> FloatArray:
+    """(n,) [N m s/rad] of servos that the integration still bears."""
+    damping: FloatArray = _SERVO_DAMPING * _rotor_inertia(robot, plant) / plant.physics.step
+    return damping
+
+
+def _refuse(plant: Plant, robot: RobotDescription) -> None:
     """NaoGaitError for what MuJoCo cannot honour."""
     motor, step = plant.motor, plant.physics.step
 
     def refuse(key: str, value: object, allowed: str) -> None:
         raise NaoGaitError(f"{plant.name}: {key}", value, f"{allowed} with engine mujoco")
 
-    if step > _STEP_LIMIT:
-        refuse("physics.step", step, f"at most {_STEP_LIMIT} s")
     if motor.lag < 2.0 * step:
         refuse("motor.lag", motor.lag, f"at least {2.0 * step:g} s (two steps)")
+    if motor.stiffness is None:
+        if step > _STIFF_STEP:
+            refuse("physics.step", step, f"at most {_STIFF_STEP} s where motor.stiffness is null,")
+        if motor.armature is not None and motor.armature < _STIFF_ARMATURE:
+            allowed = f"at least {_STIFF_ARMATURE} or null where motor.stiffness is null,"
+            refuse("motor.armature", motor.armature, allowed)
+        return
+    damping = _largest_damping(robot, plant)
+    legs = (*robot.left_leg.names, *robot.right_leg.names)
+    most = min(damping[robot.index(joint)] for joint in legs) / motor.lag
+    if motor.stiffness > most:
+        allowed = f"at most {most:.4g} N m/rad with this armature, lag and step"
+        refuse("motor.stiffness", motor.stiffness, allowed)
+
+
+def _shared(robot: RobotDescription, inertia: FloatArray) -> FloatArray:
+    """(n,) [kg m^2] with half of a motor's rotor on either joint that it turns."""
+    shared = inertia.copy()
+    for leader, follower in robot.coupled_joints:
+        for name in (leader, follower):
+            shared[robot.index(name)] = inertia[robot.index(leader)] / 2.0
+    return shared
 
 
 def _play_name(joint: str) -> str:

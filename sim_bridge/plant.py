@@ -132,9 +132,11 @@ class MotorPlant(_Checked):
     speed_limit: bool = _switch()
     """Setpoints move no faster than the joint's speed limit."""
     stiffness: float | None = _number(1.0, 1e6, "N m/rad", optional=True)
-    """Stiffness of the servo; None = as stiff as its torque allows."""
+    """Stiffness of the servos in the legs, at most that in arms and head; None = as stiff as the
+    engine can make them."""
     armature: float | None = _number(0.0, 100.0, "", optional=True)
-    """Factor on the rotor inertia reflected through the gear; None = no rotor inertia."""
+    """Factor on the rotor inertia reflected through the gear; None = what the engine's servos need
+    (PyBullet: none; MuJoCo: the real one)."""
     friction: float = _number(0.0, 10.0, "N m")
     """Dry friction of each leg joint."""
     play: float = _number(0.0, 0.2, "rad")
