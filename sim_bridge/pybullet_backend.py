@@ -51,7 +51,12 @@ _GEAR_FORCE = 1e4
 """[N m] that holds joints of one motor together; far above what a leg can apply."""
 _GEAR_ERP = 0.8
 """Share of an angle between coupled joints that is taken back per step: 0.03 deg remain under the
-largest loads. With a motor on each side the solver would need four times the iterations for that."""
+largest loads. With a motor on each side the solver would need four times the iterations."""
+_TILE = 0.25
+"""[m] edge of the floor's tiles in the window; they are laid around the robot where it starts."""
+_TILES = 24
+"""Number of tiles in each direction."""
+_TILE_COLORS = ((0.78, 0.82, 0.86, 1.0), (0.55, 0.62, 0.70, 1.0))
 
 
 class PyBulletBackend:
@@ -238,6 +243,8 @@ class PyBulletBackend:
         bullet.changeDynamics(
             self._floor, -1, lateralFriction=1.0, restitution=0.0, physicsClientId=client
         )
+        if self._visual:
+            self._lay_tiles()
         self._load_robot()
         self._set_dynamics()
         self._set_collisions()
@@ -268,6 +275,30 @@ class PyBulletBackend:
         self._inertial_position = np.array(base[3])
         self._inertial_rotation = base[4]
         _, self._inertial_inverse = bullet.invertTransform([0.0, 0.0, 0.0], base[4])
+
+    def _lay_tiles(self) -> None:
+        """Something to see the walk by; nothing collides with it."""
+        edges = (np.arange(_TILES + 1) - _TILES / 2) * _TILE
+        for parity, color in enumerate(_TILE_COLORS):
+            vertices: list[list[float]] = []
+            indices: list[int] = []
+            for i in range(_TILES):
+                for j in range((i + parity) % 2, _TILES, 2):
+                    first = len(vertices)
+                    vertices += [
+                        [float(edges[i + di]), float(edges[j + dj]), 0.0]
+                        for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))
+                    ]
+                    indices += [first + corner for corner in (0, 1, 2, 0, 2, 3)]
+            shape = bullet.createVisualShape(
+                bullet.GEOM_MESH,
+                vertices=vertices,
+                indices=indices,
+                rgbaColor=color,
+                specularColor=[0.0, 0.0, 0.0],
+                physicsClientId=self._client,
+            )
+            bullet.createMultiBody(0.0, baseVisualShapeIndex=shape, physicsClientId=self._client)
 
     def _set_dynamics(self) -> None:
         contact = self._plant.contact

@@ -21,8 +21,8 @@ START_STATES = ("stand", "lying_front", "lying_back")
 LOADED = 1.0
 """[N] of normal force from which on a sole counts as loaded."""
 SATURATED = 0.95
-"""Share of the torque limit from which on a motor counts as saturated: the speed that sets the limit
-has changed a little by the end of the step."""
+"""Share of the torque limit from which on a motor counts as saturated: the speed that sets the
+limit has changed a little by the end of the step."""
 _SECOND = 1_000_000_000
 
 
