@@ -14,6 +14,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -152,7 +153,9 @@ class GaitNode(Node):
         else:
             self._subscribe(Twist, "cmd_vel", self._on_velocity, 10)
         self._subscribe(Imu, "imu/data", self._on_imu, qos_profile_sensor_data)
-        self._subscribe(JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data)
+        self._sensors = self._subscribe(
+            JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
+        )
         self.create_service(Trigger, "~/stand", self._on_stand)
         self.create_service(Trigger, "~/relax", self._on_relax)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -161,8 +164,8 @@ class GaitNode(Node):
             WATCHDOG_PERIOD, partial(self._fenced, "watchdog", self._watch), clock=steady
         )
 
-    def _subscribe(self, kind: type, topic: str, callback: Callback, qos: Any) -> None:
-        self.create_subscription(
+    def _subscribe(self, kind: type, topic: str, callback: Callback, qos: Any) -> Subscription:
+        return self.create_subscription(
             kind, topic, lambda message: self._fenced(topic, partial(callback, message)), qos
         )
 
@@ -356,6 +359,13 @@ class GaitNode(Node):
             self._warn("silence", f"no joint_states for {now - silent_since:.1f} s")
 
     def _diagnose(self) -> None:
+        robots = self.count_publishers(self._sensors.topic_name)
+        if robots > 1:
+            self._warn(
+                "robots",
+                f"{robots} publishers on {self._sensors.topic_name}; allowed: one robot; does "
+                "another run share this ROS_DOMAIN_ID?",
+            )
         age = None if self._sensors_at is None else time.monotonic() - self._sensors_at
         new_faults = self._faults != self._faults_told
         self._faults_told = self._faults

@@ -220,6 +220,14 @@ def test_silence_is_told_in_log_and_diagnostics(probe: Probe):
     robot.tick(3)
 
 
+def test_second_robot_in_the_same_domain_is_told(probe: Probe):
+    robot = StandingRobot(probe)
+    robot.tick()
+    second = probe.publisher(JointState, "joint_states")
+    probe.wait(lambda: robot.gait.says("2 publishers on /joint_states"), "a warning")
+    probe.node.destroy_publisher(second)
+
+
 def test_velocity_command_is_forgotten_on_the_clock_of_the_sensors(probe: Probe):
     support = probe.subscribe(String, "gait/support", LATCHED)
     # Open loop, because this robot feels no steps that an observer could believe.
