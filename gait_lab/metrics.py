@@ -225,6 +225,14 @@ def fall_tick(
     return int(np.argmax(fallen)) if fallen.any() else None
 
 
+def has_fallen(torso_position: FloatArray, quaternion: FloatArray, standing_height: float) -> bool:
+    """`fall_tick` for one row, torso position (3,) [m] and quaternion xyzw (4,)."""
+    x, y = float(quaternion[0]), float(quaternion[1])
+    upright = 1.0 - 2.0 * (x * x + y * y)
+    low = float(torso_position[2]) < FALL_HEIGHT_SHARE * standing_height
+    return low or upright < math.cos(FALL_TILT)
+
+
 def true_com_in_q(trace: Trace) -> FloatArray:
     """(t, 3) the true CoM in Q [m] at each `status_stamp`; NaN outside single support.
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.metrics import SUPPORT_CODES, Metrics, Trace, fall_tick, measure
+from gait_lab.metrics import SUPPORT_CODES, Metrics, Trace, has_fallen, measure
 from gait_lab.tasks import Task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
@@ -175,7 +175,7 @@ def _walk(simulation: Simulation, gait: Gait, spec: RolloutSpec) -> Trace:
             status = gait.status
         truth = simulation.truth()
         recorder.add(truth, command, status)
-        if fall_tick(truth.torso_position[None], truth.torso_quaternion[None], height) is not None:
+        if has_fallen(truth.torso_position, truth.torso_quaternion, height):
             break
     return recorder.trace()
 

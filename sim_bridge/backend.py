@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from nao_lipm_gait.signals import FloatArray
+from sim_bridge.body import BodyPose
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +30,8 @@ class TrueState:
     """(3,) [m] of the torso link frame in the world."""
     torso_rotation: FloatArray
     """(4,) quaternion x y z w, torso to world."""
+    torso_matrix: FloatArray
+    """(3, 3) the same rotation."""
     torso_linear_velocity: FloatArray
     """(3,) [m/s] of the torso link origin, in the world frame."""
     torso_angular_velocity: FloatArray
@@ -37,6 +40,8 @@ class TrueState:
     """(n,) [rad], true angles."""
     joint_velocity: FloatArray
     """(n,) [rad/s]."""
+    pose: BodyPose
+    """Where that puts the centre of mass and the soles."""
     joint_torque: FloatArray
     """(n,) [N m] that the motors put out during the last step."""
     sole_wrench: tuple[FloatArray, FloatArray]
@@ -70,7 +75,7 @@ class Backend(Protocol):
 
 def rotation_matrix(quaternion: FloatArray) -> FloatArray:
     """(3, 3) of a unit quaternion x y z w."""
-    x, y, z, w = (float(v) for v in quaternion)
+    x, y, z, w = quaternion.tolist()
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -82,6 +87,6 @@ def rotation_matrix(quaternion: FloatArray) -> FloatArray:
 
 def cross(first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray) -> FloatArray:
     """(3,) cross product; numpy's own takes ten times as long for one pair."""
-    a, b, c = (float(v) for v in first)
-    x, y, z = (float(v) for v in second)
+    a, b, c = map(float, first)
+    x, y, z = map(float, second)
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

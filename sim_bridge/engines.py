@@ -27,13 +27,11 @@ def make_backend(
     body: Body,
     *,
     gui: bool = False,
-    visual: bool = False,
 ) -> Backend:
     """The backend of an engine, for one individual.
 
     Args:
         gui: open the engine's own window.
-        visual: load what `render` needs.
 
     Raises:
         NaoGaitError: the engine is unknown or not installed, or cannot honour an option of the
@@ -51,7 +49,7 @@ def make_backend(
     if engine == "mujoco":
         from sim_bridge.mujoco_backend import MujocoBackend
 
-        return MujocoBackend(robot, plant, individual, body, gui=gui, visual=visual)
+        return MujocoBackend(robot, plant, individual, body, gui=gui)
     from sim_bridge.pybullet_backend import PyBulletBackend
 
-    return PyBulletBackend(robot, plant, individual, body, gui=gui, visual=visual)
+    return PyBulletBackend(robot, plant, individual, body, gui=gui)

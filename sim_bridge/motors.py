@@ -37,9 +37,9 @@ class Setpoints:
 
     def advance(self, target: FloatArray) -> Iterator[FloatArray]:
         """(n,) [rad] setpoints of true angles, one per physics step of this control period."""
-        target = np.clip(target, self._lower, self._upper)
+        target = np.minimum(np.maximum(target, self._lower), self._upper)
         target[self._follower] = target[self._leader]  # the shared motor obeys the leader
-        change = np.clip(target - self.current, -self._stride, self._stride)
+        change = np.minimum(np.maximum(target - self.current, -self._stride), self._stride)
         setpoints = self.current + self._zero + self._shares * change
         self.current = self.current + change
         return iter(setpoints)
@@ -60,8 +60,13 @@ class TorqueLimits:
         for _, follower in robot.coupled_joints:
             self.standstill[robot.index(follower)] = 0.0
         no_load_speed = np.array([motor.no_load_speed for motor in motors])
+        none = np.zeros_like(self.standstill)
+        self._extremes = np.array([-self.standstill, self.standstill])
+        self._lowest = np.array([-self.standstill, none])
+        self._highest = np.array([none, self.standstill])
         self._line = plant.motor.torque_speed_line
         self._inverse_no_load_speed = 1.0 / no_load_speed
+        self._slope = self.standstill / no_load_speed
         self.top_speed: FloatArray = no_load_speed if self._line else np.full(len(motors), np.inf)
         """(n,) [rad/s] that no motor can drive a joint beyond."""
 
@@ -90,22 +95,14 @@ class TorqueLimits:
         return self._line
 
     def span(self, velocity: FloatArray, out: FloatArray) -> None:
-        """Writes lowest and highest torque [N m] at `velocity` (n,) [rad/s] to `out` (n, 2).
+        """Writes lowest and highest torque [N m] at `velocity` (n,) [rad/s] to `out` (2, n).
 
         The same limits as `now`, for engines that take one for each direction: a motor drives
         where torque and velocity have one sign.
         """
-        low, high = out[:, 0], out[:, 1]
-        if not self._line:
-            high[:] = self.standstill
-            np.negative(self.standstill, out=low)
-            return
-        share = velocity * self._inverse_no_load_speed
-        np.multiply(self.standstill, _unit(1.0 - share), out=high)
-        np.multiply(-self.standstill, _unit(1.0 + share), out=low)
-
-
-def _unit(values: FloatArray) -> FloatArray:
-    """Cut at 0 and 1, in place; three times as fast as numpy's clip."""
-    np.maximum(values, 0.0, out=values)
-    return np.minimum(values, 1.0, out=values)
+        if self._line:
+            np.subtract(self._extremes, velocity * self._slope, out=out)
+            np.maximum(out, self._lowest, out=out)
+            np.minimum(out, self._highest, out=out)
+        else:
+            out[:] = self._extremes

@@ -1,6 +1,5 @@
 """The plant in MuJoCo."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.backend import StartState, TrueState, rotation_matrix
-from sim_bridge.body import CONTACT_RADIUS, Body, Link, Shape, Sole
+from sim_bridge.body import CONTACT_RADIUS, Body, BodyPose, Link, Shape, Sole
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
@@ -40,9 +39,7 @@ _GEOMS = {
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
 }
 _COLLIDING, _SEEN = 3, 1
-"""Groups of shapes; pictures show the second only."""
-_FIELD_OF_VIEW = 40.0
-"""[deg] of the camera, vertical."""
+"""Groups of shapes; the window shows the second only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +92,12 @@ class MujocoBackend:
         body: Body,
         *,
         gui: bool = False,
-        visual: bool = False,
     ) -> None:
         self._robot = robot
         self._plant = plant
         self._individual = individual
         self._body = body
-        self._visual = visual or gui
+        self._visual = gui
         _refuse(plant, robot)
         self._rotors = _shared(robot, _rotor_inertia(robot, plant))
         self._limits = TorqueLimits(robot, plant, individual)
@@ -113,7 +109,6 @@ class MujocoBackend:
         self._legs_touch = False
         self._pushed = False
         self._scale: float | None = None
-        self._renderer: mujoco.Renderer | None = None
         self._viewer = _open_viewer(self._model, self._data) if gui else None
 
     def reset(self, start: StartState) -> None:
@@ -133,9 +128,8 @@ class MujocoBackend:
             self._limits.span(data.qvel[self._motor_v], self._span)
             if torque_scale != 1.0:
                 self._span *= torque_scale
-            self._model.actuator_forcerange[:] = self._span
             self._scale = torque_scale
-        if push_force.any():
+        if push_force[0] or push_force[1] or push_force[2]:
             data.xfrc_applied[self._torso, :3] = push_force
             self._pushed = True
         elif self._pushed:
@@ -143,7 +137,7 @@ class MujocoBackend:
             self._pushed = False
         mujoco.mj_step(self._model, data)
         if not self._legs_touch and data.ncon:
-            self._legs_touch = bool((data.contact.geom[:, 0] != self._floor).any())
+            self._legs_touch = bool(data.contact.geom1.any())  # 0 is the floor
         if self._viewer is not None:
             self._viewer.sync()
 
@@ -151,87 +145,54 @@ class MujocoBackend:
         data = self._data
         w, x, y, z = data.qpos[3:7].tolist()
         quaternion = np.array([x, y, z, w])
+        rotation = rotation_matrix(quaternion)
         position = data.qpos[:3].copy()
-        angles, speeds = data.qpos[self._motor_q], data.qvel[self._motor_v]
+        angles, speeds = data.qpos[self._motor_q].copy(), data.qvel[self._motor_v].copy()
         if len(self._play):
             angles[self._play] += data.qpos[self._play_q]
             speeds[self._play] += data.qvel[self._play_v]
+        pose = self._body.pose(position, rotation, angles)
         touch, self._legs_touch = self._legs_touch, False
         return TrueState(
             torso_position=position,
             torso_rotation=quaternion,
+            torso_matrix=rotation,
             torso_linear_velocity=data.qvel[:3].copy(),
             torso_angular_velocity=data.qvel[3:6].copy(),
             joint_position=angles,
             joint_velocity=speeds,
+            pose=pose,
             joint_torque=data.actuator_force.copy(),
-            sole_wrench=self._sole_wrenches(position, rotation_matrix(quaternion), angles),
+            sole_wrench=self._sole_wrenches(pose),
             legs_touch=touch,
         )
-
-    def render(
-        self,
-        width: int,
-        height: int,
-        target: Sequence[float],
-        distance: float,
-        yaw: float,
-        pitch: float,
-    ) -> NDArray[np.uint8]:
-        """(height, width, 3) picture, see `Simulation.render`."""
-        if not self._visual:
-            raise NaoGaitError("visual", False, "true, to have something to draw")
-        renderer = self._renderer
-        if renderer is None or (renderer.width, renderer.height) != (width, height):
-            if renderer is not None:
-                renderer.close()
-            renderer = self._renderer = _make_renderer(self._model, width, height)
-        camera = mujoco.MjvCamera()
-        camera.lookat[:] = target
-        # here 0 looks along +x
-        camera.distance, camera.azimuth, camera.elevation = distance, yaw + 90.0, pitch
-        options = mujoco.MjvOption()
-        options.geomgroup[:] = 0
-        options.geomgroup[_SEEN] = 1
-        mujoco.mj_kinematics(self._model, self._data)  # lags one step behind the joints
-        renderer.update_scene(self._data, camera, options)
-        picture: NDArray[np.uint8] = renderer.render()
-        return picture
 
     def close(self) -> None:
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
 
-    def _sole_wrenches(
-        self, position: FloatArray, rotation: FloatArray, angles: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        pose = self._body.pose(position, rotation, angles)
-        data, forces = self._data, ([0.0] * 6, [0.0] * 6)
+    def _sole_wrenches(self, pose: BodyPose) -> tuple[FloatArray, FloatArray]:
+        data, totals = self._data, ([0.0] * 6, [0.0] * 6)
         if data.ncon:
-            contact = data.contact
-            force = data.efc_force
-            for geoms, address, frame, point in zip(
-                contact.geom[:, 1].tolist(),
+            contact, forces = data.contact, data.efc_force
+            for geom, address, frame, point in zip(
+                contact.geom2.tolist(),
                 contact.efc_address.tolist(),
                 contact.frame.tolist(),
                 contact.pos.tolist(),
                 strict=True,
             ):
-                side = self._sole_of_geom.get(geoms)
+                side = self._sole_of_geom.get(geom)
                 if side is None or address < 0:
                     continue
-                normal, first, second = force[address : address + 3].tolist()
-                fx, fy, fz = (
-                    normal * frame[i] + first * frame[3 + i] + second * frame[6 + i]
-                    for i in range(3)
-                )
-                origin = pose.sole_position[side]
-                x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
-                total = forces[side]
+                normal, first, second = forces[address : address + 3].tolist()
+                fx = normal * frame[0] + first * frame[3] + second * frame[6]
+                fy = normal * frame[1] + first * frame[4] + second * frame[7]
+                fz = normal * frame[2] + first * frame[5] + second * frame[8]
+                ox, oy, oz = pose.sole_position[side].tolist()
+                x, y, z = point[0] - ox, point[1] - oy, point[2] - oz
+                total = totals[side]
                 total[0] += fx
                 total[1] += fy
                 total[2] += fz
@@ -239,8 +200,8 @@ class MujocoBackend:
                 total[4] += z * fx - x * fz
                 total[5] += x * fy - y * fx
         left, right = (
-            np.concatenate([to_world.T @ total[:3], to_world.T @ total[3:]])
-            for to_world, total in zip(pose.sole_rotation, forces, strict=True)
+            (np.array(total).reshape(2, 3) @ to_world).ravel()
+            for to_world, total in zip(pose.sole_rotation, totals, strict=True)
         )
         return left, right
 
@@ -427,16 +388,15 @@ class MujocoBackend:
     def _find_addresses(self) -> None:
         model, robot = self._model, self._robot
         joints = [model.joint(name) for name in robot.joint_names]
-        self._motor_q = np.array([joint.qposadr[0] for joint in joints])
-        self._motor_v = np.array([joint.dofadr[0] for joint in joints])
+        self._motor_q = _slice([int(joint.qposadr[0]) for joint in joints])
+        self._motor_v = _slice([int(joint.dofadr[0]) for joint in joints])
         play = self._joints_with_play()
         hinges = [model.joint(_play_name(name)) for name in play]
         self._play = np.array([robot.index(name) for name in play], dtype=int)
         self._play_q = np.array([hinge.qposadr[0] for hinge in hinges], dtype=int)
         self._play_v = np.array([hinge.dofadr[0] for hinge in hinges], dtype=int)
         self._torso = model.body(robot.torso_frame).id
-        self._floor = model.geom("floor").id
-        self._span = np.zeros((len(joints), 2))
+        self._span = model.actuator_forcerange.T
         self._sole_of_geom = {
             model.geom(name).id: side
             for side, sole in enumerate(self._body.soles)
@@ -489,6 +449,14 @@ def _shared(robot: RobotDescription, inertia: FloatArray) -> FloatArray:
     return shared
 
 
+def _slice(addresses: list[int]) -> slice | NDArray[np.intp]:
+    """Without play, the joints stand in a row, which is four times as fast to read."""
+    first, count = addresses[0], len(addresses)
+    if addresses == list(range(first, first + count)):
+        return slice(first, first + count)
+    return np.array(addresses, dtype=np.intp)
+
+
 def _play_name(joint: str) -> str:
     return f"{joint}_play"
 
@@ -532,7 +500,3 @@ def _open_viewer(model: mujoco.MjModel, data: mujoco.MjData) -> Any:
     import mujoco.viewer
 
     return mujoco.viewer.launch_passive(model, data)
-
-
-def _make_renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
-    return mujoco.Renderer(model, height, width)

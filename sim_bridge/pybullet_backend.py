@@ -15,7 +15,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.backend import StartState, TrueState, cross, rotation_matrix
-from sim_bridge.body import Body, simulation_urdf
+from sim_bridge.body import Body, BodyPose, simulation_urdf
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
@@ -74,14 +74,13 @@ class PyBulletBackend:
         body: Body,
         *,
         gui: bool = False,
-        visual: bool = False,
     ) -> None:
         _refuse(plant)
         self._robot = robot
         self._plant = plant
         self._individual = individual
         self._body = body
-        self._visual = visual or gui
+        self._visual = gui
         self._limits = TorqueLimits(robot, plant, individual)
         step, lag = plant.physics.step, plant.motor.lag
         # PyBullet's gain is per step; this one is exact for a first-order lag sampled every step
@@ -168,18 +167,21 @@ class PyBulletBackend:
         position = np.array(centre) - offset
         states = self._joint_states()
         angles = np.array([state[_POSITION] for state in states])
+        pose = self._body.pose(position, rotation, angles)
         torque = np.array([state[_TORQUE] for state in states])
         touch, self._legs_touch = self._legs_touch, False
         return TrueState(
             torso_position=position,
             torso_rotation=np.array(quaternion),
+            torso_matrix=rotation,
             torso_linear_velocity=np.array(linear) - cross(angular, offset),
             torso_angular_velocity=rotation.T @ np.array(angular),
             joint_position=angles,
             joint_velocity=np.array([state[_VELOCITY] for state in states]),
+            pose=pose,
             # a motor with limit 0 keeps reporting its last torque
             joint_torque=np.clip(torque, -self._torque_limits, self._torque_limits),
-            sole_wrench=self._sole_wrenches(position, rotation, angles),
+            sole_wrench=self._sole_wrenches(pose),
             legs_touch=touch,
         )
 
@@ -201,10 +203,7 @@ class PyBulletBackend:
             )
         return self._states
 
-    def _sole_wrenches(
-        self, position: FloatArray, rotation: FloatArray, angles: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        pose = self._body.pose(position, rotation, angles)
+    def _sole_wrenches(self, pose: BodyPose) -> tuple[FloatArray, FloatArray]:
         wrenches = []
         for side, link in enumerate(self._soles):
             ox, oy, oz = pose.sole_position[side].tolist()

@@ -42,49 +42,52 @@ class SensorModel:
         """The frame of this instant [ns]; to be called once per period."""
         position = state.joint_position - self._individual.joint_zero
         if self._count:
-            position = np.round(position / self._count) * self._count
+            position = np.rint(position / self._count) * self._count
         first = self._position is None
         velocity = np.zeros_like(position)
         if self._position is not None:
             velocity = (position - self._position) / self._period
         self._position = position
-        load = tuple(max(float(wrench[2]), 0.0) for wrench in state.sole_wrench)
+        left, right = state.sole_wrench
         return SensorFrame(
             stamp=stamp,
             joint_position=position,
             joint_velocity=velocity,
             angular_velocity=self._gyro(state),
             linear_acceleration=self._accelerometer(state, first),
-            sole_load=(load[0], load[1]),
+            sole_load=(max(float(left[2]), 0.0), max(float(right[2]), 0.0)),
         )
 
     def _gyro(self, state: TrueState) -> FloatArray:
         sensors = self._sensors
-        rate = self._imu_in_torso.T @ state.torso_angular_velocity
+        rate: FloatArray = state.torso_angular_velocity @ self._imu_in_torso
         rate = rate + self._individual.gyro_bias + self._noise.normal(0.0, sensors.gyro_noise, 3)
-        if sensors.gyro_range is not None:
-            rate = np.clip(rate, -sensors.gyro_range, sensors.gyro_range)
+        _cut(rate, sensors.gyro_range)
         if sensors.gyro_axes == 2:
             rate[2] = 0.0
         return self._mount @ rate
 
     def _accelerometer(self, state: TrueState, first: bool) -> FloatArray:
         """Mean specific force since the last sample, at the place of the IMU."""
-        sensors = self._sensors
-        rotation = rotation_matrix(state.torso_rotation)
-        velocity = state.torso_linear_velocity + rotation @ cross(
-            state.torso_angular_velocity, self._imu_position
-        )
+        rotation, quaternion = state.torso_matrix, state.torso_rotation
+        spin = cross(state.torso_angular_velocity, self._imu_position)
+        velocity = state.torso_linear_velocity + rotation @ spin
         force = self._gravity
         if not first:
             force = force + (velocity - self._imu_velocity) / self._period
             # the axes turn meanwhile: take them half-way
-            sign = 1.0 if float(self._quaternion @ state.torso_rotation) >= 0.0 else -1.0
-            middle = self._quaternion * sign + state.torso_rotation
-            rotation = rotation_matrix(middle / np.linalg.norm(middle))
-        self._imu_velocity, self._quaternion = velocity, state.torso_rotation
-        reading = self._imu_in_torso.T @ (rotation.T @ force) + self._individual.accel_bias
-        reading = reading + self._noise.normal(0.0, sensors.accel_noise, 3)
-        if sensors.accel_range is not None:
-            reading = np.clip(reading, -sensors.accel_range, sensors.accel_range)
+            sign = 1.0 if float(self._quaternion @ quaternion) >= 0.0 else -1.0
+            middle = self._quaternion * sign + quaternion
+            rotation = rotation_matrix(middle / math.sqrt(float(middle @ middle)))
+        self._imu_velocity, self._quaternion = velocity, quaternion
+        reading = (force @ rotation) @ self._imu_in_torso + self._individual.accel_bias
+        reading = reading + self._noise.normal(0.0, self._sensors.accel_noise, 3)
+        _cut(reading, self._sensors.accel_range)
         return self._mount @ reading
+
+
+def _cut(values: FloatArray, limit: float | None) -> None:
+    """Cuts at +- limit, in place."""
+    if limit is not None:
+        np.maximum(values, -limit, out=values)
+        np.minimum(values, limit, out=values)

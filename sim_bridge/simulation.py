@@ -9,7 +9,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
 from sim_bridge.backend import StartState, TrueState, rotation_matrix
-from sim_bridge.body import Body, BodyPose
+from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines import make_backend
 from sim_bridge.individual import draw_individual
@@ -94,7 +94,6 @@ class Simulation:
         control_period: float = 0.01,
         gui: bool = False,
         start_state: str = "stand",
-        visual: bool = False,
     ) -> None:
         """
         Args:
@@ -104,7 +103,6 @@ class Simulation:
             control_period: [s], a multiple of the plant's physics step.
             gui: open the engine's own window.
             start_state: `stand`, `lying_front` or `lying_back`.
-            visual: load what `render` needs.
         """
         if start_state not in START_STATES:
             raise NaoGaitError("start_state", start_state, ", ".join(START_STATES))
@@ -133,7 +131,7 @@ class Simulation:
         )
         self._line: DelayLine[Reading] = DelayLine(_nanoseconds(delay))
         self._backend = make_backend(
-            engine, robot, plant, self.individual, self.body, gui=gui, visual=visual
+            engine, robot, plant, self.individual, self.body, gui=gui
         )
         self._time = 0
         self._idle = np.zeros(3)
@@ -160,7 +158,6 @@ class Simulation:
         self._sensors.reset()
         self._line.clear()
         self._state = self._backend.observe()
-        self._pose = self._poses(self._state)
         self._slip = np.zeros(2)
         self._record()
 
@@ -178,10 +175,9 @@ class Simulation:
                 push = self._push_force
             self._backend.step(setpoint, self._stiffness, push)
         self._time += self._period
-        before, pose_before = self._state, self._pose
+        before = self._state
         self._state = self._backend.observe()
-        self._pose = self._poses(self._state)
-        self._slip = _slip(before, pose_before, self._state, self._pose, self._period / _SECOND)
+        self._slip = _slip(before, self._state, self._period / _SECOND)
         self._record()
 
     def sense(self) -> SensorFrame | None:
@@ -209,28 +205,28 @@ class Simulation:
 
     def truth(self) -> GroundTruth:
         """The exact state now."""
-        state, pose = self._state, self._pose
-        to_torso = rotation_matrix(state.torso_rotation).T
+        state, pose = self._state, self._state.pose
         limits = self._stiffness * self._limits.now(
             state.joint_velocity, state.joint_torque, state.joint_velocity
         )
+        saturated = np.abs(state.joint_torque) > SATURATED * limits
         return GroundTruth(
             stamp=self._time,
             torso_position=state.torso_position,
             torso_quaternion=state.torso_rotation,
-            torso_linear_velocity_in_torso=to_torso @ state.torso_linear_velocity,
+            torso_linear_velocity_in_torso=state.torso_linear_velocity @ state.torso_matrix,
             torso_angular_velocity_in_torso=state.torso_angular_velocity,
             com=pose.com,
             soles=(
                 SolePose(pose.sole_position[0], pose.sole_rotation[0]),
                 SolePose(pose.sole_position[1], pose.sole_rotation[1]),
             ),
-            sole_force=np.array([_normal_force(state, pose, side) for side in (0, 1)]),
+            sole_force=np.array([_normal_force(state, 0), _normal_force(state, 1)]),
             sole_slip=self._slip,
             legs_touch=state.legs_touch,
             joint_position=state.joint_position,
             joint_torque=state.joint_torque,
-            torque_saturated=int(np.sum(np.abs(state.joint_torque) > SATURATED * limits)),
+            torque_saturated=int(np.count_nonzero(saturated)),
         )
 
     def close(self) -> None:
@@ -254,11 +250,6 @@ class Simulation:
         self._target = position
         self._stiffness = float(targets.stiffness)
 
-    def _poses(self, state: TrueState) -> BodyPose:
-        return self.body.pose(
-            state.torso_position, rotation_matrix(state.torso_rotation), state.joint_position
-        )
-
     def _record(self) -> None:
         frame = self._sensors.sample(self._time, self._state)
         reading = Reading(frame, self._state.joint_torque, self._state.sole_wrench)
@@ -269,24 +260,23 @@ def _nanoseconds(seconds: float) -> int:
     return round(seconds * _SECOND)
 
 
-def _normal_force(state: TrueState, pose: BodyPose, side: int) -> float:
+def _normal_force(state: TrueState, side: int) -> float:
     """[N] upwards."""
-    return float(pose.sole_rotation[side][2] @ state.sole_wrench[side][:3])
+    return float(state.pose.sole_rotation[side][2] @ state.sole_wrench[side][:3])
 
 
-def _slip(
-    before: TrueState, pose_before: BodyPose, now: TrueState, pose: BodyPose, period: float
-) -> FloatArray:
+def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
     """(2,) [m/s]: how fast the point of the sole that carries the load moved over the floor."""
     slip = np.zeros(2)
     for side in (0, 1):
-        wrench = now.sole_wrench[side]
-        if min(wrench[2], before.sole_wrench[side][2]) < LOADED:
+        _, _, load, along, across, _ = now.sole_wrench[side].tolist()
+        if load < LOADED or before.sole_wrench[side][2] < LOADED:
             continue
-        point = np.array([-wrench[4] / wrench[2], wrench[3] / wrench[2], 0.0])
-        after = pose.sole_position[side] + pose.sole_rotation[side] @ point
-        earlier = pose_before.sole_position[side] + pose_before.sole_rotation[side] @ point
-        slip[side] = math.hypot(after[0] - earlier[0], after[1] - earlier[1]) / period
+        point = np.array([-across / load, along / load, 0.0])
+        turned = now.pose.sole_rotation[side] - before.pose.sole_rotation[side]
+        moved = now.pose.sole_position[side] - before.pose.sole_position[side] + turned @ point
+        x, y, _ = moved.tolist()
+        slip[side] = math.hypot(x, y) / period
     return slip
 
 
