@@ -89,6 +89,80 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_bench)
 
 
+def _demo(arguments: argparse.Namespace) -> int:
+    from gait_lab import demo
+
+    options = demo.DemoOptions(
+        out=arguments.out,
+        gui=arguments.gui,
+        real_time=arguments.real_time or arguments.gui,
+        tour=arguments.tour,
+        engine=arguments.engine,
+        plant=arguments.plant,
+        robot_seed=arguments.robot_seed,
+        preset=arguments.preset,
+    )
+    return demo.run(options, _say)
+
+
+def _add_demo(parser: argparse.ArgumentParser) -> None:
+    window = parser.add_mutually_exclusive_group()
+    window.add_argument("--headless", action="store_false", dest="gui", default=False,
+                        help="no window (default)")  # fmt: skip
+    window.add_argument("--gui", action="store_true", help="a window with the robot, in real time")
+    pace = parser.add_mutually_exclusive_group()
+    pace.add_argument("--fast", action="store_false", dest="real_time", default=False,
+                      help="in lockstep, as fast as the machine can (default)")  # fmt: skip
+    pace.add_argument("--real-time", action="store_true", help="in real time, not in lockstep")
+    parser.add_argument("--out", type=Path, default=Path("out/demo"), metavar="DIR",
+                        help="bag, table and figures (out/demo)")  # fmt: skip
+    parser.add_argument("--tour", default="full", metavar="NAME", help="full (default) or short")
+    parser.add_argument("--robot-seed", type=int, default=0, metavar="S",
+                        help="the individual (0); -1 is the nominal robot")  # fmt: skip
+    parser.add_argument("--plant", default="reference", metavar="P",
+                        help="shipped name (reference, ideal) or YAML file")  # fmt: skip
+    parser.add_argument("--engine", default="pybullet", metavar="E", help="physics engine")
+    parser.add_argument("--preset", default="default", metavar="NAME",
+                        help="default, paper or a YAML file")  # fmt: skip
+    parser.set_defaults(run=_demo)
+
+
+def _record(arguments: argparse.Namespace) -> int:
+    from gait_lab import bag
+
+    messages = bag.record(
+        arguments.out, topics=tuple(arguments.topics), duration=arguments.duration, say=_say
+    )
+    return EXIT_OK if messages else EXIT_FAILED
+
+
+def _add_record(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--topics", nargs="+", default=[], metavar="TOPIC",
+                        help="only these (default: all that appear)")  # fmt: skip
+    parser.add_argument("--out", type=Path, default=Path("out/bag"), metavar="DIR",
+                        help="a new folder for the bag (out/bag)")  # fmt: skip
+    parser.add_argument("--duration", type=float, metavar="S", help="seconds of wall time")
+    parser.set_defaults(run=_record)
+
+
+def _teleop(arguments: argparse.Namespace) -> int:
+    from gait_lab import teleop
+
+    teleop.run(
+        namespace=arguments.namespace,
+        stamped=arguments.stamped,
+        use_sim_time=arguments.use_sim_time,
+    )
+    return EXIT_OK
+
+
+def _add_teleop(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")
+    parser.add_argument("--stamped", action="store_true", help="send TwistStamped")
+    parser.add_argument("--use-sim-time", action="store_true", help="stamp with /clock")
+    parser.set_defaults(run=_teleop)
+
+
 def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="nao_gait", description="Watch, drive, measure and record a NAO's gait.")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
@@ -98,7 +172,10 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 _COMMANDS = (
+    ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", _add_demo),
     ("bench", "measure the gait on many robots, in process, without ROS", _add_bench),
+    ("record", "record topics to a bag (rosbag2, MCAP)", _add_record),
+    ("teleop", "drive the robot from the keyboard", _add_teleop),
 )
 
 

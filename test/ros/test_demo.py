@@ -1,0 +1,93 @@
+"""The demo as its user runs it: a process, over DDS, with a bag, a table and figures."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def start(out: Path, *arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "gait_lab.cli", "demo", "--out", str(out), *arguments],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def children(pid: int) -> list[int]:
+    """Processes below `pid`, from /proc."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = entry.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if int(fields[1]) == pid:
+            found.append(int(entry.parent.name))
+    return found
+
+
+def alive(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+def wait_until(predicate: object, timeout: float) -> bool:
+    deadline = time.monotonic() + timeout
+    while time.monotonic() < deadline:
+        if predicate():  # type: ignore[operator]
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_short_tour_is_walked_recorded_and_drawn(tmp_path: Path) -> None:
+    process = start(tmp_path / "demo", "--tour", "short")
+    text, _ = process.communicate(timeout=180)
+    assert process.returncode == 0, text
+    assert "The tour was completed upright." in text
+    result = json.loads((tmp_path / "demo" / "result.json").read_text())
+    forward = next(phase for phase in result["phases"] if phase["phase"] == "forward")
+    assert forward["achieved"][0] > 0.16
+    for name in ("com_y", "path", "speeds", "frames"):
+        assert (tmp_path / "demo" / f"{name}.png").stat().st_size > 10_000
+    (bag,) = (tmp_path / "demo" / "bag").glob("*.mcap")
+    with bag.open("rb") as file:
+        statistics = make_reader(file).get_summary()
+    topics = {channel.topic: key for key, channel in statistics.channels.items()}
+    counts = statistics.statistics.channel_message_counts
+    # 10.5 s of 100 Hz: nothing was lost on the way.
+    for topic in ("/joint_states", "/imu/data", "/joint_command", "/ground_truth/odom"):
+        assert counts[topics[topic]] >= 1050
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_demo_leaves_no_process_behind(tmp_path: Path, how: int) -> None:
+    process = start(tmp_path / "demo", "--tour", "short")
+    assert wait_until(lambda: len(children(process.pid)) >= 2, 60)
+    nodes = children(process.pid)
+    os.kill(process.pid, how)
+    process.communicate(timeout=60)
+    assert process.returncode != 0
+    assert wait_until(lambda: not any(map(alive, nodes)), 30)
+
+
+def test_a_plant_that_cannot_be_used_fails_with_its_reason(tmp_path: Path) -> None:
+    process = start(tmp_path / "demo", "--tour", "short", "--plant", "no_such_plant")
+    text, _ = process.communicate(timeout=120)
+    assert process.returncode == 1
+    assert "no_such_plant" in text
+    assert "Traceback" not in text
