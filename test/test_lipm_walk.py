@@ -12,6 +12,7 @@ from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 DT = 0.01
 P = GaitParameters()
+FORWARD = VelocityCommand(0.1, 0.0, 0.0)
 
 
 def run(
@@ -148,6 +149,22 @@ def test_stops_at_rest_between_the_feet_from_any_phase(ticks: int) -> None:
     assert rows[-1]["left_z"] == rows[-1]["right_z"] == 0.0
     # The robot stands with its feet side by side again.
     assert rows[-1]["left_x"] == pytest.approx(-P.foot_reference_x, abs=0.002)
+
+
+def test_a_stop_comes_even_if_the_feedback_never_agrees() -> None:
+    walk = started(STANDSTILL)
+    rows = []
+    for _ in range(800):
+        if walk.finished:
+            break
+        rows += run(walk, STANDSTILL, 1, {0: (0.012, 0.0)})
+    assert walk.finished
+    # Walking on from there begins with the feet where they are.
+    before = run(walk, STANDSTILL, 5)[-1]
+    walk.start(FORWARD)
+    after = run(walk, FORWARD, 1)[0]
+    for name in ("left_x", "x", "y"):
+        assert after[name] == pytest.approx(before[name], abs=0.004)
 
 
 def test_survives_absurd_measurements_with_finite_targets() -> None:

@@ -15,7 +15,7 @@ from nao_lipm_gait.lipm_walk.com_observer import ComObserver
 from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
 from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
 from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, approach, stride_for
-from nao_lipm_gait.lipm_walk.stopping import come_to_rest, is_at_rest
+from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.lipm_walk.support_change import plan_support_change
 from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
 from nao_lipm_gait.lipm_walk.walk_state import (
@@ -37,8 +37,10 @@ ORIGIN_HOLD_TIME = 0.06
 """[s] So close to the support change r_x has no lever left (eq 9 turns singular): s_x follows."""
 SHORTEST_PIECE = 1e-9
 """[s]"""
-FEET_TOGETHER = 1e-3
-"""[m, rad] a step size that leaves the feet side by side"""
+FEET_TOGETHER = 0.015
+"""[m, rad] a step size that leaves the feet nearly side by side: good enough to stand on."""
+PATIENCE = 8
+"""Steps in place after which a stop no longer waits for the feedback to agree."""
 
 
 class LipmWalk:
@@ -63,18 +65,23 @@ class LipmWalk:
 
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Forget all motion: both feet side by side, the CoM at rest between them."""
-        self._reset(LEFT, q_in_odom)
+        self._rest(LEFT, self._home_sole(LEFT), self._home_sole(RIGHT), q_in_odom)
         self._stopping = True
 
-    def _reset(self, support: int, q_in_odom: Pose2) -> None:
-        rest = WalkState(support, 0.0, 0.0, 0.0, 0.0, self._home_sole(support), q_in_odom, 0)
+    def _rest(self, support: int, left_sole: Pose2, right_sole: Pose2, q_in_odom: Pose2) -> None:
+        """The CoM at rest in the middle of Q, the soles where they are in Q."""
+        carrying, other = (
+            (left_sole, right_sole) if support == LEFT else (right_sole, left_sole)
+        )
+        rest = WalkState(support, 0.0, 0.0, 0.0, 0.0, carrying, q_in_odom, 0)
         self._observed = self._expected = self._predicted = rest
         still = (Segment(self._dt, 0.0, 0.0),)
         self._committed: deque[tuple[Segment, ...]] = deque([still] * self._delay_ticks)
         self._stride = STEP_IN_PLACE
         self._step_size: Pose2 = (0.0, 0.0, 0.0)
         self._origin = (0.0, 0.0)
-        self._swing = self._swing_foot(self._home_sole(-support), lift=0.0)
+        self._swing = self._swing_foot(other, lift=0.0)
+        self._steps_in_place = 0
         self._elapsed = 0.0
         self._time_left = 0.0
         self._shifting_weight = False
@@ -85,7 +92,11 @@ class LipmWalk:
         """Let the CoM fall from the middle towards the first support foot: no ramp is needed."""
         # The foot that leads the asked motion makes the first step; it carries the fall before.
         leads_left = command.y > 0.0 or (command.y == 0.0 and command.yaw > 0.0)
-        self._reset(LEFT if leads_left else RIGHT, self._observed.q_in_odom)
+        soles = self._predicted.sole_in_q, self._swing.pose_in_q
+        left_sole, right_sole = soles if self._predicted.support == LEFT else reversed(soles)
+        self._rest(
+            LEFT if leads_left else RIGHT, left_sole, right_sole, self._predicted.q_in_odom
+        )
         self._stopping = False
         self._shifting_weight = True
 
@@ -130,7 +141,8 @@ class LipmWalk:
                 break
             self._plan_single_support(state)
             duration = min(left, self._time_left)
-            self._swing.move_towards(self._landing(state.support), duration, self._time_left)
+            if not self._shifting_weight:
+                self._swing.move_towards(self._landing(state.support), duration, self._time_left)
             self._elapsed += duration
             self._time_left -= duration
             left -= duration
@@ -139,9 +151,9 @@ class LipmWalk:
                 sole_in_next_q = relative(self._swing.pose_in_q, self._step_size)
                 change = NextSupport(self._step_size, sole_in_next_q)
             segments.append(Segment(duration, *self._origin, change))
+            before, state = state, follow(state, segments[-1], self._k)
             if change is not None:
-                self._change_support(state, command)
-            state = follow(state, segments[-1], self._k)
+                self._change_support(before, state, command)
         return segments
 
     def _plan_single_support(self, state: WalkState) -> None:
@@ -188,15 +200,21 @@ class LipmWalk:
         """Where the swing sole shall stand, in Q: at home in Q-bar."""
         return compose(self._step_size, self._home_sole(-support))
 
-    def _change_support(self, state: WalkState, command: VelocityCommand) -> None:
+    def _change_support(
+        self, before: WalkState, state: WalkState, command: VelocityCommand
+    ) -> None:
         """The other leg carries; what was the support foot swings from where it stood."""
         p = self._p
-        stepped_in_place = self._stride.is_zero and not self._shifting_weight
+        in_place = self._stride.is_zero and not self._shifting_weight
+        self._steps_in_place = self._steps_in_place + 1 if in_place else 0
         feet_together = max(map(abs, self._step_size)) < FEET_TOGETHER
-        self._stopping = command.is_zero and stepped_in_place and feet_together
+        enough = feet_together or self._steps_in_place >= PATIENCE
+        self._stopping = (
+            command.is_zero and in_place and enough and can_come_to_rest(state, self._k)
+        )
         self._stride = approach(self._stride, stride_for(command, p), p)
         self._swing = self._swing_foot(
-            relative(state.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
+            relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
         )
         self._elapsed = 0.0
         self._time_left = 0.0

@@ -28,6 +28,11 @@ def come_to_rest(state: WalkState, k: float, parameters: GaitParameters) -> tupl
     return min(max(x, -SOLE_REACH), SOLE_REACH), min(max(y, -side), side)
 
 
+def can_come_to_rest(state: WalkState, k: float) -> bool:
+    """False where the CoM moves too fast in x for an origin under the soles to catch it."""
+    return abs(divergent_component(state.x, state.vx, k)) < SOLE_REACH / (1.0 + DECAY_RATE / k)
+
+
 def is_at_rest(state: WalkState) -> bool:
     return (
         abs(state.x) < REST_POSITION
