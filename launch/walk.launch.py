@@ -30,10 +30,22 @@ ARGUMENTS = (
     ("cmd_vel_timeout", float, ("gait",), "an older velocity command means stop [s] (0.5)"),
 )  # fmt: skip
 
+KINDS = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
+
+
+def _value(context: LaunchContext, argument: str, kind: type) -> ParameterValue:
+    value = ParameterValue(LaunchConfiguration(argument), value_type=kind)
+    try:
+        value.evaluate(context)
+    except ValueError as error:
+        got = LaunchConfiguration(argument).perform(context)
+        raise ValueError(f"{argument}: got {got!r}; allowed: {KINDS[kind]}") from error
+    return value
+
 
 def _node(context: LaunchContext, name: str) -> Node:
     given = {
-        argument: ParameterValue(LaunchConfiguration(argument), value_type=kind)
+        argument: _value(context, argument, kind)
         for argument, kind, nodes, _ in ARGUMENTS
         if name in nodes and LaunchConfiguration(argument).perform(context)
     }
