@@ -110,7 +110,8 @@ ROSDEP_KEYS = {
     "mcap_ros2": "mcap-ros2-support",
     "launch": "launch",
     "launch_ros": "launch_ros",
-    "tf2_ros": "tf2_ros",
+    "tf2_ros": "tf2_ros_py",
+    "builtin_interfaces": "builtin_interfaces",
     "rclpy": "rclpy",
     "ament_index_python": "ament_index_python",
 }
