@@ -24,6 +24,9 @@ ROS = (
     "setuptools<81",
 )
 
+# By this name colcon recognises that `colcon test` is to call pytest.
+TEST = ["filterpy>=1.4.5", "hypothesis>=6.100", "pytest>=8", "pytest-xdist>=3.6", "scipy>=1.11"]
+
 EXTRAS = {
     "mujoco": ["mujoco>=4,<5"],  # the second physics engine; 4 changed what joint.damping is
     "lab": [
@@ -34,16 +37,8 @@ EXTRAS = {
         "rosbags>=0.10,<0.12",
         "tqdm>=4.66",
     ],
-    "dev": [
-        "filterpy>=1.4.5",
-        "hypothesis>=6.100",
-        "mypy>=1.10",
-        "pytest>=8",
-        "pytest-xdist>=3.6",
-        "ruff>=0.6",
-        "scipy>=1.11",
-        "types-PyYAML",
-    ],
+    "test": TEST,
+    "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML"],
 }
 
 
