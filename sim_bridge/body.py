@@ -135,6 +135,7 @@ class Body:
         )
         self._torso_in_root = self._frame(robot, robot.torso_frame, root=True)
         self._root_in_torso = self._torso_in_root.inverse()
+        self._root_is_torso = bool(self._root_in_torso.isIdentity())
         self._sole_frames = tuple(model.getFrameId(name) for name in robot.sole_frames)
         imu = self._root_in_torso * self._frame(robot, robot.imu_frame, root=True)
         self.imu_position = imu.translation.copy()
@@ -182,10 +183,14 @@ class Body:
     def _configure(
         self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray
     ) -> None:
-        root = pin.SE3(torso_rotation, torso_position) * self._root_in_torso
         q = self._configuration
-        q[:3] = root.translation
-        q[3:7] = pin.Quaternion(root.rotation).coeffs()
+        if self._root_is_torso:
+            q[:3] = torso_position
+            q[3:7] = pin.Quaternion(torso_rotation).coeffs()
+        else:
+            root = pin.SE3(torso_rotation, torso_position) * self._root_in_torso
+            q[:3] = root.translation
+            q[3:7] = pin.Quaternion(root.rotation).coeffs()
         q[self._q_index] = joints
 
     def _frame(self, robot: RobotDescription, name: str, *, root: bool = False) -> pin.SE3:

@@ -216,6 +216,9 @@ class MujocoBackend:
         option.integrator = mujoco.mjtIntegrator.mjINT_EULER
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         option.impratio = _IMPEDANCE_RATIO
+        # a quarter faster for this robot, alone on its floor
+        option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+        option.disableflags = mujoco.mjtDisableBit.mjDSBL_ISLAND
         spec.worldbody.add_geom(
             name="floor",
             type=mujoco.mjtGeom.mjGEOM_PLANE,

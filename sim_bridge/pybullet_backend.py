@@ -159,6 +159,7 @@ class PyBulletBackend:
         client, model = self._client, self._model
         centre, inertial = bullet.getBasePositionAndOrientation(model, physicsClientId=client)
         linear, angular = bullet.getBaseVelocity(model, physicsClientId=client)
+        spin = np.array(angular)
         _, quaternion = bullet.multiplyTransforms(
             [0.0, 0.0, 0.0], inertial, [0.0, 0.0, 0.0], self._inertial_inverse
         )
@@ -174,8 +175,8 @@ class PyBulletBackend:
             torso_position=position,
             torso_rotation=np.array(quaternion),
             torso_matrix=rotation,
-            torso_linear_velocity=np.array(linear) - cross(angular, offset),
-            torso_angular_velocity=rotation.T @ np.array(angular),
+            torso_linear_velocity=np.array(linear) - cross(spin, offset),
+            torso_angular_velocity=rotation.T @ spin,
             joint_position=angles,
             joint_velocity=np.array([state[_VELOCITY] for state in states]),
             pose=pose,

@@ -24,7 +24,8 @@ class SensorModel:
         self._gravity = np.array([0.0, 0.0, plant.physics.gravity])
         self._imu_position = body.imu_position
         self._imu_in_torso = body.imu_rotation @ individual.imu_rotation
-        self._mount = body.imu_rotation
+        straight = np.array_equal(body.imu_rotation, np.eye(3))
+        self._mount = None if straight else body.imu_rotation
         bits = plant.sensors.encoder_bits
         self._count = 2.0 * math.pi / 2**bits if bits else 0.0
         self._noise_seed = noise_seed
@@ -44,9 +45,8 @@ class SensorModel:
         if self._count:
             position = np.rint(position / self._count) * self._count
         first = self._position is None
-        velocity = np.zeros_like(position)
-        if self._position is not None:
-            velocity = (position - self._position) / self._period
+        before = position if self._position is None else self._position
+        velocity = (position - before) / self._period
         self._position = position
         left, right = state.sole_wrench
         return SensorFrame(
@@ -65,7 +65,7 @@ class SensorModel:
         _cut(rate, sensors.gyro_range)
         if sensors.gyro_axes == 2:
             rate[2] = 0.0
-        return self._mount @ rate
+        return self._mounted(rate)
 
     def _accelerometer(self, state: TrueState, first: bool) -> FloatArray:
         """Mean specific force since the last sample, at the place of the IMU."""
@@ -83,7 +83,11 @@ class SensorModel:
         reading = (force @ rotation) @ self._imu_in_torso + self._individual.accel_bias
         reading = reading + self._noise.normal(0.0, self._sensors.accel_noise, 3)
         _cut(reading, self._sensors.accel_range)
-        return self._mount @ reading
+        return self._mounted(reading)
+
+    def _mounted(self, reading: FloatArray) -> FloatArray:
+        """From the IMU's axes to the torso's, as the robot believes them to be."""
+        return reading if self._mount is None else self._mount @ reading
 
 
 def _cut(values: FloatArray, limit: float | None) -> None:
