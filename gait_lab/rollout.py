@@ -6,7 +6,7 @@ what walks over ROS. A result depends on its `RolloutSpec` alone.
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import Any
@@ -216,25 +216,21 @@ def parallel_map(
 
     items = list(items)
     count = min(workers(jobs), max(1, len(items)))
-    results: list[Any] = [None] * len(items)
-    done: Iterator[tuple[int, Any]]
+    done: Iterable[Any]
     if count == 1:
-        done = ((index, function(item)) for index, item in enumerate(items))
+        done = map(function, items)
     else:
-        parallel = Parallel(n_jobs=count, return_as="generator_unordered")
-        call = delayed(_indexed)
-        done = parallel(call(function, index, item) for index, item in enumerate(items))
+        # Not unordered: joblib knows that from 1.4 on, Ubuntu 24.04 ships 1.3.
+        parallel = Parallel(n_jobs=count, return_as="generator")
+        done = parallel(delayed(function)(item) for item in items)
+    results = []
     with tqdm(total=len(items), desc=label, disable=None if show else True, leave=False) as bar:
-        for index, result in done:
-            results[index] = result
+        for result in done:
+            results.append(result)
             if note is not None:
                 bar.set_postfix_str(note(result), refresh=False)
             bar.update()
     return results
-
-
-def _indexed(function: Callable[[Any], Any], index: int, item: Any) -> tuple[int, Any]:
-    return index, function(item)
 
 
 def run_all(
