@@ -17,7 +17,7 @@ K = natural_frequency(0.262)
     width=st.floats(0.02, 0.06),
     next_width=st.floats(0.02, 0.06),
     stride=st.floats(0.08, 0.25),
-    t=st.floats(-0.15, 0.05),
+    t=st.floats(-0.14, 0.05),  # before, the narrowest swing is below REACH_MIN
 )
 def test_equals_the_papers_iteration(
     width: float, next_width: float, stride: float, t: float
