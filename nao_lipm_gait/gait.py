@@ -121,7 +121,7 @@ class Gait:
         self._walk.observe(self._measured[0], self._measured[1])
         walking = self._state is not GaitState.STAND and not self._stand_requested
         self._targets = self._walk.plan(command if walking else STANDSTILL)
-        placed = self._placement.place(self._targets)
+        placed = self._placement.place(self._targets, self._parameters.arm_swing)
         position = self._blended(placed.position)
         if self._parameters.feedback and self._state is GaitState.WALK:
             self._posture.apply(

@@ -163,6 +163,10 @@ class GaitParameters:
     gyro_hip_share: float = _parameter(
         0.0, -1.0, 1.0, "", "posture", "share of these corrections that the support hip gets too"
     )
+    arm_swing: float = _parameter(
+        4.0, 0.0, 6.0, "rad/m", "posture",
+        "how far each arm swings with the opposite foot, per distance of the feet in x",
+    )
     # -- start, stop, fall -------------------------------------------------------------------------
     stand_time: float = _parameter(
         0.8, 0.05, 5.0, "s", "state", "time to blend from any pose into the stand"

@@ -81,6 +81,8 @@ class RobotDescription:
     """`shared_yaw_pitch` (one motor, tilted axes) or `yaw` (a vertical axis each)."""
     coupled_joints: tuple[tuple[str, str], ...]
     """(leader, follower) pairs that one motor turns to the same angle."""
+    shoulder_pitch: tuple[str, str]
+    """Left, right: the joints that swing the arms; positive swings an arm back."""
     base_frame: str
     torso_frame: str
     imu_frame: str
@@ -152,6 +154,7 @@ def load_robot(urdf: str | Path = "nao_h21_v33", robot: str | Path = "nao_h21") 
         right_leg=legs[1],
         hip=settings.choice("hip", HIPS),
         coupled_joints=settings.coupled(joint_names),
+        shoulder_pitch=settings.pair("shoulder_pitch", joint_names),
         base_frame=model.frame(settings.frame("base")),
         torso_frame=torso,
         imu_frame=model.frame(settings.frame("imu")),
@@ -301,7 +304,7 @@ class _UrdfModel:
 
 
 _KEYS = tuple(
-    "name joints hip left_leg right_leg coupled_joints frames stand_pose sole_outline sole_corners "
+    "name joints hip left_leg right_leg coupled_joints shoulder_pitch frames stand_pose sole_outline sole_corners "
     "ankle_limits motors".split()
 )
 _FRAMES = ("base", "torso", "imu", "left_sole", "right_sole")
@@ -324,6 +327,17 @@ class _Settings:
         settings = cls(path, {})
         settings._values = settings._mapping("robot file", values, _KEYS)
         return settings
+
+    def pair(self, key: str, joint_names: tuple[str, ...]) -> tuple[str, str]:
+        """Two joints: left, right."""
+        value = self._values[key]
+        if (
+            not isinstance(value, list)
+            or len(value) != 2
+            or any(name not in joint_names for name in value)
+        ):
+            raise NaoGaitError(self.where(key), value, "two names of `joints`: left, right")
+        return value[0], value[1]
 
     def where(self, key: str) -> str:
         return f"{key} in {self._path}"

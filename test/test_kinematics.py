@@ -175,3 +175,15 @@ def test_ankle_roll_is_limited_by_the_ankle_pitch(robot: RobotDescription) -> No
     position[robot.index("LAnkleRoll")] = 0.4
     assert limits.cut(position) == 1
     assert position[robot.index("LAnkleRoll")] < 0.1
+
+
+def test_arms_swing_with_the_opposite_foot(robot: RobotDescription) -> None:
+    placement = BodyPlacement(robot, BodyModel(robot), make_legs(robot))
+    left, right = SoleTarget(-0.04, 0.05, 0.0, 0.0), SoleTarget(0.04, -0.05, 0.0, 0.0)
+    targets = BodyTargets((0.0, 0.0, 0.25), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
+    hanging = placement.place(targets).position
+    swinging = placement.place(targets, arm_swing=2.0).position
+    # The right foot is 8 cm ahead: the left arm comes forward, the right one goes back.
+    for joint, change in (("LShoulderPitch", -0.16), ("RShoulderPitch", 0.16)):
+        index = robot.index(joint)
+        assert swinging[index] - hanging[index] == pytest.approx(change)

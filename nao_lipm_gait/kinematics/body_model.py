@@ -32,13 +32,15 @@ class BodyModel:
         self._columns = np.array(
             [self.model.joints[self.model.getJointId(name)].idx_q for name in robot.joint_names]
         )
-        torso = self.model.frames[self.model.getFrameId(robot.torso_frame)].placement
+        # By type as well, because a joint may bear the name of a link.
+        torso_id = self.model.getFrameId(robot.torso_frame, pin.FrameType.BODY)
+        torso = self.model.frames[torso_id].placement
         self._torso_rotation = torso.rotation.T.copy()
         self._torso_translation = torso.translation.copy()
         self._torso_is_root = torso.isIdentity()
         self._soles = []
         for frame_name in robot.sole_frames:
-            frame = self.model.frames[self.model.getFrameId(frame_name)]
+            frame = self.model.frames[self.model.getFrameId(frame_name, pin.FrameType.BODY)]
             self._soles.append((frame.parentJoint, frame.placement))
         self.total_mass = float(sum(inertia.mass for inertia in self.model.inertias))
 

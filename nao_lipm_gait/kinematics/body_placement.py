@@ -68,19 +68,23 @@ class BodyPlacement:
         self._position = np.array(robot.stand_pose, dtype=float)
         self._left = _columns(robot, robot.left_leg)
         self._right = _columns(robot, robot.right_leg)
+        self._left_shoulder, self._right_shoulder = map(robot.index, robot.shoulder_pitch)
+        self._left_hang = float(self._position[self._left_shoulder])
+        self._right_hang = float(self._position[self._right_shoulder])
         body.set_joints(self._position)
         self._com_in_torso = self._last_com_in_torso = body.com_in_torso()
         self._torso_yaw = 0.0
         self._lowered = 0.0
 
-    def set_upper_body(self, position: FloatArray) -> None:
-        """Angles (n,) [rad] of all joints that are not in a leg; the legs' entries are ignored."""
-        legs = self._position[self._left], self._position[self._right]
-        self._position[:] = position
-        self._position[self._left], self._position[self._right] = legs
+    def place(self, targets: BodyTargets, arm_swing: float = 0.0) -> PlacedBody:
+        """Joint angles that put the soles and the CoM at their targets in Q.
 
-    def place(self, targets: BodyTargets) -> PlacedBody:
-        """Joint angles that put the soles and the CoM at their targets in Q."""
+        arm_swing [rad/m]: each arm swings with the opposite foot, against the turning moment of
+        the swing leg that the stance sole would have to hold by friction.
+        """
+        swing = arm_swing * (targets.right_sole.x - targets.left_sole.x)
+        self._position[self._left_shoulder] = self._left_hang - swing
+        self._position[self._right_shoulder] = self._right_hang + swing
         self._lowered = max(0.0, self._lowered - RISE_STEP)
         com_x, com_y, com_z = targets.com_in_q
         left_axes = _sole_axes(targets.left_sole)

@@ -29,14 +29,15 @@ class SharedHipLegs:
         model = pin.buildModelFromXML(robot.urdf)
         data = model.createData()
         pin.framesForwardKinematics(model, data, pin.neutral(model))
-        torso = data.oMf[model.getFrameId(robot.torso_frame)]
+        torso = data.oMf[model.getFrameId(robot.torso_frame, pin.FrameType.BODY)]
 
         def in_torso(joint: str) -> Point3:
             x, y, z = (torso.actInv(data.oMi[model.getJointId(joint)])).translation.tolist()
             return x, y, z
 
         left = robot.left_leg
-        sole = torso.actInv(data.oMf[model.getFrameId(robot.sole_frames[0])]).translation
+        left_sole = model.getFrameId(robot.sole_frames[0], pin.FrameType.BODY)
+        sole = torso.actInv(data.oMf[left_sole]).translation
         hip, knee = in_torso(left.hip_pitch), in_torso(left.knee_pitch)
         ankle = in_torso(left.ankle_pitch)
         self._thigh = hip[2] - knee[2]
