@@ -115,18 +115,15 @@ class Body:
 
     def __init__(self, robot: RobotDescription, individual: Individual) -> None:
         tree = ET.fromstring(robot.urdf)
-        for link in tree.iter("link"):
+        for link in tree.findall("link"):
             _scale_inertial(link, individual.mass_scale.get(link.attrib["name"], 1.0))
+        # Here and not in Pinocchio's reduced models, which trip over a link named like a joint.
+        for joint in tree.findall("joint"):
+            if joint.attrib["name"] not in robot.joint_names:
+                joint.set("type", "fixed")
         model = pin.buildModelFromXML(
             ET.tostring(tree, encoding="unicode"), pin.JointModelFreeFlyer()
         )
-        extra = [
-            joint
-            for joint in range(2, model.njoints)
-            if model.names[joint] not in robot.joint_names
-        ]
-        if extra:
-            model = pin.buildReducedModel(model, extra, pin.neutral(model))
         self._model = model
         self._data = model.createData()
         self._configuration = pin.neutral(model)
@@ -136,7 +133,9 @@ class Body:
         self._torso_in_root = self._frame(robot, robot.torso_frame, root=True)
         self._root_in_torso = self._torso_in_root.inverse()
         self._root_is_torso = bool(self._root_in_torso.isIdentity())
-        self._sole_frames = tuple(model.getFrameId(name) for name in robot.sole_frames)
+        self._sole_frames = tuple(
+            model.getFrameId(name, pin.FrameType.BODY) for name in robot.sole_frames
+        )
         imu = self._root_in_torso * self._frame(robot, robot.imu_frame, root=True)
         self.imu_position = imu.translation.copy()
         self.imu_rotation = imu.rotation.copy()
@@ -195,9 +194,9 @@ class Body:
 
     def _frame(self, robot: RobotDescription, name: str, *, root: bool = False) -> pin.SE3:
         """Placement of a frame in the joint that moves it."""
-        if not self._model.existFrame(name):
+        if not self._model.existFrame(name, pin.FrameType.BODY):
             raise NaoGaitError(str(robot.urdf_path), f"no link {name}", f"a link {name}")
-        frame = self._model.frames[self._model.getFrameId(name)]
+        frame = self._model.frames[self._model.getFrameId(name, pin.FrameType.BODY)]
         if root and frame.parentJoint != 1:
             raise NaoGaitError(str(robot.urdf_path), f"moving {name}", f"{name} fixed to the root")
         return frame.placement
@@ -207,7 +206,7 @@ class Body:
         colors = _colors(tree)
         collision: dict[int, list[Shape]] = {}
         visual: dict[int, list[Shape]] = {}
-        for element in tree.iter("link"):
+        for element in tree.findall("link"):
             frame = model.frames[model.getFrameId(element.attrib["name"], pin.FrameType.BODY)]
             placement = frame.placement
             if frame.parentJoint == 1:
@@ -216,7 +215,7 @@ class Body:
                 shapes.setdefault(frame.parentJoint, []).extend(
                     _read_shapes(element, kind, placement, colors)
                 )
-        elements = {joint.attrib["name"]: joint for joint in tree.iter("joint")}
+        elements = {joint.attrib["name"]: joint for joint in tree.findall("joint")}
         sides = {joint: "left" for joint in robot.left_leg.names}
         sides |= {joint: "right" for joint in robot.right_leg.names}
         feet = {model.frames[frame].parentJoint for frame in self._sole_frames}
@@ -265,7 +264,8 @@ class Body:
         soles = []
         for mirror, name in zip((1.0, -1.0), robot.sole_frames, strict=True):
             placement = self._frame(robot, name)
-            parent_joint = model.names[model.frames[model.getFrameId(name)].parentJoint]
+            frame = model.getFrameId(name, pin.FrameType.BODY)
+            parent_joint = model.names[model.frames[frame].parentJoint]
             parent = next(link.name for link in self.links if link.joint == parent_joint)
             corners = [(x, mirror * y) for x, y in robot.sole_corners]
             # the largest rectangle whose sides run between the corners: never outside the sole

@@ -107,6 +107,6 @@ def rotation_from_vector(vector: FloatArray) -> FloatArray:
 def _links_with_mass(urdf: str) -> list[str]:
     return [
         link.attrib["name"]
-        for link in ET.fromstring(urdf).iter("link")
+        for link in ET.fromstring(urdf).findall("link")
         if (mass := link.find("inertial/mass")) is not None and float(mass.get("value", 0)) > 0.0
     ]
