@@ -19,8 +19,10 @@ class SensorModel:
     ) -> None:
         """Args: period [s] between two samples."""
         self._sensors = plant.sensors
-        self._individual = individual
-        self._period = period
+        self._joint_zero = individual.joint_zero
+        self._rate = 1.0 / period
+        self._gyro_offset = individual.gyro_bias
+        self._accel_offset = individual.accel_bias
         self._gravity = np.array([0.0, 0.0, plant.physics.gravity])
         self._imu_position = body.imu_position
         self._imu_in_torso = body.imu_rotation @ individual.imu_rotation
@@ -28,6 +30,7 @@ class SensorModel:
         self._mount = None if straight else body.imu_rotation
         bits = plant.sensors.encoder_bits
         self._count = 2.0 * math.pi / 2**bits if bits else 0.0
+        self._counts = 2**bits / (2.0 * math.pi)
         self._noise_seed = noise_seed
         self._noise = np.random.default_rng(noise_seed)
         self._position: FloatArray | None = None
@@ -41,12 +44,13 @@ class SensorModel:
 
     def sample(self, stamp: int, state: TrueState) -> SensorFrame:
         """The frame of this instant [ns]; to be called once per period."""
-        position = state.joint_position - self._individual.joint_zero
+        position = state.joint_position - self._joint_zero
         if self._count:
-            position = np.rint(position / self._count) * self._count
+            position *= self._counts
+            position = np.rint(position, out=position) * self._count
         first = self._position is None
         before = position if self._position is None else self._position
-        velocity = (position - before) / self._period
+        velocity = (position - before) * self._rate
         self._position = position
         left, right = state.sole_wrench
         return SensorFrame(
@@ -59,35 +63,43 @@ class SensorModel:
         )
 
     def _gyro(self, state: TrueState) -> FloatArray:
-        sensors = self._sensors
         rate: FloatArray = state.torso_angular_velocity @ self._imu_in_torso
-        rate = rate + self._individual.gyro_bias + self._noise.normal(0.0, sensors.gyro_noise, 3)
-        _cut(rate, sensors.gyro_range)
-        if sensors.gyro_axes == 2:
+        rate += self._gyro_offset
+        rate += self._noise.normal(0.0, self._sensors.gyro_noise, 3)
+        _cut(rate, self._sensors.gyro_range)
+        if self._sensors.gyro_axes == 2:
             rate[2] = 0.0
         return self._mounted(rate)
 
     def _accelerometer(self, state: TrueState, first: bool) -> FloatArray:
         """Mean specific force since the last sample, at the place of the IMU."""
         rotation, quaternion = state.torso_matrix, state.torso_rotation
-        spin = cross(state.torso_angular_velocity, self._imu_position)
-        velocity = state.torso_linear_velocity + rotation @ spin
+        velocity: FloatArray = rotation @ cross(state.torso_angular_velocity, self._imu_position)
+        velocity += state.torso_linear_velocity
         force = self._gravity
         if not first:
-            force = force + (velocity - self._imu_velocity) / self._period
-            # the axes turn meanwhile: take them half-way
-            sign = 1.0 if float(self._quaternion @ quaternion) >= 0.0 else -1.0
-            middle = self._quaternion * sign + quaternion
-            rotation = rotation_matrix(middle / math.sqrt(float(middle @ middle)))
+            force = (velocity - self._imu_velocity) * self._rate
+            force += self._gravity
+            rotation = _between(self._quaternion, quaternion)  # the axes turn meanwhile
         self._imu_velocity, self._quaternion = velocity, quaternion
-        reading = (force @ rotation) @ self._imu_in_torso + self._individual.accel_bias
-        reading = reading + self._noise.normal(0.0, self._sensors.accel_noise, 3)
+        reading: FloatArray = (force @ rotation) @ self._imu_in_torso
+        reading += self._accel_offset
+        reading += self._noise.normal(0.0, self._sensors.accel_noise, 3)
         _cut(reading, self._sensors.accel_range)
         return self._mounted(reading)
 
     def _mounted(self, reading: FloatArray) -> FloatArray:
         """From the IMU's axes to the torso's, as the robot believes them to be."""
         return reading if self._mount is None else self._mount @ reading
+
+
+def _between(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(3, 3) rotation half-way between two quaternions."""
+    (a, b, c, d), (x, y, z, w) = first.tolist(), second.tolist()
+    sign = 1.0 if a * x + b * y + c * z + d * w >= 0.0 else -1.0
+    x, y, z, w = x + sign * a, y + sign * b, z + sign * c, w + sign * d
+    size = math.sqrt(x * x + y * y + z * z + w * w)
+    return rotation_matrix(np.array([x / size, y / size, z / size, w / size]))
 
 
 def _cut(values: FloatArray, limit: float | None) -> None:

@@ -135,6 +135,7 @@ class Simulation:
         )
         self._time = 0
         self._idle = np.zeros(3)
+        self._span = np.zeros((2, len(robot.joint_names)))
         self.reset()
 
     @property
@@ -206,10 +207,10 @@ class Simulation:
     def truth(self) -> GroundTruth:
         """The exact state now."""
         state, pose = self._state, self._state.pose
-        limits = self._stiffness * self._limits.now(
-            state.joint_velocity, state.joint_torque, state.joint_velocity
-        )
-        saturated = np.abs(state.joint_torque) > SATURATED * limits
+        span, torque = self._span, state.joint_torque
+        self._limits.span(state.joint_velocity, span)
+        span *= SATURATED * self._stiffness
+        saturated = (torque < span[0]) | (torque > span[1])
         return GroundTruth(
             stamp=self._time,
             torso_position=state.torso_position,
@@ -262,7 +263,9 @@ def _nanoseconds(seconds: float) -> int:
 
 def _normal_force(state: TrueState, side: int) -> float:
     """[N] upwards."""
-    return float(state.pose.sole_rotation[side][2] @ state.sole_wrench[side][:3])
+    x, y, z, *_ = state.sole_wrench[side].tolist()
+    across, along, up = state.pose.sole_rotation[side][2].tolist()
+    return float(across * x + along * y + up * z)
 
 
 def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
