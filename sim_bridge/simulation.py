@@ -112,7 +112,7 @@ class Simulation:
         if not (math.isfinite(delay) and 0.0 <= delay <= 1.0):
             raise NaoGaitError("sensor_delay", sensor_delay, "0 to 1 s")
         step = _nanoseconds(plant.physics.step)
-        self._period = _nanoseconds(control_period)
+        self._period = _nanoseconds(control_period) if math.isfinite(control_period) else 0
         if self._period <= 0 or self._period % step:
             raise NaoGaitError(
                 "control_period", control_period, f"a multiple of {plant.physics.step} s"
