@@ -119,6 +119,16 @@ def test_scales_are_uniform_in_their_ranges(population: list[Individual], plant:
         assert looks_like(np.array(values), stats.uniform(start, end - start))
 
 
+def test_contact_stiffness_is_as_often_halved_as_doubled(
+    plant: Plant, robot: RobotDescription
+) -> None:
+    """A wide range tells the uniform logarithm from the uniform factor."""
+    variation = dataclasses.replace(plant.variation, stiffness_scale=(0.01, 100.0))
+    wide = dataclasses.replace(plant, variation=variation)
+    scales = [draw_individual(wide, robot, seed).stiffness_scale for seed in range(60)]
+    assert sum(scale < 1.0 for scale in scales) == pytest.approx(30, abs=12)
+
+
 def test_every_link_with_a_mass_has_its_own_scale(
     population: list[Individual], robot: RobotDescription
 ) -> None:
