@@ -304,8 +304,8 @@ class _UrdfModel:
 
 
 _KEYS = tuple(
-    "name joints hip left_leg right_leg coupled_joints shoulder_pitch frames stand_pose sole_outline sole_corners "
-    "ankle_limits motors".split()
+    "name joints hip left_leg right_leg coupled_joints shoulder_pitch frames stand_pose "
+    "sole_outline sole_corners ankle_limits motors".split()
 )
 _FRAMES = ("base", "torso", "imu", "left_sole", "right_sole")
 

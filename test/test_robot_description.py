@@ -45,6 +45,7 @@ def test_roles(robot: RobotDescription) -> None:
     assert robot.right_leg.ankle_pitch == "RAnklePitch"
     assert robot.hip == "shared_yaw_pitch"
     assert robot.coupled_joints == (("LHipYawPitch", "RHipYawPitch"),)
+    assert robot.shoulder_pitch == ("LShoulderPitch", "RShoulderPitch")
     assert robot.base_frame == "base_link"
     assert robot.torso_frame == "torso"
     assert robot.imu_frame == "imu_link"
@@ -299,6 +300,8 @@ def settings() -> Settings:
         (put("coupled_joints", value=[["LHipYawPitch"]]), "leader, follower"),
         (put("coupled_joints", value=[["HeadYaw", "HeadYaw"]]), "leader, follower"),
         (put("coupled_joints", value=[["HeadYaw", "Tail"]]), "got 'Tail'"),
+        (put("shoulder_pitch", value=["LShoulderPitch"]), "shoulder_pitch in "),
+        (put("shoulder_pitch", value=["LShoulderPitch", "Wing"]), "'Wing'"),
         (put("frames", "left_sole", value="l_sole"), "frames: left_sole"),
         (put("frames", "left_sole", value=["l_foot", "l_toe"]), "link l_foot or l_toe"),
         (put("frames", "tail", value=["tail"]), "unknown key tail"),
