@@ -244,8 +244,9 @@ def load_plant(name_or_path: str) -> Plant:
     path = Path(find("plants", name_or_path))
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        raise NaoGaitError(str(path), str(error), "a YAML mapping") from error
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = " ".join(str(error).split())
+        raise NaoGaitError(str(path), reason, "a readable YAML mapping") from error
     top = _require_keys(str(path), data, tuple(_SECTIONS))
     sections: dict[str, Any] = {}
     for section, cls in _SECTIONS.items():

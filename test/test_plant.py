@@ -189,3 +189,10 @@ def test_what_is_no_plant_is_refused(tmp_path: Path, text: str) -> None:
     path.write_text(text)
     with pytest.raises(NaoGaitError, match=r"bad\.yaml"):
         load_plant(str(path))
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "binary.yaml"
+    path.write_bytes(b"\xff\xfe\x00physics")
+    with pytest.raises(NaoGaitError, match="binary.yaml"):
+        load_plant(str(path))
