@@ -193,7 +193,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         sys.stderr.write(
             f"nao_gait {parsed.command}: needs {error.name}, which is not installed; "
-            "install nao_lipm_gait[lab]\n"
+            "in the checkout: pip install '.[lab]', or rosdep install beside an apt ROS\n"
         )
         return EXIT_FAILED
 

@@ -10,8 +10,8 @@ from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 
 ENGINES = ("pybullet", "mujoco")
-_INSTALL = {"pybullet": "nao_lipm_gait", "mujoco": "nao_lipm_gait[mujoco]"}
-"""What pip has to install to get the engine."""
+_INSTALL = {"pybullet": "pybullet>=3.2.6", "mujoco": "mujoco>=4,<5"}
+"""What pip has to install. Not our extras: on an apt ROS those would bring PyPI's rclpy along."""
 
 
 def installed(engine: str) -> bool:
