@@ -14,6 +14,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from gait_lab.rollout import RolloutSpec, rollout
+from gait_lab.tasks import TASKS
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
 from nao_lipm_gait.signals import FloatArray, JointTargets
@@ -374,7 +376,7 @@ def test_feet_slide_when_the_force_passes_friction_times_weight(
     with Simulation(robot, plant, robot_seed=NOMINAL, engine=engine) as simulation:
         grip = friction * simulation.body.mass * G
         way, speed, ratio = slide(simulation, 0.8 * grip)
-        assert abs(way) < 2e-3
+        assert abs(way) < 4e-3
         assert abs(speed) < 5e-4
         assert ratio == pytest.approx(0.8 * friction, rel=0.1)
         simulation.reset()
@@ -658,3 +660,26 @@ def test_the_worn_plant_stands(robot: RobotDescription) -> None:
     tilt = np.degrees(np.linalg.norm(pin.log3(rotation_matrix(truth.torso_quaternion))))
     assert tilt < 3.0
     assert truth.sole_force.min() > 10.0
+
+
+# The gait on both engines.
+
+
+def walked(task: str, engine: str, plant: str = "reference") -> float:
+    """[m/s] of robot 0 in the asked direction, over 3 s at full command; NaN after a fall."""
+    spec = RolloutSpec(TASKS[task].lasting(3.0), robot_seed=0, engine=engine, plant=plant)
+    metrics = rollout(spec).metrics
+    return math.nan if metrics.fell else math.copysign(1.0, spec.task.asked) * metrics.speed_x
+
+
+@pytest.mark.usefixtures("mujoco_only")
+@pytest.mark.parametrize("task", ["forward", "back"])
+def test_the_walk_does_not_live_off_one_engine(task: str) -> None:
+    speed = walked(task, "pybullet")
+    assert speed > 0.15
+    assert walked(task, "mujoco") == pytest.approx(speed, rel=0.1)
+
+
+@pytest.mark.usefixtures("mujoco_only")
+def test_the_walk_bears_the_worn_plant() -> None:
+    assert walked("forward", "mujoco", "worn") > 0.2
