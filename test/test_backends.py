@@ -511,7 +511,7 @@ def test_an_engine_that_is_missing_says_what_to_install(
     robot: RobotDescription, reference: Plant, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(engines, "installed", lambda engine: engine == "pybullet")
-    with pytest.raises(NaoGaitError, match=r"pybullet; or pip install 'nao_lipm_gait\[mujoco\]'"):
+    with pytest.raises(NaoGaitError, match=r"pybullet; or pip install 'mujoco>=4,<5'"):
         Simulation(robot, reference, engine="mujoco")
 
 
