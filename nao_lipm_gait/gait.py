@@ -170,7 +170,8 @@ class Gait:
         if self._relax_requested:
             self._state = GaitState.RELAXED
         elif self._orientation.tilt > self._parameters.fall_tilt:
-            if self._state is not GaitState.RELAXED:
+            if self._state is not GaitState.RELAXED or self._stand_requested:
+                # A lying robot that shall stand does so once it is upright again.
                 self._state = GaitState.FALLEN
             self._upright_time = 0.0
         elif self._state is GaitState.RELAXED:

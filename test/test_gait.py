@@ -226,3 +226,17 @@ def test_open_loop_hears_neither_gyro_nor_com(robot: RobotDescription) -> None:
 
     np.testing.assert_array_equal(walk(True, False), walk(False, False))
     assert np.abs(walk(True, True) - walk(False, True)).max() > 0.01
+
+
+def test_a_relaxed_robot_that_lies_stands_once_it_is_upright(robot: RobotDescription) -> None:
+    nao = ObedientRobot(robot)
+    nao.run(STANDSTILL, 1.0)
+    nao.gait.request_relax()
+    nao.force = np.array([9.81, 0.0, 0.0])
+    nao.run(STANDSTILL, 20.0)
+    assert nao.gait.state is GaitState.RELAXED
+    nao.gait.request_stand()
+    assert nao.tick(STANDSTILL).stiffness == 0.0
+    nao.force = GRAVITY
+    nao.run(STANDSTILL, 20.0)
+    assert nao.gait.state is GaitState.STAND

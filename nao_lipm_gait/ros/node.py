@@ -305,7 +305,7 @@ class GaitNode(Node):
         self._velocity.clear()
         self._gait.request_stand()
         response.success = True
-        response.message = "standing from the next tick on, or as soon as the step is done"
+        response.message = "standing once the step is done, or once a lying robot is upright"
         return response
 
     def _on_relax(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
