@@ -32,18 +32,20 @@ def _turn(degrees: float) -> VelocityCommand:
     return VelocityCommand(0.0, 0.0, math.radians(degrees))
 
 
+# A little more is asked for than is to be reached: the slower robots lose some of it to slip.
 TOUR = (
     Phase("stand", 1.5, STANDSTILL),
-    Phase("forward", 9.0, VelocityCommand(0.25, 0.0, 0.0), ("x", 0.25)),
-    Phase("side left", 7.0, VelocityCommand(0.0, 0.09, 0.0), ("y", 0.09)),
-    Phase("side right", 7.0, VelocityCommand(0.0, -0.09, 0.0), ("y", -0.09)),
-    Phase("back", 8.0, VelocityCommand(-0.20, 0.0, 0.0), ("x", -0.20)),
-    Phase("turn left", 7.0, _turn(45.0), ("yaw", math.radians(45.0))),
-    Phase("turn right", 7.0, _turn(-45.0), ("yaw", -math.radians(45.0))),
+    Phase("forward", 9.0, VelocityCommand(0.28, 0.0, 0.0), ("x", 0.25)),
+    Phase("side left", 7.0, VelocityCommand(0.0, 0.10, 0.0), ("y", 0.09)),
+    Phase("side right", 7.0, VelocityCommand(0.0, -0.10, 0.0), ("y", -0.09)),
+    Phase("back", 8.0, VelocityCommand(-0.22, 0.0, 0.0), ("x", -0.20)),
+    Phase("turn left", 7.0, _turn(50.0), ("yaw", math.radians(45.0))),
+    Phase("turn right", 7.0, _turn(-50.0), ("yaw", -math.radians(45.0))),
     Phase("curve", 8.0, VelocityCommand(0.15, 0.0, math.radians(20.0))),
     Phase("stop", 4.0, STANDSTILL),
 )
-SHORT_TOUR = (
+SHORT_# A little more is asked for than is to be reached: the slower robots lose some of it to slip.
+TOUR = (
     Phase("stand", 1.5, STANDSTILL),
     Phase("forward", 5.0, VelocityCommand(0.2, 0.0, 0.0), ("x", 0.16)),
     Phase("stop", 4.0, STANDSTILL),

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from nao_lipm_gait.lipm_walk.step_size import (
     STEP_IN_PLACE,
+    Pace,
     Stride,
     approach,
     double_step_duration,
@@ -56,3 +57,19 @@ def test_a_closed_axis_stays_closed() -> None:
 def test_changes_are_rate_limited() -> None:
     stride = approach(STEP_IN_PLACE, Stride(0.09, -0.06, 0.5), P)
     assert stride == Stride(P.step_forward_rate, -P.step_side_rate, P.step_turn_rate)
+
+
+def test_steps_get_smaller_where_they_come_faster() -> None:
+    pace = Pace()
+    stride = stride_for(VelocityCommand(0.1, 0.02, 0.2), P)
+    nominal = double_step_duration(abs(stride.y), P)
+    for _ in range(60):
+        pace.add(0.45 * nominal, stride, P)
+    assert pace.share == pytest.approx(0.9, abs=1e-3)
+    faster = stride_for(VelocityCommand(0.1, 0.0, 0.2), P, pace.share)
+    plain = stride_for(VelocityCommand(0.1, 0.0, 0.2), P)
+    assert faster.x == pytest.approx(0.9 * plain.x, rel=2e-3)
+    assert faster.yaw == pytest.approx(0.9 * plain.yaw, rel=2e-3)
+    for _ in range(60):
+        pace.add(5.0, stride, P)
+    assert pace.share == pytest.approx(Pace.LIMITS[1], abs=1e-3)

@@ -14,7 +14,7 @@ from collections import deque
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
 from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
 from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
-from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, approach, stride_for
+from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Pace, approach, stride_for
 from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.lipm_walk.support_change import plan_support_change
 from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
@@ -78,6 +78,7 @@ class LipmWalk:
         still = (Segment(self._dt, 0.0, 0.0),)
         self._committed: deque[tuple[Segment, ...]] = deque([still] * self._delay_ticks)
         self._stride = STEP_IN_PLACE
+        self._pace = Pace()
         self._step_size: Pose2 = (0.0, 0.0, 0.0)
         self._origin = (0.0, 0.0)
         self._swing = self._swing_foot(other, lift=0.0)
@@ -212,7 +213,10 @@ class LipmWalk:
         self._stopping = (
             command.is_zero and in_place and enough and can_come_to_rest(state, self._k)
         )
-        self._stride = approach(self._stride, stride_for(command, p), p)
+        if not self._shifting_weight:
+            self._pace.add(self._elapsed, self._stride, p)
+        wanted = stride_for(command, p, self._pace.share)
+        self._stride = approach(self._stride, wanted, p)
         self._swing = self._swing_foot(
             relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
         )

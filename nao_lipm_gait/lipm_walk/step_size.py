@@ -52,15 +52,45 @@ def double_step_duration(side: float, parameters: GaitParameters) -> float:
     return 2.0 * (half_step_duration(width, opening, k) + half_step_duration(width, closing, k))
 
 
-def stride_for(command: VelocityCommand, parameters: GaitParameters) -> Stride:
-    """The steady stride whose speed is the command, scaled into the ellipsoid of the limits."""
+class Pace:
+    """How long steps really last, as a share of what the undisturbed pendulum would take.
+
+    The feedback ends steps when the observed CoM is ready for it, mostly a little early. Without
+    this share the robot would walk faster than it was asked to.
+    """
+
+    SMOOTHING = 0.2
+    """Share of a new step in the mean."""
+    LIMITS = (0.75, 1.25)
+
+    def __init__(self) -> None:
+        self.share = 1.0
+        self._last: float | None = None
+
+    def add(self, duration: float, stride: Stride, parameters: GaitParameters) -> None:
+        """A step of this stride has lasted `duration` [s]."""
+        if self._last is not None:
+            nominal = double_step_duration(abs(stride.y), parameters)
+            share = (self._last + duration) / nominal
+            share = min(max(share, self.LIMITS[0]), self.LIMITS[1])
+            self.share += self.SMOOTHING * (share - self.share)
+        self._last = duration
+
+
+def stride_for(
+    command: VelocityCommand, parameters: GaitParameters, pace: float = 1.0
+) -> Stride:
+    """The steady stride whose speed is the command, scaled into the ellipsoid of the limits.
+
+    pace: real duration of steps as a share of the nominal one.
+    """
     side_limit = parameters.step_side_max
     side = 0.0
-    double_step = double_step_duration(side, parameters)
+    double_step = pace * double_step_duration(side, parameters)
     for _ in range(4):
         # A wider side step takes longer, which makes it wider still.
         side = min(abs(command.y) * double_step, side_limit)
-        double_step = double_step_duration(side, parameters)
+        double_step = pace * double_step_duration(side, parameters)
     x = command.x * double_step / 2.0
     y = side if command.y >= 0.0 else -side
     yaw = command.yaw * double_step
