@@ -44,8 +44,7 @@ TOUR = (
     Phase("curve", 8.0, VelocityCommand(0.15, 0.0, math.radians(20.0))),
     Phase("stop", 4.0, STANDSTILL),
 )
-SHORT_# A little more is asked for than is to be reached: the slower robots lose some of it to slip.
-TOUR = (
+SHORT_TOUR = (
     Phase("stand", 1.5, STANDSTILL),
     Phase("forward", 5.0, VelocityCommand(0.2, 0.0, 0.0), ("x", 0.16)),
     Phase("stop", 4.0, STANDSTILL),
