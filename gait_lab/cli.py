@@ -30,8 +30,9 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--urdf", default="nao_h21_v33", metavar="FILE",
                        help="shipped name or file of a URDF with NAO joint names")  # fmt: skip
     group.add_argument("--plant", default="reference", metavar="P",
-                       help="shipped name (reference, ideal) or YAML file")  # fmt: skip
-    group.add_argument("--engine", default="pybullet", metavar="E", help="physics engine")
+                       help="shipped name (reference, ideal, worn) or YAML file")  # fmt: skip
+    group.add_argument("--engine", default="pybullet", metavar="E",
+                       help="physics engine: pybullet (default) or mujoco")  # fmt: skip
 
 
 def _add_parameters(parser: argparse.ArgumentParser) -> None:
@@ -120,8 +121,9 @@ def _add_demo(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robot-seed", type=int, default=0, metavar="S",
                         help="the individual (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--plant", default="reference", metavar="P",
-                        help="shipped name (reference, ideal) or YAML file")  # fmt: skip
-    parser.add_argument("--engine", default="pybullet", metavar="E", help="physics engine")
+                        help="shipped name (reference, ideal, worn) or YAML file")  # fmt: skip
+    parser.add_argument("--engine", default="pybullet", metavar="E",
+                        help="physics engine: pybullet (default) or mujoco")  # fmt: skip
     parser.add_argument("--preset", default="default", metavar="NAME",
                         help="default, paper or a YAML file")  # fmt: skip
     parser.set_defaults(run=_demo)

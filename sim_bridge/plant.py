@@ -236,7 +236,7 @@ def _require_keys(where: str, data: object, names: tuple[str, ...]) -> Mapping[s
 
 
 def load_plant(name_or_path: str) -> Plant:
-    """The plant of a shipped name (`reference`, `ideal`) or of a YAML file.
+    """The plant of a shipped name (`reference`, `ideal`, `worn`) or of a YAML file.
 
     Raises:
         NaoGaitError: names the file, the key, its value and what is allowed.

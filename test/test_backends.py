@@ -531,6 +531,35 @@ def mujoco_bench(robot: RobotDescription, plant: Plant) -> Bench:
 
 
 @pytest.mark.usefixtures("mujoco_only")
+def test_mass_matrix_is_pinocchio_s_plus_the_rotors(
+    robot: RobotDescription, reference: Plant
+) -> None:
+    """Exact, where free fall leaves room for a wrong small number."""
+    import mujoco
+
+    from sim_bridge.mujoco_backend import MujocoBackend
+
+    bench = Bench("mujoco", robot, reference)
+    joints = np.random.default_rng(1).uniform(robot.lower, robot.upper)
+    bench.backend.reset(StartState(HIGH, TUMBLED, joints))
+    backend = bench.backend
+    assert isinstance(backend, MujocoBackend)
+    mujoco.mj_forward(backend._model, backend._data)
+    full = np.zeros((backend._model.nv, backend._model.nv))
+    mujoco.mj_fullM(backend._model, backend._data, full)
+    own = full[6:, 6:] - np.diag(backend._model.dof_armature[6:])
+    model = UrdfModel(robot)
+    q = pin.neutral(model.model)
+    for joint, angle in zip(model.columns, joints, strict=True):
+        q[joint.idx_q] = angle
+    expected = pin.crba(model.model, model.data, q)
+    expected = np.triu(expected) + np.triu(expected, 1).T
+    rows = [joint.idx_v for joint in model.columns]
+    assert own == pytest.approx(expected[np.ix_(rows, rows)], abs=1e-9)
+    assert full[0, 0] == pytest.approx(model.mass, abs=1e-9)
+
+
+@pytest.mark.usefixtures("mujoco_only")
 def test_a_servo_sags_by_torque_over_stiffness(robot: RobotDescription, reference: Plant) -> None:
     plant = changed(reference, motor={"stiffness": 150.0})
     with Simulation(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
