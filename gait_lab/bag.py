@@ -174,6 +174,11 @@ class TopicRecorder:
     def topics(self) -> tuple[str, ...]:
         return tuple(self._subscriptions)
 
+    @property
+    def now(self) -> float:
+        """[s] of simulated time up to which has been recorded; 0 before the first tick."""
+        return 1e-9 * (self._now or 0)
+
     def add(self, topic: Topic, *, best_effort: bool = False) -> None:
         """Subscribe; ImportError if the type is not installed, NaoGaitError if it is unknown."""
         from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy

@@ -25,6 +25,8 @@ COMMAND_PERIOD = 0.1
 """[s] of simulated time between two velocity commands."""
 STAND_UP = 1.2
 """[s] of simulated time that the gait has for its stand before the tour begins."""
+RECORD_ON = 0.2
+"""[s] of simulated time that is still recorded after the end of the tour."""
 SHOW_PERIOD = 0.25 if sys.stdout.isatty() else 10.0
 """[s] of wall time between two looks of the progress bar; in a log it gets a line now and then."""
 EXIT_FAILED = 1
@@ -197,6 +199,9 @@ class _Guide:
                     raise _DemoError(f"the robot fell {elapsed:.1f} s into the tour")
             bar.n = total
             bar.refresh()
+        # On a busy machine the recorder is behind: the end of the tour has to be in the bag.
+        while self._recorder.now < self.tour_began + total + RECORD_ON:
+            self._spin(nodes, STALL_TIMEOUT)
         return self.tour_began
 
     def _wait_for_stand(self, nodes: NodeProcesses) -> None:

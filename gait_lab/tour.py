@@ -39,8 +39,8 @@ TOUR = (
     Phase("side left", 7.0, VelocityCommand(0.0, 0.10, 0.0), ("y", 0.09)),
     Phase("side right", 7.0, VelocityCommand(0.0, -0.10, 0.0), ("y", -0.09)),
     Phase("back", 8.0, VelocityCommand(-0.22, 0.0, 0.0), ("x", -0.20)),
-    Phase("turn left", 7.0, _turn(50.0), ("yaw", math.radians(45.0))),
-    Phase("turn right", 7.0, _turn(-50.0), ("yaw", -math.radians(45.0))),
+    Phase("turn left", 7.0, _turn(55.0), ("yaw", math.radians(45.0))),
+    Phase("turn right", 7.0, _turn(-55.0), ("yaw", -math.radians(45.0))),
     Phase("curve", 8.0, VelocityCommand(0.15, 0.0, math.radians(20.0))),
     Phase("stop", 4.0, STANDSTILL),
 )
