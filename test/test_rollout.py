@@ -12,7 +12,7 @@ import pytest
 from gait_lab import bench
 from gait_lab.metrics import Metrics, Trace
 from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
-from gait_lab.tasks import Task, walk
+from gait_lab.tasks import TASKS, Task, walk
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
@@ -155,3 +155,14 @@ def test_settings_are_typed_and_checked() -> None:
 def test_bad_options_are_refused(change: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError, match=f"^{field}: got"):
         bench.BenchOptions(**change)
+
+
+def test_the_ideal_plant_walks_with_the_preset_made_for_it() -> None:
+    task = TASKS["forward"].lasting(2.0)
+    spec = RolloutSpec(
+        task, robot_seed=-1, noise_seed=0, plant="ideal", parameters=load_preset("ideal")
+    )
+    metrics = rollout(spec).metrics
+    assert not metrics.fell
+    assert metrics.speed_x == pytest.approx(0.25, rel=0.1)
+    assert metrics.com_error_y < 0.001
