@@ -9,31 +9,23 @@ from nao_lipm_gait.signals import Point3, Pose2
 def level_heading(sole: SolePose, up: Point3) -> tuple[Point3, Point3]:
     """Horizontal unit axes, forward and left of a sole, in the torso frame."""
     fx, fy, fz = sole.forward
-    along = fx * up[0] + fy * up[1] + fz * up[2]
-    fx, fy, fz = fx - along * up[0], fy - along * up[1], fz - along * up[2]
+    ux, uy, uz = up
+    along = fx * ux + fy * uy + fz * uz
+    fx, fy, fz = fx - along * ux, fy - along * uy, fz - along * uz
     length = sqrt(fx * fx + fy * fy + fz * fz)
     if length < 1e-6:
         return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-    forward = (fx / length, fy / length, fz / length)
-    left = (
-        up[1] * forward[2] - up[2] * forward[1],
-        up[2] * forward[0] - up[0] * forward[2],
-        up[0] * forward[1] - up[1] * forward[0],
-    )
-    return forward, left
+    fx, fy, fz = fx / length, fy / length, fz / length
+    return (fx, fy, fz), (uy * fz - uz * fy, uz * fx - ux * fz, ux * fy - uy * fx)
 
 
 def com_from_sole(com_in_torso: Point3, sole: SolePose, up: Point3) -> Point3:
     """The CoM seen from the sole, in the level frame that points where the sole points [m]."""
     forward, left = level_heading(sole, up)
-    dx = com_in_torso[0] - sole.position[0]
-    dy = com_in_torso[1] - sole.position[1]
-    dz = com_in_torso[2] - sole.position[2]
-    return (
-        dx * forward[0] + dy * forward[1] + dz * forward[2],
-        dx * left[0] + dy * left[1] + dz * left[2],
-        dx * up[0] + dy * up[1] + dz * up[2],
-    )
+    cx, cy, cz = com_in_torso
+    sx, sy, sz = sole.position
+    away = (cx - sx, cy - sy, cz - sz)
+    return _dot(away, forward), _dot(away, left), _dot(away, up)
 
 
 def measured_com_in_q(com_from_support_sole: Point3, sole_in_q: Pose2) -> Point3:
@@ -46,9 +38,12 @@ def measured_com_in_q(com_from_support_sole: Point3, sole_in_q: Pose2) -> Point3
 def sole_from_sole(target: SolePose, reference: SolePose, up: Point3) -> Pose2:
     """Pose of one sole on the ground plane as seen from the other [m, m, rad]."""
     forward, left = level_heading(reference, up)
-    d = [a - b for a, b in zip(target.position, reference.position, strict=True)]
-    x = sum(a * b for a, b in zip(d, forward, strict=True))
-    y = sum(a * b for a, b in zip(d, left, strict=True))
-    along = sum(a * b for a, b in zip(target.forward, forward, strict=True))
-    across = sum(a * b for a, b in zip(target.forward, left, strict=True))
-    return x, y, atan2(across, along)
+    px, py, pz = target.position
+    rx, ry, rz = reference.position
+    away = (px - rx, py - ry, pz - rz)
+    turn = atan2(_dot(target.forward, left), _dot(target.forward, forward))
+    return _dot(away, forward), _dot(away, left), turn
+
+
+def _dot(a: Point3, b: Point3) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -47,9 +47,10 @@ class Odometry:
         if self._base is not None:
             moved = relative(base, self._base)
             share = min(1.0, dt / VELOCITY_TIME)
-            vx, vy, vyaw = (
-                old + share * (step / dt - old)
-                for old, step in zip(self._velocity, moved, strict=True)
+            vx, vy, vyaw = self._velocity
+            self._velocity = (
+                vx + share * (moved[0] / dt - vx),
+                vy + share * (moved[1] / dt - vy),
+                vyaw + share * (moved[2] / dt - vyaw),
             )
-            self._velocity = (vx, vy, vyaw)
         self._base = base

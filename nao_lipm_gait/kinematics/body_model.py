@@ -40,8 +40,10 @@ class BodyModel:
         self._torso_is_root = torso.isIdentity()
         self._soles = []
         for frame_name in robot.sole_frames:
-            frame = self.model.frames[self.model.getFrameId(frame_name, pin.FrameType.BODY)]
-            self._soles.append((frame.parentJoint, frame.placement))
+            frame = self.model.getFrameId(frame_name, pin.FrameType.BODY)
+            placement = self._data.oMf[frame]
+            # Both arrays are views of Pinocchio's own memory and follow every update.
+            self._soles.append((frame, placement.translation, placement.rotation))
         self.total_mass = float(sum(inertia.mass for inertia in self.model.inertias))
 
     def set_joints(self, position: FloatArray) -> None:
@@ -58,10 +60,8 @@ class BodyModel:
 
     def sole_in_torso(self, side: int) -> SolePose:
         """Sole pose, side +1 left or -1 right, for the joints of the last `com_in_torso`."""
-        joint, placement = self._soles[0 if side > 0 else 1]
-        pose = self._data.oMi[joint] * placement
-        rotation = pose.rotation
-        position = pose.translation
+        frame, position, rotation = self._soles[0 if side > 0 else 1]
+        pin.updateFramePlacement(self.model, self._data, frame)
         if not self._torso_is_root:
             position = self._torso_rotation @ (position - self._torso_translation)
             rotation = self._torso_rotation @ rotation

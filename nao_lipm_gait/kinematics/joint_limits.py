@@ -20,10 +20,12 @@ class JointLimits:
 
     def cut(self, position: FloatArray) -> int:
         """Cut (n,) [rad] in place; the number of joints that were beyond a limit."""
-        beyond = np.count_nonzero((position < self._lower) | (position > self._upper))
-        np.maximum(position, self._lower, out=position)
-        np.minimum(position, self._upper, out=position)
-        return int(beyond) + sum(ankle.cut(position) for ankle in self._ankles)
+        inside = np.minimum(np.maximum(position, self._lower), self._upper)
+        beyond = int(np.count_nonzero(inside != position))
+        position[:] = inside
+        for ankle in self._ankles:
+            beyond += ankle.cut(position)
+        return beyond
 
 
 class _AnkleLimit:
@@ -35,6 +37,7 @@ class _AnkleLimit:
         self._pitch = robot.index(leg.ankle_pitch)
         self._roll = robot.index(leg.ankle_roll)
         self._rows = rows
+        self._pieces = tuple(zip(rows, rows[1:], strict=False))
 
     def cut(self, position: FloatArray) -> int:
         lower, upper = self._range(float(position[self._pitch]))
@@ -48,7 +51,7 @@ class _AnkleLimit:
         rows = self._rows
         if pitch <= rows[0][0]:
             return rows[0][1], rows[0][2]
-        for (p0, low0, high0), (p1, low1, high1) in zip(rows, rows[1:], strict=False):
+        for (p0, low0, high0), (p1, low1, high1) in self._pieces:
             if pitch <= p1:
                 share = (pitch - p0) / (p1 - p0)
                 return low0 + share * (low1 - low0), high0 + share * (high1 - high0)

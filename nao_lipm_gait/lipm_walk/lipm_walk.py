@@ -10,6 +10,7 @@ one, and each tick commits one control period more.
 """
 
 from collections import deque
+from itertools import chain
 
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
 from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
@@ -104,8 +105,7 @@ class LipmWalk:
     def expect(self) -> Expectation:
         """x_e of eq (10): the committed pendulum, one control period on."""
         if self._committed:
-            for segment in self._committed.popleft():
-                self._observed = follow(self._observed, segment, self._k)
+            self._observed = follow(self._observed, self._committed.popleft(), self._k)
         self._expected = self._observed
         return Expectation(
             self._observed.support, (self._observed.x, self._observed.y), self._observed.sole_in_q
@@ -120,10 +120,7 @@ class LipmWalk:
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
         """Predict over the delay (21), say where the body shall be then, plan what comes after."""
-        state = self._observed
-        for segments in self._committed:
-            for segment in segments:
-                state = follow(state, segment, self._k)
+        state = follow(self._observed, chain.from_iterable(self._committed), self._k)
         self._predicted = state
         targets = self._targets(state)
         self._committed.append(tuple(self._next_period(state, command)))
@@ -152,8 +149,8 @@ class LipmWalk:
                 sole_in_next_q = relative(self._swing.pose_in_q, self._step_size)
                 change = NextSupport(self._step_size, sole_in_next_q)
             segments.append(Segment(duration, *self._origin, change))
-            before, state = state, follow(state, segments[-1], self._k)
             if change is not None:
+                before, state = state, follow(state, segments[-1:], self._k)
                 self._change_support(before, state, command)
         return segments
 

@@ -3,11 +3,10 @@
 Q is the paper's coordinate system: one per single support phase, between both feet, x forward.
 """
 
-from dataclasses import dataclass
-from math import cos, sin
+from collections.abc import Iterable
+from math import cos, cosh, sin, sinh
 from typing import NamedTuple
 
-from nao_lipm_gait.lipm_walk.pendulum import advance
 from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.signals import Pose2
 
@@ -44,8 +43,7 @@ class NextSupport(NamedTuple):
     sole_in_next_q: Pose2
 
 
-@dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(NamedTuple):
     """A piece of motion that has been sent to the joints and can no longer be changed."""
 
     duration: float
@@ -57,14 +55,21 @@ class Segment:
     """The support change at the end of this piece."""
 
 
-def follow(state: WalkState, segment: Segment, k: float) -> WalkState:
-    """The state at the end of a segment: r + x(t), eq (10), and the change to Q-bar where due."""
-    x, vx = advance(state.x - segment.origin_x, state.vx, k, segment.duration)
-    y, vy = advance(state.y - segment.origin_y, state.vy, k, segment.duration)
-    state = state.moved(x + segment.origin_x, y + segment.origin_y, vx, vy)
-    if segment.next_support is None:
-        return state
-    return enter_next_q(state, segment.next_support)
+def follow(state: WalkState, segments: Iterable[Segment], k: float) -> WalkState:
+    """The state at the end of segments: r + x(t), eq (10), and the change to Q-bar where due."""
+    _, x, y, vx, vy, *_ = state
+    for duration, origin_x, origin_y, change in segments:
+        # `pendulum.advance` written out: both axes share the time, and this runs many times a tick.
+        c = cosh(k * duration)
+        s = sinh(k * duration)
+        dx = x - origin_x
+        dy = y - origin_y
+        x, vx = origin_x + (dx * c + vx * s / k), dx * k * s + vx * c
+        y, vy = origin_y + (dy * c + vy * s / k), dy * k * s + vy * c
+        if change is not None:
+            state = enter_next_q(state.moved(x, y, vx, vy), change)
+            _, x, y, vx, vy, *_ = state
+    return state.moved(x, y, vx, vy)
 
 
 def enter_next_q(state: WalkState, change: NextSupport) -> WalkState:
