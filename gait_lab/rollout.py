@@ -20,7 +20,7 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
 from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
-from sim_bridge.plant import load_plant
+from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.simulation import GroundTruth, Simulation
 
 CONTROL_PERIOD = 0.01
@@ -46,6 +46,8 @@ class RolloutSpec:
     hold_heading: bool = False
     """Steer straight tasks back to their heading, from the gait's odometry alone."""
     keep_trace: bool = False
+    plant_options: tuple[PlantOption, ...] = ()
+    """Options of the plant that are replaced: (("motor.play", 0.035), ...)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +139,7 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
     robot = _robot(spec.urdf)
     simulation = Simulation(
         robot,
-        load_plant(spec.plant),
+        with_options(load_plant(spec.plant), spec.plant_options),
         robot_seed=spec.robot_seed,
         noise_seed=spec.noise_seed,
         engine=spec.engine,

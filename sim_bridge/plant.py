@@ -6,7 +6,7 @@ refuses what the engine cannot honour; it never ignores an option.
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -220,6 +220,69 @@ _SECTIONS: dict[str, type] = {
     "sensors": Sensors,
     "variation": Variation,
 }
+
+
+PlantValue = float | bool | tuple[float, float] | None
+"""What an option can hold."""
+PlantOption = tuple[str, PlantValue]
+"""An option and its value: ("motor.play", 0.035)."""
+
+
+def with_options(plant: Plant, options: Iterable[PlantOption]) -> Plant:
+    """The plant with some options replaced; of an option given twice, the last value counts.
+
+    Raises:
+        NaoGaitError: no plant has this option, or it cannot hold this value.
+    """
+    for name, value in options:
+        section, field = _option_field(name)
+        checked = _checked(name, value, field.metadata)
+        part = dataclasses.replace(getattr(plant, section), **{field.name: checked})
+        plant = dataclasses.replace(plant, **{section: part})
+    return plant
+
+
+def parse_options(settings: Iterable[str]) -> tuple[PlantOption, ...]:
+    """Options typed as `section.option=value`, the value as in the YAML of a plant."""
+    options: list[PlantOption] = []
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals or not text.strip():
+            raise NaoGaitError("plant option", setting, "section.option=value")
+        _, field = _option_field(name)
+        try:
+            value = yaml.safe_load(text)
+        except yaml.YAMLError:
+            value = text
+        if isinstance(value, str):  # YAML takes 1e4 for a word
+            try:
+                value = float(value)
+            except ValueError:
+                pass
+        options.append((name, _checked(name, value, field.metadata)))
+    return tuple(options)
+
+
+def option_text(option: PlantOption) -> str:
+    """An option as `parse_options` reads it."""
+    name, value = option
+    if value is None:
+        return f"{name}=null"
+    if isinstance(value, bool):
+        return f"{name}={str(value).lower()}"
+    if isinstance(value, tuple):
+        return f"{name}=[{value[0]:.10g},{value[1]:.10g}]"
+    return f"{name}={value:.10g}"
+
+
+def _option_field(name: str) -> tuple[str, Any]:
+    """The section and the dataclass field of `section.option`."""
+    section, _, key = name.partition(".")
+    for field in dataclasses.fields(_SECTIONS[section]) if section in _SECTIONS else ():
+        if field.name == key:
+            return section, field
+    known = (f"{s}.{f.name}" for s, cls in _SECTIONS.items() for f in dataclasses.fields(cls))
+    raise NaoGaitError("plant option", name, f"one of {', '.join(known)}")
 
 
 def _require_keys(where: str, data: object, names: tuple[str, ...]) -> Mapping[str, Any]:

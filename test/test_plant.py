@@ -21,6 +21,9 @@ from sim_bridge.plant import (
     Sensors,
     Variation,
     load_plant,
+    option_text,
+    parse_options,
+    with_options,
 )
 
 SECTIONS = {
@@ -196,3 +199,47 @@ def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     path.write_bytes(b"\xff\xfe\x00physics")
     with pytest.raises(NaoGaitError, match="binary.yaml"):
         load_plant(str(path))
+
+
+def test_options_are_replaced_one_by_one_and_the_rest_stays() -> None:
+    reference = load_plant("reference")
+    changed = with_options(
+        reference, (("motor.play", 0.1), ("motor.play", 0.035), ("variation.friction", None))
+    )
+    assert changed.motor == dataclasses.replace(reference.motor, play=0.035)
+    assert changed.variation == dataclasses.replace(reference.variation, friction=None)
+    assert (changed.physics, changed.contact) == (reference.physics, reference.contact)
+    assert with_options(reference, ()) == reference
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "field"),
+    [("motor.play", 0.3, "motor.play"), ("motor.play", None, "motor.play"),
+     ("motor.torque_speed_line", 1.0, "motor.torque_speed_line"),
+     ("motor.slack", 0.1, "plant option"), ("play", 0.1, "plant option"),
+     ("name", "x", "plant option"), ("motor.", 1, "plant option")],
+)  # fmt: skip
+def test_wrong_options_are_refused_by_name(name: str, value: Any, field: str) -> None:
+    with pytest.raises(NaoGaitError) as caught:
+        with_options(load_plant("reference"), ((name, value),))
+    assert caught.value.field == field
+
+
+def test_options_are_typed_as_in_the_file() -> None:
+    typed = ("motor.play=0.035", "motor.stiffness=null", "contact.stiffness=1e4",
+             "motor.torque_speed_line=false", "variation.friction=[0.2, 0.3]",
+             "sensors.encoder_bits=10")  # fmt: skip
+    options = parse_options(typed)
+    assert options == (
+        ("motor.play", 0.035), ("motor.stiffness", None), ("contact.stiffness", 1e4),
+        ("motor.torque_speed_line", False), ("variation.friction", (0.2, 0.3)),
+        ("sensors.encoder_bits", 10),
+    )  # fmt: skip
+    assert parse_options(option_text(option) for option in options) == options
+
+
+@pytest.mark.parametrize("text", ["motor.play", "motor.play=", "motor.play=much", "motor.play=.nan",
+                                  "motor.play=[", "slack=1", "motor.play=9"])  # fmt: skip
+def test_badly_typed_options_are_refused(text: str) -> None:
+    with pytest.raises(NaoGaitError):
+        parse_options((text,))
