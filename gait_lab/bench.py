@@ -11,6 +11,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.signals import JointTargets
-from sim_bridge.plant import load_plant
+from sim_bridge.plant import PlantOption, load_plant, option_text, with_options
 from sim_bridge.simulation import Simulation
 
 Pick = Callable[[Iterable[float]], float]
@@ -43,6 +44,8 @@ class BenchOptions:
     """Seed of the first robot; robots are seed, seed + 1, ..."""
     engine: str = "pybullet"
     plant: str = "reference"
+    plant_options: tuple[PlantOption, ...] = ()
+    """Options of the plant that are replaced."""
     urdf: str = "nao_h21_v33"
     parameters: GaitParameters = GaitParameters()
     tasks: tuple[str, ...] = SPEED_TASKS
@@ -52,6 +55,8 @@ class BenchOptions:
     """`beside` the closed loop, `off`, or `only`."""
     hold_heading: bool = False
     jobs: int | None = None
+    ingredients: tuple[str, ...] = ()
+    """What the suite `plant` varies; empty = every ingredient."""
     show: bool = True
     """Show a progress bar (on a terminal)."""
 
@@ -64,6 +69,11 @@ class BenchOptions:
             raise NaoGaitError("seconds", self.window, "over 0 to 3600 s")
         if self.open_loop not in ("beside", "off", "only"):
             raise NaoGaitError("open-loop", self.open_loop, "beside, off or only")
+
+    @property
+    def plant_title(self) -> str:
+        """The plant with its replaced options."""
+        return " ".join((self.plant, *(option_text(option) for option in self.plant_options)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +103,7 @@ class Report:
                 "value": row.value,
                 "paper": row.paper,
                 "engine": options.engine,
-                "plant": options.plant,
+                "plant": options.plant_title,
                 "robots": options.robots,
                 "seed": options.seed,
             }
@@ -154,6 +164,15 @@ class Score:
 
 def speed(options: BenchOptions) -> Report:
     """20 s at speed in every task, closed and open loop on the same robots."""
+    (scores,) = walk_all(options)
+    rows = [row for score in scores for row in _speed_rows(score)]
+    return Report(tuple(rows), _speed_text(scores, options))
+
+
+def walk_all(
+    options: BenchOptions, changes: Sequence[tuple[PlantOption, ...]] = ((),)
+) -> list[list[Score]]:
+    """For each change of the plant, the scores of every task and loop on the same robots."""
     tasks = [find_task(name).lasting(options.window) for name in options.tasks]
     if len({task.name for task in tasks}) < len(tasks):
         raise NaoGaitError("task", ", ".join(options.tasks), "each task at most once")
@@ -166,21 +185,20 @@ def speed(options: BenchOptions) -> Report:
             robot_seed=seed,
             parameters=options.parameters.replace(feedback=options.parameters.feedback and loop),
             plant=options.plant,
+            plant_options=(*options.plant_options, *change),
             urdf=options.urdf,
             engine=options.engine,
             hold_heading=options.hold_heading,
         )
+        for change in changes
         for task, loop in kinds
         for seed in range(options.seed, options.seed + options.robots)
     ]
-    results = run_all(specs, jobs=options.jobs, show=options.show)
-    count = options.robots
-    scores = [
-        Score(task, loop, tuple(results[index * count : (index + 1) * count]))
-        for index, (task, loop) in enumerate(kinds)
+    results = iter(run_all(specs, jobs=options.jobs, show=options.show))
+    return [
+        [Score(task, loop, tuple(islice(results, options.robots))) for task, loop in kinds]
+        for _ in changes
     ]
-    rows = [row for score in scores for row in _speed_rows(score)]
-    return Report(tuple(rows), _speed_text(scores, options))
 
 
 def _finite(value: float) -> float | None:
@@ -262,7 +280,7 @@ def _speed_text(scores: Sequence[Score], options: BenchOptions) -> str:
     last = options.seed + options.robots - 1
     robots = f"robots {options.seed}-{last}" if options.robots > 1 else f"robot {last}"
     title = (
-        f"{options.window:g} s at speed, {robots}, plant {options.plant}, {options.engine}, "
+        f"{options.window:g} s at speed, {robots}, plant {options.plant_title}, {options.engine}, "
         f"{options.urdf}{', heading held' if options.hold_heading else ''}"
     )
     notes = (
@@ -329,7 +347,7 @@ def compute(options: BenchOptions) -> Report:
     text = "\n".join(
         (
             f"{timing.simulated:g} s forward walk on robot {options.seed}, one core, "
-            f"plant {options.plant}, {options.engine}",
+            f"plant {options.plant_title}, {options.engine}",
             f"  Gait.step           p50 {p50:.0f} us   p99 {p99:.0f} us   "
             f"max {ticks[-1] / 1000.0:.0f} us   ({len(ticks)} ticks)",
             f"  rollout             {with_control:.2f} simulated s per s",
@@ -341,7 +359,8 @@ def compute(options: BenchOptions) -> Report:
 
 
 def _time_walk(options: BenchOptions) -> _Timing:
-    robot, plant = load_robot(options.urdf), load_plant(options.plant)
+    robot = load_robot(options.urdf)
+    plant = with_options(load_plant(options.plant), options.plant_options)
     task = find_task("forward")
     gait = Gait(robot, options.parameters)
     ticks = round((task.start + options.window) / CONTROL_PERIOD)
@@ -387,13 +406,38 @@ def _time_walk(options: BenchOptions) -> _Timing:
 
 # -- the suites ------------------------------------------------------------------------------------
 
-SUITES: dict[str, Callable[[BenchOptions], Report]] = {"speed": speed, "compute": compute}
+
+
+def plant(options: BenchOptions) -> Report:
+    """What each ingredient of the plant does to the walk."""
+    from gait_lab.plant_sweep import sweep  # which is built on this module
+
+    return sweep(options)
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """A benchmark and what it runs on unless told otherwise."""
+
+    measure: Callable[[BenchOptions], Report]
+    robots: int = 8
+    window: float = 20.0
+    engine: str = "pybullet"
+    in_all: bool = True
+
+
+SUITES = {
+    "speed": Suite(speed),
+    "compute": Suite(compute),
+    # Not in `all`: hundreds of walks, and an engine that not everybody has.
+    "plant": Suite(plant, robots=2, window=5.0, engine="mujoco", in_all=False),
+}
 
 
 def suites(name: str) -> tuple[str, ...]:
-    """The suites behind a name; `all` is every one."""
+    """The suites behind a name; `all` is every one but the long ones."""
     if name == "all":
-        return tuple(SUITES)
+        return tuple(key for key, suite in SUITES.items() if suite.in_all)
     if name not in SUITES:
         raise NaoGaitError("suite", name, f"one of {', '.join(SUITES)}, all")
     return (name,)
@@ -434,7 +478,7 @@ def run(
     options = replace(options, parameters=overridden(load_preset(preset), settings))
     # What is wrong with the input shall be said before the work, not after it.
     load_robot(options.urdf)
-    load_plant(options.plant)
+    with_options(load_plant(options.plant), options.plant_options)
     for task in options.tasks:
         find_task(task)
     if json_file is not None:
@@ -442,7 +486,7 @@ def run(
     rows: list[dict[str, Any]] = []
     for name in names:
         began = time.monotonic()
-        report = SUITES[name](options)
+        report = SUITES[name].measure(options)
         rows += report.as_json(options)
         out(f"{report.text}\n{name}: took {time.monotonic() - began:.0f} s\n")
     if json_file is not None:

@@ -31,8 +31,11 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
                        help="shipped name or file of a URDF with NAO joint names")  # fmt: skip
     group.add_argument("--plant", default="reference", metavar="P",
                        help="shipped name (reference, ideal, worn) or YAML file")  # fmt: skip
-    group.add_argument("--engine", default="pybullet", metavar="E",
-                       help="physics engine: pybullet (default) or mujoco")  # fmt: skip
+    group.add_argument("--plant-set", action="append", default=[], metavar="OPTION=VALUE",
+                       dest="plant_settings", help="override one option of the plant, e.g. "
+                       "motor.play=0.035; may be given often")  # fmt: skip
+    group.add_argument("--engine", metavar="E", help="physics engine: pybullet (default) or mujoco "
+                       "(the only one of the suite plant)")  # fmt: skip
 
 
 def _add_parameters(parser: argparse.ArgumentParser) -> None:
@@ -45,15 +48,19 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
 
 def _bench(arguments: argparse.Namespace) -> int:
     from gait_lab import bench
+    from sim_bridge.plant import parse_options
 
+    usual = bench.SUITES[bench.suites(arguments.suite)[0]]
     options = bench.BenchOptions(
-        robots=arguments.robots,
+        robots=usual.robots if arguments.robots is None else arguments.robots,
         seed=arguments.seed,
-        engine=arguments.engine,
+        engine=usual.engine if arguments.engine is None else arguments.engine,
         plant=arguments.plant,
+        plant_options=parse_options(arguments.plant_settings),
         urdf=arguments.urdf,
         tasks=tuple(arguments.task or bench.SPEED_TASKS),
-        window=arguments.seconds,
+        window=usual.window if arguments.seconds is None else arguments.seconds,
+        ingredients=tuple(arguments.ingredient),
         open_loop=arguments.open_loop,
         hold_heading=arguments.hold_heading,
         jobs=arguments.jobs,
@@ -70,16 +77,20 @@ def _bench(arguments: argparse.Namespace) -> int:
 
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("suite", help="speed, compute or all")
-    parser.add_argument("--robots", type=int, default=8, metavar="N", help="number of robots (8)")
+    parser.add_argument("suite", help="speed; compute; plant: its ingredients varied one by one, "
+                        "on MuJoCo; or all: speed and compute, as plant takes long")  # fmt: skip
+    parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; plant: 2)")
     parser.add_argument("--seed", type=int, default=0, metavar="S",
                         help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
     parser.add_argument("--task", action="append", metavar="NAME[=SPEED]",
                         help="walk this instead of the four tasks, e.g. forward=31 (cm/s); "
                         "may be given often")  # fmt: skip
-    parser.add_argument("--seconds", type=float, default=20.0, metavar="T",
-                        help="seconds at speed (20)")  # fmt: skip
+    parser.add_argument("--seconds", type=float, metavar="T",
+                        help="seconds at speed (20; plant: 5)")  # fmt: skip
+    parser.add_argument("--ingredient", action="append", default=[], metavar="NAME",
+                        help="suite plant: vary only this, e.g. stiffness; "
+                        "may be given often")  # fmt: skip
     parser.add_argument("--open-loop", choices=("beside", "off", "only"), default="beside",
                         help="open loop beside the closed (default), off, or only")  # fmt: skip
     parser.add_argument("--hold-heading", action="store_true",
