@@ -43,6 +43,8 @@ UPRIGHT_TILT = 0.2
 UPRIGHT_TIME = 0.5
 """[s] for which it must stay there."""
 NOWHERE: Pose2 = (0.0, 0.0, 0.0)
+DOWN = (GaitState.FALLEN, GaitState.RELAXED)
+ON_THE_WAY = (GaitState.WALK, GaitState.STOP)
 
 
 class Gait:
@@ -164,7 +166,7 @@ class Gait:
 
     @property
     def _is_down(self) -> bool:
-        return self._state in (GaitState.FALLEN, GaitState.RELAXED)
+        return self._state in DOWN
 
     def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
         if self._relax_requested:
@@ -191,7 +193,7 @@ class Gait:
         else:
             self._state = GaitState.STOP if self._walk.stopping else GaitState.WALK
         self._relax_requested = False
-        if self._state not in (GaitState.WALK, GaitState.STOP):
+        if self._state not in ON_THE_WAY:
             self._stand_requested = False
 
     def _begin_stand(self, frame: SensorFrame) -> None:

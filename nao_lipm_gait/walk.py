@@ -1,6 +1,5 @@
 """What a walk is to the gait, so that another walk can take the pendulum walk's place."""
 
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from nao_lipm_gait.signals import Point3, Pose2, VelocityCommand
@@ -18,8 +17,7 @@ class SoleTarget(NamedTuple):
     roll: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class BodyTargets:
+class BodyTargets(NamedTuple):
     """Where the body shall be at the time the command takes effect."""
 
     com_in_q: Point3

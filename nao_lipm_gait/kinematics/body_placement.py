@@ -42,12 +42,8 @@ def rotation_rows(roll: float, pitch: float, yaw: float) -> Rows:
 
 def _into(rows: Rows, x: float, y: float, z: float) -> Point3:
     """R^T v."""
-    a, b, c = rows
-    return (
-        a[0] * x + b[0] * y + c[0] * z,
-        a[1] * x + b[1] * y + c[1] * z,
-        a[2] * x + b[2] * y + c[2] * z,
-    )
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rows
+    return ax * x + bx * y + cx * z, ay * x + by * y + cy * z, az * x + bz * y + cz * z
 
 
 class PlacedBody(NamedTuple):
@@ -66,8 +62,9 @@ class BodyPlacement:
         self._body = body
         self._legs = legs
         self._position = np.array(robot.stand_pose, dtype=float)
-        self._left = _columns(robot, robot.left_leg)
-        self._right = _columns(robot, robot.right_leg)
+        self._leg_columns = np.array(
+            _columns(robot, robot.left_leg) + _columns(robot, robot.right_leg)
+        )
         self._left_shoulder, self._right_shoulder = map(robot.index, robot.shoulder_pitch)
         self._left_hang = float(self._position[self._left_shoulder])
         self._right_hang = float(self._position[self._right_shoulder])
@@ -109,8 +106,7 @@ class BodyPlacement:
                 _in_torso(rows, torso, targets.left_sole, left_axes),
                 _in_torso(rows, torso, targets.right_sole, right_axes),
             )
-            self._position[self._left] = solution.left
-            self._position[self._right] = solution.right
+            self._position[self._leg_columns] = solution.left + solution.right
             self._body.set_joints(self._position)
             before = self._com_in_torso
             self._com_in_torso = self._body.com_in_torso()
@@ -118,20 +114,20 @@ class BodyPlacement:
             if solution.reach_error > 0.0 and self._lowered < LOWEST:
                 self._lowered += LOWER_STEP
                 continue
-            if max(map(_distance, before, self._com_in_torso)) < COM_TOLERANCE:
+            if _largest_distance(before, self._com_in_torso) < COM_TOLERANCE:
                 break
         return PlacedBody(self._position.copy(), solution.reach_error)
 
 
-def _distance(a: float, b: float) -> float:
-    return abs(a - b)
+def _largest_distance(a: Point3, b: Point3) -> float:
+    return max(abs(a[0] - b[0]), abs(a[1] - b[1]), abs(a[2] - b[2]))
 
 
-def _columns(robot: RobotDescription, leg: LegJoints) -> FloatArray:
+def _columns(robot: RobotDescription, leg: LegJoints) -> list[int]:
     names = (
         leg.hip_yaw, leg.hip_roll, leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch, leg.ankle_roll
     )
-    return np.array([robot.index(name) for name in names])
+    return [robot.index(name) for name in names]
 
 
 def _sole_axes(sole: SoleTarget) -> tuple[Point3, Point3]:

@@ -1,7 +1,5 @@
 """Joint limits, with the ankle's: how far it rolls depends on how far it is pitched."""
 
-import numpy as np
-
 from nao_lipm_gait.robot_description import LegJoints, RobotDescription
 from nao_lipm_gait.signals import FloatArray
 
@@ -10,8 +8,7 @@ class JointLimits:
     """Cuts joint targets at what the joints can do."""
 
     def __init__(self, robot: RobotDescription):
-        self._lower = np.array(robot.lower, dtype=float)
-        self._upper = np.array(robot.upper, dtype=float)
+        self._ranges = tuple(zip(robot.lower.tolist(), robot.upper.tolist(), strict=True))
         self._ankles = [
             _AnkleLimit(robot, leg, robot.ankle_limits[side])
             for side, leg in (("left", robot.left_leg), ("right", robot.right_leg))
@@ -20,9 +17,12 @@ class JointLimits:
 
     def cut(self, position: FloatArray) -> int:
         """Cut (n,) [rad] in place; the number of joints that were beyond a limit."""
-        inside = np.minimum(np.maximum(position, self._lower), self._upper)
-        beyond = int(np.count_nonzero(inside != position))
-        position[:] = inside
+        beyond = 0
+        for joint, value in enumerate(position.tolist()):
+            lower, upper = self._ranges[joint]
+            if not lower <= value <= upper:
+                position[joint] = min(max(value, lower), upper)
+                beyond += 1
         for ankle in self._ankles:
             beyond += ankle.cut(position)
         return beyond

@@ -42,6 +42,7 @@ class SharedHipLegs:
         ankle = in_torso(left.ankle_pitch)
         self._thigh = hip[2] - knee[2]
         self._tibia = knee[2] - ankle[2]
+        self._longest = self._thigh + self._tibia
         self._foot_height = ankle[2] - float(sole[2])
         self._left_hip = hip
         self._right_hip = in_torso(robot.right_leg.hip_pitch)
@@ -89,8 +90,9 @@ class SharedHipLegs:
         self, hip_angle: float, sole: SolePose, hip: Point3, side: float
     ) -> tuple[LegAngles, float, float]:
         """Hip roll to ankle roll for one leg, its yaw error and its reach error."""
-        px, py, pz = sole.position
-        nx, ny, nz = sole.normal
+        (px, py, pz), (dx, dy, dz), (nx, ny, nz) = sole
+        hip_x, hip_y, hip_z = hip
+        thigh, tibia, foot = self._thigh, self._tibia, self._foot_height
         # R, the hip yaw-pitch rotation by hip_angle about (0, 1, -side) / sqrt(2), has the rows
         # (c, s, t), (-s, h, -g), (-t, -g, h).
         c = cos(hip_angle)
@@ -98,9 +100,9 @@ class SharedHipLegs:
         s = t * side
         h = 0.5 * (1.0 + c)
         g = 0.5 * (1.0 - c) * side
-        vx = px + self._foot_height * nx - hip[0]
-        vy = py + self._foot_height * ny - hip[1]
-        vz = pz + self._foot_height * nz - hip[2]
+        vx = px + foot * nx - hip_x
+        vy = py + foot * ny - hip_y
+        vz = pz + foot * nz - hip_z
         ax = c * vx - s * vy - t * vz
         ay = s * vx + h * vy - g * vz
         az = t * vx - g * vy + h * vz
@@ -111,19 +113,14 @@ class SharedHipLegs:
         hip_roll = atan2(ay, -az)
         lateral = hypot(ay, az)
         reach = hypot(ax, lateral)
-        longest = self._thigh + self._tibia
-        reach_error = max(0.0, reach - longest)
+        reach_error = max(0.0, reach - self._longest)
         if reach_error > 0.0:
             knee = 0.0
         else:
-            cosine = (reach * reach - self._thigh**2 - self._tibia**2) / (
-                2.0 * self._thigh * self._tibia
-            )
+            cosine = (reach * reach - thigh * thigh - tibia * tibia) / (2.0 * thigh * tibia)
             knee = acos(min(max(cosine, -1.0), 1.0))
         # The leg swings back by the hip pitch from the line to the ankle, by the knee's share.
-        hip_pitch = atan2(-ax, lateral) - atan2(
-            self._tibia * sin(knee), self._thigh + self._tibia * cos(knee)
-        )
+        hip_pitch = atan2(-ax, lateral) - atan2(tibia * sin(knee), thigh + tibia * cos(knee))
         cr = cos(hip_roll)
         sr = sin(hip_roll)
         normal_y = cr * my + sr * mz
@@ -140,7 +137,6 @@ class SharedHipLegs:
         fx = c * ux + s * uy + t * uz
         fy = -s * ux + h * uy - g * uz
         fz = -t * ux - g * uy + h * uz
-        dx, dy, dz = sole.forward
         yaw_error = atan2(
             (fy * dz - fz * dy) * nx + (fz * dx - fx * dz) * ny + (fx * dy - fy * dx) * nz,
             fx * dx + fy * dy + fz * dz,

@@ -9,12 +9,11 @@ with C = cosh(k t), S = sinh(k t) over the time t left, and T = tanh(k t_b-bar) 
 pendulum, which the lateral motion has fixed. test/oracles.py holds the paper's linear system.
 """
 
-from dataclasses import dataclass
 from math import cosh, sinh
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class SagittalPlan:
+class SagittalPlan(NamedTuple):
     """The origin of the running pendulum and the step size that belong together."""
 
     origin: float

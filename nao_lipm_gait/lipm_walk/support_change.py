@@ -12,8 +12,8 @@ for the distance p at which the CoM leaves the running pendulum, D being the dis
 two origins. test/oracles.py holds the paper's iteration.
 """
 
-from dataclasses import dataclass
 from math import log, sqrt
+from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.pendulum import advance, divergent_component, orbital_energy
 
@@ -21,8 +21,7 @@ REACH_MIN = 0.008
 """[m] Smallest divergent component taken for a CoM that still swings towards the other leg."""
 
 
-@dataclass(frozen=True, slots=True)
-class SupportChange:
+class SupportChange(NamedTuple):
     """The end of the running single support phase."""
 
     time: float
