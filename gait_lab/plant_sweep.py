@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from gait_lab.bench import BenchOptions, Report, Row, Score, table, walk_all
 from gait_lab.tasks import AXES
 from nao_lipm_gait.errors import NaoGaitError
-from sim_bridge.engines import require_installed
-from sim_bridge.plant import PlantOption, PlantValue
+from nao_lipm_gait.robot_description import load_robot
+from sim_bridge.plant import PlantOption, PlantValue, load_plant, with_options
+from sim_bridge.simulation import Simulation
 
 SUITE = "plant"
 SLOW = 0.8
@@ -23,7 +24,7 @@ SLOW = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Ingredient:
-    """One option of the plant and the values it is given, from mild to hard."""
+    """One option of the plant and the values it is given, the hardest to walk with last."""
 
     name: str
     option: str
@@ -95,15 +96,23 @@ def sweep(options: BenchOptions) -> Report:
         raise NaoGaitError(
             "engine", options.engine, "mujoco for the suite plant: others lack most ingredients"
         )
-    require_installed(options.engine)
     steps = [(ingredient, value) for ingredient in ingredients for value in ingredient.values]
     changes = [(), *(ingredient.change(value) for ingredient, value in steps)]
+    _require_accepted(changes, options)
     unchanged, *changed = walk_all(options, changes)
     levels = [
         Level(ingredient, value, tuple(scores))
         for (ingredient, value), scores in zip(steps, changed, strict=True)
     ]
     return report(unchanged, levels, options)
+
+
+def _require_accepted(changes: Sequence[tuple[PlantOption, ...]], options: BenchOptions) -> None:
+    """NaoGaitError for what the engine refuses: before the first walk, not at the hundredth."""
+    robot, plant = load_robot(options.urdf), load_plant(options.plant)
+    for change in changes:
+        made = with_options(plant, (*options.plant_options, *change))
+        Simulation(robot, made, options.seed, engine=options.engine).close()
 
 
 def report(unchanged: Sequence[Score], levels: Sequence[Level], options: BenchOptions) -> Report:

@@ -19,19 +19,6 @@ def installed(engine: str) -> bool:
     return find_spec(engine) is not None
 
 
-def require_installed(engine: str) -> None:
-    """NaoGaitError that says what to install, unless the engine is there."""
-    if engine not in ENGINES:
-        raise NaoGaitError("engine", engine, ", ".join(ENGINES))
-    if not installed(engine):
-        others = [name for name in ENGINES if installed(name)]
-        raise NaoGaitError(
-            "engine",
-            f"{engine}, which is not installed",
-            ", ".join(others) + f"; or pip install '{_INSTALL[engine]}'",
-        )
-
-
 def make_backend(
     engine: str,
     robot: RobotDescription,
@@ -50,7 +37,15 @@ def make_backend(
         NaoGaitError: the engine is unknown or not installed, or cannot honour an option of the
             plant.
     """
-    require_installed(engine)
+    if engine not in ENGINES:
+        raise NaoGaitError("engine", engine, ", ".join(ENGINES))
+    if not installed(engine):
+        others = [name for name in ENGINES if installed(name)]
+        raise NaoGaitError(
+            "engine",
+            f"{engine}, which is not installed",
+            ", ".join(others) + f"; or pip install '{_INSTALL[engine]}'",
+        )
     if engine == "mujoco":
         from sim_bridge.mujoco_backend import MujocoBackend
 

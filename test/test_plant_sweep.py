@@ -39,7 +39,7 @@ def report(monkeypatch: pytest.MonkeyPatch) -> bench.Report:
         return [RolloutResult(spec, metrics(spec)) for spec in specs]
 
     monkeypatch.setattr(bench, "run_all", run_all)
-    monkeypatch.setattr(plant_sweep, "require_installed", lambda engine: None)
+    monkeypatch.setattr(plant_sweep, "_require_accepted", lambda changes, options: None)
     return bench.plant(OPTIONS)
 
 
@@ -111,6 +111,20 @@ def test_a_sweep_that_cannot_be_is_refused(change: dict[str, Any], field: str) -
     with pytest.raises(NaoGaitError) as caught:
         bench.plant(dataclasses.replace(OPTIONS, **change))
     assert caught.value.field == field
+
+
+def test_what_the_engine_refuses_is_said_before_the_first_walk(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("mujoco")
+
+    def run_all(*_: object, **__: object) -> None:
+        pytest.fail("walked")
+
+    monkeypatch.setattr(bench, "run_all", run_all)
+    slow_servos = dataclasses.replace(OPTIONS, plant_options=(("motor.lag", 0.03),))
+    with pytest.raises(NaoGaitError, match="motor.stiffness"):
+        bench.plant(slow_servos)
 
 
 def test_all_leaves_the_long_suite_out() -> None:
