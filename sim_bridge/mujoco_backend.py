@@ -187,6 +187,7 @@ class MujocoBackend:
 
     def _sole_wrenches(self, pose: BodyPose) -> tuple[FloatArray, FloatArray]:
         data, totals = self._data, ([0.0] * 6, [0.0] * 6)
+        origins = pose.sole_position[0].tolist(), pose.sole_position[1].tolist()
         if data.ncon:
             contact, forces = data.contact, data.efc_force
             for geom, address, frame, point in zip(
@@ -203,7 +204,7 @@ class MujocoBackend:
                 fx = normal * frame[0] + first * frame[3] + second * frame[6]
                 fy = normal * frame[1] + first * frame[4] + second * frame[7]
                 fz = normal * frame[2] + first * frame[5] + second * frame[8]
-                ox, oy, oz = pose.sole_position[side].tolist()
+                ox, oy, oz = origins[side]
                 x, y, z = point[0] - ox, point[1] - oy, point[2] - oz
                 total = totals[side]
                 total[0] += fx

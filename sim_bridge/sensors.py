@@ -53,25 +53,26 @@ class SensorModel:
         velocity = (position - before) * self._rate
         self._position = position
         left, right = state.sole_wrench
+        noise = self._noise.standard_normal(6)
         return SensorFrame(
             stamp=stamp,
             joint_position=position,
             joint_velocity=velocity,
-            angular_velocity=self._gyro(state),
-            linear_acceleration=self._accelerometer(state, first),
+            angular_velocity=self._gyro(state, noise[:3]),
+            linear_acceleration=self._accelerometer(state, noise[3:], first),
             sole_load=(max(float(left[2]), 0.0), max(float(right[2]), 0.0)),
         )
 
-    def _gyro(self, state: TrueState) -> FloatArray:
+    def _gyro(self, state: TrueState, noise: FloatArray) -> FloatArray:
         rate: FloatArray = state.torso_angular_velocity @ self._imu_in_torso
         rate += self._gyro_offset
-        rate += self._noise.normal(0.0, self._sensors.gyro_noise, 3)
+        rate += noise * self._sensors.gyro_noise
         _cut(rate, self._sensors.gyro_range)
         if self._sensors.gyro_axes == 2:
             rate[2] = 0.0
         return self._mounted(rate)
 
-    def _accelerometer(self, state: TrueState, first: bool) -> FloatArray:
+    def _accelerometer(self, state: TrueState, noise: FloatArray, first: bool) -> FloatArray:
         """Mean specific force since the last sample, at the place of the IMU."""
         rotation, quaternion = state.torso_matrix, state.torso_rotation
         velocity: FloatArray = rotation @ cross(state.torso_angular_velocity, self._imu_position)
@@ -84,7 +85,7 @@ class SensorModel:
         self._imu_velocity, self._quaternion = velocity, quaternion
         reading: FloatArray = (force @ rotation) @ self._imu_in_torso
         reading += self._accel_offset
-        reading += self._noise.normal(0.0, self._sensors.accel_noise, 3)
+        reading += noise * self._sensors.accel_noise
         _cut(reading, self._sensors.accel_range)
         return self._mounted(reading)
 
@@ -104,6 +105,6 @@ def _between(first: FloatArray, second: FloatArray) -> FloatArray:
 
 def _cut(values: FloatArray, limit: float | None) -> None:
     """Cuts at +- limit, in place."""
-    if limit is not None:
+    if limit is not None and max(map(abs, values.tolist())) > limit:
         np.maximum(values, -limit, out=values)
         np.minimum(values, limit, out=values)

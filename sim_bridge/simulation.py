@@ -13,7 +13,7 @@ from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines import make_backend
 from sim_bridge.individual import draw_individual
-from sim_bridge.motors import Setpoints, TorqueLimits
+from sim_bridge.motors import Setpoints, TorqueLimits, paired
 from sim_bridge.plant import Plant
 from sim_bridge.sensors import SensorModel
 
@@ -135,7 +135,7 @@ class Simulation:
         )
         self._time = 0
         self._idle = np.zeros(3)
-        self._span = np.zeros((2, len(robot.joint_names)))
+        self._span = paired(*np.zeros((2, len(robot.joint_names))))
         self.reset()
 
     @property
@@ -270,17 +270,19 @@ def _normal_force(state: TrueState, side: int) -> float:
 
 def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
     """(2,) [m/s]: how fast the point of the sole that carries the load moved over the floor."""
-    slip = np.zeros(2)
+    slip = [0.0, 0.0]
     for side in (0, 1):
         _, _, load, along, across, _ = now.sole_wrench[side].tolist()
         if load < LOADED or before.sole_wrench[side][2] < LOADED:
             continue
-        point = np.array([-across / load, along / load, 0.0])
         turned = now.pose.sole_rotation[side] - before.pose.sole_rotation[side]
-        moved = now.pose.sole_position[side] - before.pose.sole_position[side] + turned @ point
+        moved = now.pose.sole_position[side] - before.pose.sole_position[side]
+        (xx, xy, _), (yx, yy, _), _ = turned.tolist()
         x, y, _ = moved.tolist()
-        slip[side] = math.hypot(x, y) / period
-    return slip
+        # the point, where the load acts
+        px, py = -across / load, along / load
+        slip[side] = math.hypot(x + (xx * px + xy * py), y + (yx * px + yy * py)) / period
+    return np.array(slip)
 
 
 def _start_state(
