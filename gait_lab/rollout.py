@@ -6,20 +6,20 @@ what walks over ROS. A result depends on its `RolloutSpec` alone.
 
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from gait_lab.metrics import SUPPORT_CODES, Metrics, Trace, has_fallen, measure
+from gait_lab.metrics import DOUBLE, SUPPORT_CODES, Metrics, Trace, has_fallen, measure
 from gait_lab.tasks import Task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
+from nao_lipm_gait.signals import GaitStatus, JointTargets, Pose2, VelocityCommand
 from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.simulation import GroundTruth, Simulation
 
@@ -29,6 +29,7 @@ HOLD_GAIN = 1.5
 """Heading hold: yaw rate per heading error [1/s]."""
 HOLD_LIMIT = 0.3
 """Largest yaw rate of the heading hold [rad/s]."""
+UNKNOWN = (math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,53 +59,24 @@ class RolloutResult:
 
 
 class Recorder:
-    """Collects one row per control tick into preallocated arrays."""
+    """Collects one row per control tick; the columns are made at the end, all rows at a time."""
 
-    def __init__(self, ticks: int) -> None:
-        self._rows = 0
+    def __init__(self) -> None:
+        self._truths: list[GroundTruth] = []
+        self._commands: list[VelocityCommand] = []
+        self._statuses: list[GaitStatus | None] = []
+        self._soles_in_q: list[Pose2] = []
         self._phase: tuple[str, int] | None = None
-        self._sole_in_q = (math.nan, math.nan, math.nan)
-        shapes: Mapping[str, tuple[int, ...]] = {
-            "torso_position": (3,), "torso_quaternion": (4,), "torso_velocity": (3,), "com": (3,),
-            "sole_position": (2, 3), "sole_yaw": (2,), "sole_force": (2,), "sole_slip": (2,),
-            "command": (3,), "odometry": (3,), "support_sole_in_q": (3,),
-            "com_expected_in_q": (3,), "com_measured_in_q": (3,), "com_estimated_in_q": (3,),
-        }  # fmt: skip
-        self._arrays: dict[str, np.ndarray] = {
-            name: np.full((ticks, *shape), math.nan) for name, shape in shapes.items()
-        }
-        for name in ("stamp", "saturated", "support"):
-            self._arrays[name] = np.zeros(ticks, dtype=np.int64)
-        self._arrays["status_stamp"] = np.full(ticks, -1, dtype=np.int64)
-        self._arrays["legs_touch"] = np.zeros(ticks, dtype=bool)
+        self._sole_in_q = UNKNOWN
 
     def add(
         self, truth: GroundTruth, command: VelocityCommand, status: GaitStatus | None = None
     ) -> None:
         """Append a tick; `status` is None as long as the gait has not seen a frame."""
-        row, arrays = self._rows, self._arrays
-        arrays["stamp"][row] = truth.stamp
-        arrays["torso_position"][row] = truth.torso_position
-        arrays["torso_quaternion"][row] = truth.torso_quaternion
-        arrays["torso_velocity"][row] = truth.torso_linear_velocity_in_torso
-        arrays["com"][row] = truth.com
-        for side, sole in enumerate(truth.soles):
-            arrays["sole_position"][row, side] = sole.position
-            arrays["sole_yaw"][row, side] = math.atan2(sole.rotation[1, 0], sole.rotation[0, 0])
-        arrays["sole_force"][row] = truth.sole_force
-        arrays["sole_slip"][row] = truth.sole_slip
-        arrays["legs_touch"][row] = truth.legs_touch
-        arrays["saturated"][row] = truth.torque_saturated
-        arrays["command"][row] = (command.x, command.y, command.yaw)
-        if status is not None:
-            arrays["odometry"][row] = status.base_footprint_in_odom
-            arrays["status_stamp"][row] = status.stamp
-            arrays["support"][row] = SUPPORT_CODES[status.support]
-            arrays["support_sole_in_q"][row] = self._support_sole_in_q(status)
-            arrays["com_expected_in_q"][row] = status.com_expected_in_q
-            arrays["com_measured_in_q"][row] = status.com_measured_in_q
-            arrays["com_estimated_in_q"][row] = status.com_estimated_in_q
-        self._rows += 1
+        self._truths.append(truth)
+        self._commands.append(command)
+        self._statuses.append(status)
+        self._soles_in_q.append(UNKNOWN if status is None else self._support_sole_in_q(status))
 
     def _support_sole_in_q(self, status: GaitStatus) -> tuple[float, float, float]:
         # Soles are given as commanded, ahead of the measurement by the delay: at the end of a phase
@@ -116,12 +88,41 @@ class Recorder:
         return self._sole_in_q
 
     def trace(self) -> Trace:
-        return Trace(**{f.name: self._arrays[f.name][: self._rows] for f in fields(Trace)})
+        truths, statuses = self._truths, self._statuses
+
+        def seen(value: Callable[[GaitStatus], Any], unseen: Any) -> np.ndarray:
+            return np.array([unseen if each is None else value(each) for each in statuses])
+
+        return Trace(
+            stamp=np.array([t.stamp for t in truths]),
+            torso_position=np.array([t.torso_position for t in truths]),
+            torso_quaternion=np.array([t.torso_quaternion for t in truths]),
+            torso_velocity=np.array([t.torso_linear_velocity_in_torso for t in truths]),
+            com=np.array([t.com for t in truths]),
+            sole_position=np.array([[sole.position for sole in t.soles] for t in truths]),
+            sole_yaw=np.array([[_yaw(sole.rotation) for sole in t.soles] for t in truths]),
+            sole_force=np.array([t.sole_force for t in truths]),
+            sole_slip=np.array([t.sole_slip for t in truths]),
+            legs_touch=np.array([t.legs_touch for t in truths]),
+            saturated=np.array([t.torque_saturated for t in truths]),
+            command=np.array([(c.x, c.y, c.yaw) for c in self._commands]),
+            odometry=seen(lambda s: s.base_footprint_in_odom, UNKNOWN),
+            status_stamp=seen(lambda s: s.stamp, -1),
+            support=seen(lambda s: SUPPORT_CODES[s.support], DOUBLE),
+            support_sole_in_q=np.array(self._soles_in_q),
+            com_expected_in_q=seen(lambda s: s.com_expected_in_q, UNKNOWN),
+            com_measured_in_q=seen(lambda s: s.com_measured_in_q, UNKNOWN),
+            com_estimated_in_q=seen(lambda s: s.com_estimated_in_q, UNKNOWN),
+        )
+
+
+def _yaw(rotation: np.ndarray) -> float:
+    return math.atan2(rotation[1, 0], rotation[0, 0])
 
 
 def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
     if status.support == "double":
-        return math.nan, math.nan, math.nan
+        return UNKNOWN
     sole = status.left_sole_in_odom if status.support == "left" else status.right_sole_in_odom
     qx, qy, q_yaw = status.q_in_odom
     dx, dy = sole[0] - qx, sole[1] - qy
@@ -157,7 +158,7 @@ def _walk(simulation: Simulation, gait: Gait, spec: RolloutSpec) -> Trace:
     task = spec.task
     began = simulation.time
     ticks = math.ceil(task.end / CONTROL_PERIOD - 1e-6)
-    recorder = Recorder(ticks + 1)
+    recorder = Recorder()
     targets: JointTargets | None = None
     status: GaitStatus | None = None
     heading: float | None = None

@@ -26,8 +26,10 @@ class Setpoints:
         speed = np.asarray(robot.velocity_limit, dtype=float)
         self._stride = speed * period if plant.motor.speed_limit else np.full(len(speed), np.inf)
         self._zero = individual.joint_zero
-        self._leader = [robot.index(leader) for leader, _ in robot.coupled_joints]
-        self._follower = [robot.index(follower) for _, follower in robot.coupled_joints]
+        self._coupled = [
+            (robot.index(leader), robot.index(follower))
+            for leader, follower in robot.coupled_joints
+        ]
         self._shares = (np.arange(substeps) + 1.0)[:, None] / substeps
         self.current: FloatArray = np.zeros(len(self._lower))
         """(n,) [rad] where the setpoints stand, without zero errors."""
@@ -38,7 +40,8 @@ class Setpoints:
     def advance(self, target: FloatArray) -> Iterator[FloatArray]:
         """(n,) [rad] setpoints of true angles, one per physics step of this control period."""
         target = np.minimum(np.maximum(target, self._lower), self._upper)
-        target[self._follower] = target[self._leader]  # the shared motor obeys the leader
+        for leader, follower in self._coupled:
+            target[follower] = target[leader]  # the shared motor obeys the leader
         change = np.minimum(np.maximum(target - self.current, -self._stride), self._stride)
         setpoints = self.current + self._zero + self._shares * change
         self.current = self.current + change

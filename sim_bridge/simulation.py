@@ -169,7 +169,7 @@ class Simulation:
         """
         if targets is not None:
             self._accept(targets)
-        for setpoint in self._setpoints.advance(self._target.copy()):
+        for setpoint in self._setpoints.advance(self._target):
             push = self._idle
             if self._push_steps > 0:
                 self._push_steps -= 1
