@@ -189,7 +189,7 @@ class MujocoBackend:
         data, totals = self._data, ([0.0] * 6, [0.0] * 6)
         origins = pose.sole_position[0].tolist(), pose.sole_position[1].tolist()
         if data.ncon:
-            contact, forces = data.contact, data.efc_force
+            contact, forces = data.contact, data.efc_force.tolist()
             for geom, address, frame, point in zip(
                 contact.geom2.tolist(),
                 contact.efc_address.tolist(),
@@ -200,7 +200,7 @@ class MujocoBackend:
                 side = self._sole_of_geom.get(geom)
                 if side is None or address < 0:
                     continue
-                normal, first, second = forces[address : address + 3].tolist()
+                normal, first, second = forces[address : address + 3]
                 fx = normal * frame[0] + first * frame[3] + second * frame[6]
                 fy = normal * frame[1] + first * frame[4] + second * frame[7]
                 fz = normal * frame[2] + first * frame[5] + second * frame[8]
@@ -213,11 +213,10 @@ class MujocoBackend:
                 total[3] += y * fz - z * fy
                 total[4] += z * fx - x * fz
                 total[5] += x * fy - y * fx
-        left, right = (
-            (np.array(total).reshape(2, 3) @ to_world).ravel()
-            for to_world, total in zip(pose.sole_rotation, totals, strict=True)
+        return (
+            _turned_back(totals[0], pose.sole_rotation[0]),
+            _turned_back(totals[1], pose.sole_rotation[1]),
         )
-        return left, right
 
     def _compile(self) -> mujoco.MjModel:
         spec = mujoco.MjSpec()
@@ -422,6 +421,22 @@ class MujocoBackend:
             for side, sole in enumerate(self._body.soles)
             for name in self._geoms[sole.name]
         }
+
+
+def _turned_back(wrench: list[float], rotation: FloatArray) -> FloatArray:
+    """(6,) a wrench in the world's axes, in those that `rotation` (3, 3) turns to the world."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rotation.tolist()
+    fx, fy, fz, tx, ty, tz = wrench
+    return np.array(
+        (
+            fx * ax + fy * bx + fz * cx,
+            fx * ay + fy * by + fz * cy,
+            fx * az + fy * bz + fz * cz,
+            tx * ax + ty * bx + tz * cx,
+            tx * ay + ty * by + tz * cy,
+            tx * az + ty * bz + tz * cz,
+        )
+    )
 
 
 def _rotor_inertia(robot: RobotDescription, plant: Plant) -> FloatArray:
