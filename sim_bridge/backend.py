@@ -74,7 +74,11 @@ class Backend(Protocol):
 
 def rotation_matrix(quaternion: FloatArray) -> FloatArray:
     """(3, 3) of a unit quaternion x y z w."""
-    x, y, z, w = quaternion.tolist()
+    return rotation_of(*quaternion.tolist())
+
+
+def rotation_of(x: float, y: float, z: float, w: float) -> FloatArray:
+    """(3, 3) of the unit quaternion x y z w."""
     # One flat row and a reshape: nested lists take numpy twice as long.
     return np.array(
         (

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.backend import StartState, TrueState, rotation_matrix
+from sim_bridge.backend import StartState, TrueState, rotation_of
 from sim_bridge.body import CONTACT_RADIUS, Body, BodyPose, Link, Shape, Sole
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
@@ -151,7 +151,7 @@ class MujocoBackend:
         data = self._data
         w, x, y, z = data.qpos[3:7].tolist()
         quaternion = np.array([x, y, z, w])
-        rotation = rotation_matrix(quaternion)
+        rotation = rotation_of(x, y, z, w)
         position = data.qpos[:3].copy()
         angles, speeds = data.qpos[self._motor_q].copy(), data.qvel[self._motor_v].copy()
         if len(self._play):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from nao_lipm_gait.signals import FloatArray, SensorFrame
-from sim_bridge.backend import TrueState, cross, rotation_matrix
+from sim_bridge.backend import TrueState, cross, rotation_of
 from sim_bridge.body import Body
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
@@ -100,7 +100,7 @@ def _between(first: FloatArray, second: FloatArray) -> FloatArray:
     sign = 1.0 if a * x + b * y + c * z + d * w >= 0.0 else -1.0
     x, y, z, w = x + sign * a, y + sign * b, z + sign * c, w + sign * d
     size = math.sqrt(x * x + y * y + z * z + w * w)
-    return rotation_matrix(np.array([x / size, y / size, z / size, w / size]))
+    return rotation_of(x / size, y / size, z / size, w / size)
 
 
 def _cut(values: FloatArray, limit: float | None) -> None:

@@ -40,8 +40,9 @@ def rotation_rows(roll: float, pitch: float, yaw: float) -> Rows:
     )
 
 
-def _into(rows: Rows, x: float, y: float, z: float) -> Point3:
+def _into(rows: Rows, vector: Point3) -> Point3:
     """R^T v."""
+    x, y, z = vector
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rows
     return ax * x + bx * y + cx * z, ay * x + by * y + cy * z, az * x + bz * y + cz * z
 
@@ -141,7 +142,7 @@ def _in_torso(
 ) -> SolePose:
     forward, normal = axes
     return SolePose(
-        _into(rows, sole.x - torso[0], sole.y - torso[1], sole.z - torso[2]),
-        _into(rows, *forward),
-        _into(rows, *normal),
+        _into(rows, (sole.x - torso[0], sole.y - torso[1], sole.z - torso[2])),
+        _into(rows, forward),
+        _into(rows, normal),
     )

@@ -113,10 +113,11 @@ class SharedHipLegs:
         hip_roll = atan2(ay, -az)
         lateral = hypot(ay, az)
         reach = hypot(ax, lateral)
-        reach_error = max(0.0, reach - self._longest)
-        if reach_error > 0.0:
+        if reach > self._longest:
+            reach_error = reach - self._longest
             knee = 0.0
         else:
+            reach_error = 0.0
             cosine = (reach * reach - thigh * thigh - tibia * tibia) / (2.0 * thigh * tibia)
             knee = acos(min(max(cosine, -1.0), 1.0))
         # The leg swings back by the hip pitch from the line to the ankle, by the knee's share.
