@@ -58,10 +58,13 @@ class Segment(NamedTuple):
 def follow(state: WalkState, segments: Iterable[Segment], k: float) -> WalkState:
     """The state at the end of segments: r + x(t), eq (10), and the change to Q-bar where due."""
     _, x, y, vx, vy, *_ = state
+    shared, c, s = 0.0, 1.0, 0.0
     for duration, origin_x, origin_y, change in segments:
-        # `pendulum.advance` written out: both axes share the time, and this runs many times a tick.
-        c = cosh(k * duration)
-        s = sinh(k * duration)
+        # `pendulum.advance` written out: both axes, and mostly all segments, share the time.
+        if duration != shared:
+            c = cosh(k * duration)
+            s = sinh(k * duration)
+            shared = duration
         dx = x - origin_x
         dy = y - origin_y
         x, vx = origin_x + (dx * c + vx * s / k), dx * k * s + vx * c
