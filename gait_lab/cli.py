@@ -47,10 +47,10 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
 
 
 def _bench(arguments: argparse.Namespace) -> int:
-    from gait_lab import bench
+    from gait_lab import bench, suites
     from sim_bridge.plant import parse_options
 
-    usual = bench.SUITES[bench.suites(arguments.suite)[0]]
+    usual = suites.SUITES[suites.named(arguments.suite)[0]]
     options = bench.BenchOptions(
         robots=usual.robots if arguments.robots is None else arguments.robots,
         seed=arguments.seed,
@@ -65,7 +65,7 @@ def _bench(arguments: argparse.Namespace) -> int:
         hold_heading=arguments.hold_heading,
         jobs=arguments.jobs,
     )
-    bench.run(
+    suites.run(
         arguments.suite,
         options,
         preset=arguments.preset,

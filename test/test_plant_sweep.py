@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gait_lab import bench, cli, plant_sweep
+from gait_lab import bench, cli, plant_sweep, suites
 from gait_lab.metrics import Metrics
 from gait_lab.plant_sweep import INGREDIENTS, Ingredient
 from gait_lab.rollout import RolloutResult, RolloutSpec, rollout
@@ -40,7 +40,7 @@ def report(monkeypatch: pytest.MonkeyPatch) -> bench.Report:
 
     monkeypatch.setattr(bench, "run_all", run_all)
     monkeypatch.setattr(plant_sweep, "_require_accepted", lambda changes, options: None)
-    return bench.plant(OPTIONS)
+    return plant_sweep.sweep(OPTIONS)
 
 
 def values(report: bench.Report) -> dict[str, float | None]:
@@ -109,7 +109,7 @@ def test_values_are_given_in_their_own_unit() -> None:
 )
 def test_a_sweep_that_cannot_be_is_refused(change: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError) as caught:
-        bench.plant(dataclasses.replace(OPTIONS, **change))
+        plant_sweep.sweep(dataclasses.replace(OPTIONS, **change))
     assert caught.value.field == field
 
 
@@ -124,19 +124,19 @@ def test_what_the_engine_refuses_is_said_before_the_first_walk(
     monkeypatch.setattr(bench, "run_all", run_all)
     slow_servos = dataclasses.replace(OPTIONS, plant_options=(("motor.lag", 0.03),))
     with pytest.raises(NaoGaitError, match="motor.stiffness"):
-        bench.plant(slow_servos)
+        plant_sweep.sweep(slow_servos)
 
 
 def test_all_leaves_the_long_suite_out() -> None:
-    assert bench.suites("all") == ("speed", "compute")
-    assert bench.suites("plant") == ("plant",)
+    assert suites.named("all") == ("speed", "compute")
+    assert suites.named("plant") == ("plant",)
 
 
 def test_the_command_line_fills_in_what_the_suite_usually_runs_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[bench.BenchOptions] = []
-    monkeypatch.setattr(bench, "run", lambda suite, options, **_: asked.append(options))
+    monkeypatch.setattr(suites, "run", lambda suite, options, **_: asked.append(options))
     assert cli.main(["bench", "plant", "--plant-set", "motor.play=0.035"]) == 0
     assert cli.main(["bench", "speed", "--robots", "3"]) == 0
     plant, speed = asked

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab import bench
+from gait_lab import bench, suites
 from gait_lab.metrics import Metrics, Trace
 from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
-from gait_lab.tasks import TASKS, Task, walk
+from gait_lab.tasks import TASKS, Task, find_task, walk
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
@@ -90,7 +90,7 @@ def metrics(**changes: Any) -> Metrics:
 
 
 def score(*scored: Metrics, name: str = "back") -> bench.Score:
-    task = bench.find_task(name)
+    task = find_task(name)
     return bench.Score(task, True, tuple(RolloutResult(RolloutSpec(task), m) for m in scored))
 
 
@@ -122,7 +122,7 @@ def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:
     options = bench.BenchOptions(
         robots=1, seed=-1, tasks=("forward=10",), window=0.5, jobs=1, show=False
     )
-    bench.run("speed", options, json_file=tmp_path / "rows.json", out=said.append)
+    suites.run("speed", options, json_file=tmp_path / "rows.json", out=said.append)
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert set(rows[0]) == {
         "suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"
@@ -140,11 +140,11 @@ def test_compute_measures_ticks_and_rollouts() -> None:
 
 
 def test_settings_are_typed_and_checked() -> None:
-    parameters = bench.overridden(GaitParameters(), ["swing_lift=0.03", "feedback=false"])
+    parameters = suites.overridden(GaitParameters(), ["swing_lift=0.03", "feedback=false"])
     assert parameters.swing_lift == 0.03 and parameters.feedback is False
     for bad in ("swing_lift", "nothing=1", "swing_lift=high", "swing_lift=9", "feedback=1"):
         with pytest.raises(NaoGaitError):
-            bench.overridden(GaitParameters(), [bad])
+            suites.overridden(GaitParameters(), [bad])
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,104 @@
+"""The suites of `nao_gait bench`: which there are, what they run on, and running them."""
+
+import json
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from gait_lab.bench import BenchOptions, Report, compute, speed
+from gait_lab.plant_sweep import sweep
+from gait_lab.tasks import find_task
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
+from nao_lipm_gait.robot_description import load_robot
+from sim_bridge.plant import load_plant, with_options
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """A benchmark and what it runs on unless told otherwise."""
+
+    measure: Callable[[BenchOptions], Report]
+    robots: int = 8
+    window: float = 20.0
+    engine: str = "pybullet"
+    in_all: bool = True
+
+
+SUITES = {
+    "speed": Suite(speed),
+    "compute": Suite(compute),
+    # Not in `all`: hundreds of walks, and an engine that not everybody has.
+    "plant": Suite(sweep, robots=2, window=5.0, engine="mujoco", in_all=False),
+}
+
+
+def named(name: str) -> tuple[str, ...]:
+    """The suites behind a name; `all` is every one but the long ones."""
+    if name == "all":
+        return tuple(key for key, suite in SUITES.items() if suite.in_all)
+    if name not in SUITES:
+        raise NaoGaitError("suite", name, f"one of {', '.join(SUITES)}, all")
+    return (name,)
+
+
+def overridden(parameters: GaitParameters, settings: Iterable[str]) -> GaitParameters:
+    """Parameters with `name=value` settings applied, as typed on a command line."""
+    changes: dict[str, float | bool] = {}
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        parameter = BY_NAME.get(name)
+        if parameter is None or not equals:
+            raise NaoGaitError("set", setting, f"name=value, name one of {', '.join(BY_NAME)}")
+        words = {"true": True, "false": False}
+        if parameter.is_switch:
+            if text.lower() not in words:
+                raise NaoGaitError(name, text, parameter.allowed)
+            changes[name] = words[text.lower()]
+        else:
+            try:
+                changes[name] = float(text)
+            except ValueError:
+                raise NaoGaitError(name, text, parameter.allowed) from None
+    return parameters.replace(**changes)
+
+
+def run(
+    suite: str,
+    options: BenchOptions,
+    *,
+    preset: str = "default",
+    settings: Sequence[str] = (),
+    json_file: Path | None = None,
+    out: Callable[[str], None] = print,
+) -> None:
+    """Run a suite (or all), print its tables and write its JSON."""
+    names = named(suite)
+    options = replace(options, parameters=overridden(load_preset(preset), settings))
+    # What is wrong with the input shall be said before the work, not after it.
+    load_robot(options.urdf)
+    with_options(load_plant(options.plant), options.plant_options)
+    for task in options.tasks:
+        find_task(task)
+    if json_file is not None:
+        _check_writable(json_file)
+    rows: list[dict[str, Any]] = []
+    for name in names:
+        began = time.monotonic()
+        report = SUITES[name].measure(options)
+        rows += report.as_json(options)
+        out(f"{report.text}\n{name}: took {time.monotonic() - began:.0f} s\n")
+    if json_file is not None:
+        json_file.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        out(f"wrote {json_file}")
+
+
+def _check_writable(path: Path) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("a", encoding="utf-8"):
+            pass
+    except OSError as error:
+        raise NaoGaitError("json", str(path), f"a file that can be written ({error})") from error
