@@ -1,20 +1,19 @@
-"""Bags: written as rosbag2 folders with MCAP inside, from serialised messages as they come in.
+"""Bags: written as rosbag2 folders with MCAP or sqlite3 inside, from serialised messages.
 
-`BagWriter` knows no ROS graph; `TopicRecorder` feeds one from raw subscriptions; `read_bag` reads
-any rosbag2 bag. `ros2 bag info` and `ros2 bag play` read what is written here.
+`BagWriter` knows no ROS graph; `TopicRecorder` feeds one from raw subscriptions. `ros2 bag info`
+and `ros2 bag play` read what is written here; `bag_reading` reads it back.
 """
 
 import importlib
 import math
 import struct
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -25,17 +24,18 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
-from rosbags.typesys import Stores, get_typestore
+from rosbags.rosbag2.storage_mcap import McapWriter
 
+from gait_lab.bag_reading import TYPES
 from nao_lipm_gait.errors import NaoGaitError
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-TYPES = get_typestore(Stores.ROS2_JAZZY)
 CLOCK = "rosgraph_msgs/msg/Clock"
-SYNC_PERIOD = 2.0
+SYNC_PERIOD = 0.5
 """Seconds of wall time that a killed process may lose."""
+STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 DISCOVERY_PERIOD = 0.5
 """Seconds of wall time between two looks for new topics."""
 
@@ -43,18 +43,21 @@ _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
 
 
 class BagWriter:
-    """A rosbag2 folder with an MCAP file, complete also when the recording ends by an error.
+    """A rosbag2 folder, complete also when the recording ends by an error.
 
-    A killed process loses the last seconds and the index; `ros2 bag reindex` then restores it.
+    A killed process loses the last moment and metadata.yaml: `read_bag` does without, for the tools
+    of ROS `ros2 bag reindex` makes it again.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, storage: str = "mcap") -> None:
         """Create the bag; NaoGaitError if the folder exists or cannot be made."""
+        if storage not in STORAGES:
+            raise NaoGaitError("storage", storage, f"one of {', '.join(STORAGES)}")
         self.path = path
         self._connections: dict[str, Connection] = {}
         self._counts: dict[str, int] = {}
         try:
-            self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer = Writer(path, version=9, storage_plugin=STORAGES[storage])
             self._writer.open()
         except (OSError, WriterError) as error:
             raise NaoGaitError("bag", str(path), f"a new folder ({error})") from error
@@ -90,22 +93,30 @@ class BagWriter:
         """Append a serialised (CDR) message; stamp in ns."""
         self._writer.write(self._connections[topic], stamp, data)
         self._counts[topic] += 1
-        now = time.monotonic()
-        if now - self._synced > SYNC_PERIOD:
-            self._synced = now
-            self._sync()
+        self.sync()
 
     @property
     def counts(self) -> Mapping[str, int]:
         """Messages written by topic."""
         return self._counts
 
-    def _sync(self) -> None:
-        # rosbags keeps up to 1 MB in memory and has no flush: close its chunk early.
+    def sync(self) -> None:
+        """Hand to the operating system what has waited for `SYNC_PERIOD`; call it now and then."""
+        now = time.monotonic()
+        if now - self._synced <= SYNC_PERIOD:
+            return
+        self._synced = now
         storage: Any = self._writer.storage
-        if storage is not None and storage.chunk.bio.tell():
-            storage.close_chunk()
-            storage.bio.flush()
+        if storage is None:
+            return
+        # rosbags has no flush. Its MCAP writer keeps up to 1 MB in memory: close the chunk early.
+        # Its sqlite3 writer keeps one transaction open to the end: commit it, begin another.
+        if isinstance(storage, McapWriter):
+            if storage.chunk.bio.tell():
+                storage.close_chunk()
+                storage.bio.flush()
+        else:
+            storage.conn.commit()
 
     def close(self) -> None:
         """Write the index and metadata.yaml; a second call does nothing."""
@@ -257,33 +268,13 @@ class TopicRecorder:
         self._waiting.clear()
 
 
-def read_bag(path: Path, topics: Iterable[str] | None = None) -> dict[str, list[tuple[int, Any]]]:
-    """(log time [ns], message) of each topic, in the order of the log; all topics if None.
-
-    A topic that the bag lacks gives an empty list. Raises NaoGaitError for what is no bag.
-    """
-    wanted = None if topics is None else set(topics)
-    found: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in wanted or ()}
-    try:
-        with AnyReader([path], default_typestore=TYPES) as reader:
-            chosen = [c for c in reader.connections if wanted is None or c.topic in wanted]
-            for connection in chosen:
-                found.setdefault(connection.topic, [])
-            # Without connections the reader would return every message.
-            for connection, stamp, data in reader.messages(chosen) if chosen else ():
-                message = reader.deserialize(data, connection.msgtype)
-                found[connection.topic].append((stamp, message))
-    except (AnyReaderError, OSError) as error:
-        raise NaoGaitError("bag", str(path), f"a folder that rosbag2 wrote ({error})") from error
-    return found
-
-
 def record(
     out: Path,
     *,
     topics: tuple[str, ...] = (),
     duration: float | None = None,
     simulated_time: bool | None = None,
+    storage: str = "mcap",
     say: Callable[[str], None] = print,
 ) -> int:
     """`nao_gait record`: all topics (or those named) until Ctrl-C or `duration` s of wall time.
@@ -301,7 +292,7 @@ def record(
         node = rclpy.create_node("nao_gait_record")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        with BagWriter(out) as writer:
+        with BagWriter(out, storage) as writer:
             if simulated_time is None:
                 simulated_time = _sees_clock(node, executor)
             recorder = TopicRecorder(node, writer, simulated_time=simulated_time)
@@ -319,6 +310,7 @@ def record(
                         for topic, reason in recorder.add_new_topics(wanted):
                             say(f"not recorded: {topic}: {reason}")
                     executor.spin_once(timeout_sec=min(0.2, end - now))
+                    writer.sync()
             except (KeyboardInterrupt, ExternalShutdownException):
                 pass
             recorder.close()

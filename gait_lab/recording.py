@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_lab.bag import read_bag
+from gait_lab.bag_reading import read_bag
 from nao_lipm_gait.signals import FloatArray
 
 TRUTH = "/ground_truth/odom"

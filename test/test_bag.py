@@ -1,5 +1,11 @@
-"""Bags are written and read back by two independent readers."""
+"""Bags are written and read back by two independent readers, whole and broken."""
 
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +15,8 @@ import yaml
 
 pytest.importorskip("rosbags")
 
-from gait_lab.bag import CLOCK, TYPES, BagWriter, message_class, read_bag, stamp_of  # noqa: E402
+from gait_lab.bag import CLOCK, BagWriter, message_class, stamp_of  # noqa: E402
+from gait_lab.bag_reading import TYPES, open_bag, read_bag  # noqa: E402
 from nao_lipm_gait.errors import NaoGaitError  # noqa: E402
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -34,8 +41,8 @@ def text(value: str) -> bytes:
     return bytes(TYPES.serialize_cdr(TYPES.types[STRING](data=value), STRING))
 
 
-def write(path: Path, ticks: int = 5) -> None:
-    with BagWriter(path) as writer:
+def write(path: Path, ticks: int = 5, storage: str = "mcap") -> None:
+    with BagWriter(path, storage) as writer:
         writer.add_topic("/robot_description", STRING, latched=True)
         writer.add_topic("/joint_states", JOINT_STATE)
         writer.add_topic("/joint_command", JOINT_STATE)
@@ -49,8 +56,9 @@ def write(path: Path, ticks: int = 5) -> None:
         }  # fmt: skip
 
 
-def test_a_bag_reads_back(tmp_path: Path) -> None:
-    write(tmp_path / "bag")
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_bag_reads_back(tmp_path: Path, storage: str) -> None:
+    write(tmp_path / "bag", storage=storage)
     found = read_bag(tmp_path / "bag", ("/joint_states", "/robot_description", "/absent"))
     assert [stamp for stamp, _ in found["/joint_states"]] == [n * 10_000_000 for n in range(5)]
     assert found["/joint_states"][3][1].position == pytest.approx([3e7, 3e7 + 1, 3e7 + 2])
@@ -94,27 +102,150 @@ def test_an_error_while_recording_keeps_what_was_recorded(tmp_path: Path) -> Non
     assert read_bag(tmp_path / "bag")["/text"][0][1].data == "kept"
 
 
-def test_a_killed_recording_leaves_its_synced_messages(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("mcap")
-    from mcap.exceptions import EndOfFile
-    from mcap.stream_reader import StreamReader
+KILLED = """
+import sys
+sys.path.insert(0, "test")
+from pathlib import Path
+from test_bag import STRING, text
+import gait_lab.bag
+gait_lab.bag.SYNC_PERIOD = -1.0  # sync at every message
+writer = gait_lab.bag.BagWriter(Path(sys.argv[1]), sys.argv[2])
+writer.add_topic("/text", STRING)
+for number in range(100):
+    writer.write("/text", number, text(f"kept {number}"))
+print("written", flush=True)
+sys.stdin.read()
+"""
 
-    monkeypatch.setattr("gait_lab.bag.SYNC_PERIOD", -1.0)  # sync at every message
-    writer = BagWriter(tmp_path / "bag")
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_killed_recording_opens_without_metadata(tmp_path: Path, storage: str) -> None:
+    """kill -9: no index, no metadata.yaml, and nothing of what was handed over is lost."""
+    root = Path(__file__).resolve().parents[1]
+    with subprocess.Popen(
+        [sys.executable, "-c", KILLED, str(tmp_path / "bag"), storage],
+        cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        assert process.stdout.readline() == "written\n"
+        os.kill(process.pid, signal.SIGKILL)
+    assert not (tmp_path / "bag" / "metadata.yaml").exists()
+    before = sorted((f.name, f.stat().st_size) for f in (tmp_path / "bag").iterdir())
+    bag = open_bag(tmp_path / "bag")
+    assert [message.data for _, message in bag.messages["/text"]] == [
+        f"kept {number}" for number in range(100)
+    ]
+    assert "metadata.yaml is missing" in bag.remarks[0]
+    assert sorted((f.name, f.stat().st_size) for f in (tmp_path / "bag").iterdir()) == before
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_waiting_messages_reach_the_disk_without_a_further_one(
+    tmp_path: Path, storage: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gait_lab.bag.SYNC_PERIOD", 1e9)
+    writer = BagWriter(tmp_path / "bag", storage)
     writer.add_topic("/text", STRING)
-    for number in range(3):
-        writer.write("/text", number, text("kept"))
-    copy = tmp_path / "as_if_killed.mcap"
-    copy.write_bytes((tmp_path / "bag" / "bag.mcap").read_bytes())
-    with copy.open("rb") as file:
-        records = []
-        with pytest.raises(EndOfFile):  # no index: the stream just ends
-            for record in StreamReader(file).records:
-                records.append(type(record).__name__)
-    assert records.count("Message") == 3 and "Schema" in records
+    writer.write("/text", 1, text("waits"))
+    assert not open_bag(tmp_path / "bag").messages.get("/text")
+    monkeypatch.setattr("gait_lab.bag.SYNC_PERIOD", 0.0)
+    writer.sync()
+    assert open_bag(tmp_path / "bag").messages["/text"][0][1].data == "waits"
     writer.close()
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_truncated_bag_gives_its_beginning(tmp_path: Path, storage: str) -> None:
+    write(tmp_path / "bag", ticks=9000, storage=storage)
+    (file,) = (f for f in (tmp_path / "bag").iterdir() if f.suffix in (".mcap", ".db3"))
+    whole = file.stat().st_size
+    os.truncate(file, 7 * whole // 10)
+    bag = open_bag(tmp_path / "bag", ("/joint_states",))
+    found = [stamp // 10_000_000 for stamp, _ in bag.messages["/joint_states"]]
+    assert 3000 < len(found) < 9000
+    assert found == list(range(len(found)))
+    assert any("breaks off after" in remark for remark in bag.remarks)
+
+
+def test_a_lone_file_is_a_bag(tmp_path: Path) -> None:
+    write(tmp_path / "bag")
+    write(tmp_path / "other", storage="sqlite3")
+    for file in (tmp_path / "bag" / "bag.mcap", tmp_path / "other" / "other.db3"):
+        bag = open_bag(file)
+        assert len(bag.messages["/joint_states"]) == 5 and bag.remarks == ()
+
+
+@pytest.mark.parametrize("mode", ["FILE", "MESSAGE", "STORAGE"])
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_compressed_bags_are_read(tmp_path: Path, storage: str, mode: str) -> None:
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
+
+    from gait_lab.bag import STORAGES
+
+    if (storage, mode) == ("sqlite3", "STORAGE"):
+        pytest.skip("sqlite3 has no compression of its own")
+    writer = Writer(tmp_path / "bag", version=9, storage_plugin=STORAGES[storage])
+    writer.set_compression(getattr(CompressionMode, mode), CompressionFormat.ZSTD)
+    with writer:
+        connection = writer.add_connection("/text", STRING, typestore=TYPES)
+        for number in range(20):
+            writer.write(connection, number, text(f"packed {number}"))
+    bag = open_bag(tmp_path / "bag")
+    assert bag.messages["/text"][19][1].data == "packed 19" and bag.remarks == ()
+    if mode == "FILE":
+        (tmp_path / "bag" / "metadata.yaml").unlink()
+        assert len(open_bag(tmp_path / "bag").messages["/text"]) == 20
+
+
+def test_messages_that_end_in_empty_arrays_are_read(tmp_path: Path) -> None:
+    """DDS fills these up to a multiple of 8 bytes."""
+    serialization = pytest.importorskip("rclpy.serialization")
+    from sensor_msgs.msg import JointState
+
+    data = serialization.serialize_message(JointState(name=["a"], position=[0.5]))
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic("/joint_command", JOINT_STATE)
+        writer.write("/joint_command", 0, data)
+    ((_, message),) = read_bag(tmp_path / "bag")["/joint_command"]
+    assert list(message.position) == [0.5] and len(message.effort) == 0
+
+
+def test_messages_of_an_unknown_or_wrong_type_are_counted_not_read(tmp_path: Path) -> None:
+    write(tmp_path / "bag", storage="sqlite3")
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    with sqlite3.connect(tmp_path / "bag" / "bag.db3") as base:
+        base.execute("UPDATE topics SET type = 'my_msgs/msg/Own' WHERE name = '/joint_command'")
+        base.execute("UPDATE messages SET data = x'00010000' WHERE id = 2")
+    bag = open_bag(tmp_path / "bag")
+    assert bag.topics["/joint_command"].count == 5 and bag.messages["/joint_command"] == []
+    assert len(bag.messages["/joint_states"]) == 4
+    remarks = "\n".join(bag.remarks)
+    assert "/joint_command: 5 of 5 messages (my_msgs/msg/Own) unreadable" in remarks
+    assert "/joint_states: 1 of 5 messages" in remarks
+
+
+def test_what_is_no_bag_is_refused_in_words(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "text.txt").write_text("no bag")
+    (tmp_path / "text.mcap").write_text("no bag")
+    (tmp_path / "folder").mkdir()
+    shutil.copy(tmp_path / "text.txt", tmp_path / "folder" / "notes.txt")
+    for name, found in (
+        ("empty", "an empty folder"),
+        ("nowhere", "does not exist"),
+        ("text.txt", "a file ending in .txt"),
+        ("text.mcap", "a file that begins with"),
+        ("folder", "a folder with notes.txt"),
+    ):
+        with pytest.raises(NaoGaitError, match=found):
+            open_bag(tmp_path / name)
+
+
+def test_a_file_of_no_bytes_is_told(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag_0.mcap").touch()
+    bag = open_bag(tmp_path / "bag")
+    assert bag.topics == {} and "bag_0.mcap is empty" in bag.remarks
 
 
 def test_clock_stamps_are_read_from_the_wire() -> None:
@@ -127,6 +258,8 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     write(tmp_path / "bag")
     with pytest.raises(NaoGaitError, match="^bag: .*a new folder"):
         BagWriter(tmp_path / "bag")
+    with pytest.raises(NaoGaitError, match="storage: .*mcap, sqlite3"):
+        BagWriter(tmp_path / "other", "tape")
     with BagWriter(tmp_path / "other") as writer, pytest.raises(NaoGaitError, match="topic /x"):
         writer.add_topic("/x", "my_msgs/msg/Unknown")
     with pytest.raises(NaoGaitError, match="rosbag2 wrote"):
