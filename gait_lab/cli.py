@@ -47,27 +47,31 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
 
 
 def _bench(arguments: argparse.Namespace) -> int:
-    from gait_lab import bench, suites
+    from gait_lab.bench import suites
     from sim_bridge.plant import parse_options
 
-    usual = suites.SUITES[suites.named(arguments.suite)[0]]
-    options = bench.BenchOptions(
-        robots=usual.robots if arguments.robots is None else arguments.robots,
-        seed=arguments.seed,
-        engine=usual.engine if arguments.engine is None else arguments.engine,
-        plant=arguments.plant,
-        plant_options=parse_options(arguments.plant_settings),
-        urdf=arguments.urdf,
-        tasks=tuple(arguments.task or bench.SPEED_TASKS),
-        window=usual.window if arguments.seconds is None else arguments.seconds,
-        ingredients=tuple(arguments.ingredient),
-        open_loop=arguments.open_loop,
-        hold_heading=arguments.hold_heading,
-        jobs=arguments.jobs,
-    )
+    given = {
+        "robots": arguments.robots,
+        "seed": arguments.seed,
+        "engine": arguments.engine,
+        "plant": arguments.plant,
+        "plant_options": parse_options(arguments.plant_settings) or None,
+        "urdf": arguments.urdf,
+        "tasks": tuple(arguments.task) or None,
+        "window": arguments.seconds,
+        "open_loop": arguments.open_loop,
+        "hold_heading": arguments.hold_heading,
+        "jobs": arguments.jobs,
+        "ingredients": tuple(arguments.ingredient) or None,
+        "impulses": tuple(arguments.impulse) or None,
+        "directions": tuple(arguments.direction) or None,
+        "phases": arguments.phases,
+    }
+    # What was not given is the suite's to choose.
+    asked = {name: value for name, value in given.items() if value is not None}
     suites.run(
         arguments.suite,
-        options,
+        asked,
         preset=arguments.preset,
         settings=arguments.settings,
         json_file=arguments.json,
@@ -77,23 +81,32 @@ def _bench(arguments: argparse.Namespace) -> int:
 
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("suite", help="speed; compute; plant: its ingredients varied one by one, "
-                        "on MuJoCo; or all: speed and compute, as plant takes long")  # fmt: skip
-    parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; plant: 2)")
-    parser.add_argument("--seed", type=int, default=0, metavar="S",
+    parser.add_argument("suite", help="speed, push, compute, plant (its ingredients varied one by "
+                        "one, on MuJoCo), or all")  # fmt: skip
+    parser.add_argument("--robots", type=int, metavar="N",
+                        help="number of robots (8; push: 5; plant: 2)")  # fmt: skip
+    parser.add_argument("--seed", type=int, metavar="S",
                         help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
-    parser.add_argument("--task", action="append", metavar="NAME[=SPEED]",
-                        help="walk this instead of the four tasks, e.g. forward=31 (cm/s); "
+    parser.add_argument("--task", action="append", default=[], metavar="NAME[=SPEED]",
+                        help="walk this instead of the suite's tasks, e.g. forward=31 (cm/s); "
                         "may be given often")  # fmt: skip
     parser.add_argument("--seconds", type=float, metavar="T",
                         help="seconds at speed (20; plant: 5)")  # fmt: skip
     parser.add_argument("--ingredient", action="append", default=[], metavar="NAME",
                         help="suite plant: vary only this, e.g. stiffness; "
                         "may be given often")  # fmt: skip
-    parser.add_argument("--open-loop", choices=("beside", "off", "only"), default="beside",
+    parser.add_argument("--impulse", type=float, action="append", default=[], metavar="NS",
+                        help="suite push: this impulse in N s instead of searching the largest "
+                        "that is survived; may be given often")  # fmt: skip
+    parser.add_argument("--direction", action="append", default=[], metavar="NAME",
+                        help="suite push: only this way, e.g. left, back_right; "
+                        "may be given often")  # fmt: skip
+    parser.add_argument("--phases", type=int, metavar="N",
+                        help="suite push: pushes per gait cycle (8)")  # fmt: skip
+    parser.add_argument("--open-loop", choices=("beside", "off", "only"),
                         help="open loop beside the closed (default), off, or only")  # fmt: skip
-    parser.add_argument("--hold-heading", action="store_true",
+    parser.add_argument("--hold-heading", action="store_true", default=None,
                         help="steer straight walks by the gait's own odometry")  # fmt: skip
     parser.add_argument("--jobs", type=int, metavar="N", help="processes (all cores)")
     _add_robot(parser)

@@ -29,6 +29,8 @@ SLIP_LIMIT = 0.03
 """Largest mean speed of the loaded sole that is still walking [m/s]."""
 
 DOUBLE, LEFT, RIGHT = 0, 1, 2
+ALARM_STATES = frozenset({"falling", "fallen"})
+"""States of the gait that say that the robot falls or has fallen."""
 SUPPORT_CODES = {"double": DOUBLE, "left": LEFT, "right": RIGHT}
 _SOLE_OF_SUPPORT = {LEFT: 0, RIGHT: 1}
 
@@ -63,6 +65,8 @@ class Trace:
     """(t,) the legs touch each other."""
     saturated: IntArray
     """(t,) number of motors at their torque limit."""
+    alarm: BoolArray
+    """(t,) the gait says that it falls or has fallen."""
     command: FloatArray
     """(t, 3) asked velocity [m/s, m/s, rad/s]."""
     odometry: FloatArray
@@ -139,6 +143,22 @@ class Metrics:
     """The same along y [m]."""
     saturated_share: float
     """Share of ticks with a motor at its torque limit."""
+    support_changes: int
+    """Changes of the support leg, as the gait has them."""
+    alarm_time: float | None
+    """[s] since the first tick of the trace: when the gait first said that it falls."""
+
+    @property
+    def fall_lead(self) -> float | None:
+        """How long before the fall the gait said so [s]; 0 if it did not; None without a fall."""
+        if self.fall_time is None:
+            return None
+        return 0.0 if self.alarm_time is None else self.fall_time - self.alarm_time
+
+    @property
+    def false_alarm(self) -> bool:
+        """The gait said that it falls, and it did not."""
+        return self.alarm_time is not None and not self.fell
 
     @property
     def walks(self) -> bool:
@@ -302,4 +322,6 @@ def measure(trace: Trace, start: float, end: float) -> Metrics:
         com_error_x_measured=_mean_abs(from_measured[:, 0]),
         com_error_y_measured=_mean_abs(from_measured[:, 1]),
         saturated_share=saturated,
+        support_changes=int(np.count_nonzero(np.diff(window.support))),
+        alarm_time=float(trace.time[np.argmax(trace.alarm)]) if trace.alarm.any() else None,
     )

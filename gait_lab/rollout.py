@@ -13,7 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.metrics import DOUBLE, SUPPORT_CODES, Metrics, Trace, has_fallen, measure
+from gait_lab.metrics import (
+    ALARM_STATES,
+    DOUBLE,
+    SUPPORT_CODES,
+    Metrics,
+    Trace,
+    has_fallen,
+    measure,
+    yaw_of,
+)
 from gait_lab.tasks import Task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
@@ -30,6 +39,25 @@ HOLD_GAIN = 1.5
 HOLD_LIMIT = 0.3
 """Largest yaw rate of the heading hold [rad/s]."""
 UNKNOWN = (math.nan, math.nan, math.nan)
+PUSH_DURATION = 0.1
+"""[s] for which the force of a push acts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """A push at the torso."""
+
+    time: float
+    """[s] since the start."""
+    impulse: float
+    """[N s]; the force is this over `PUSH_DURATION`."""
+    direction: float
+    """[rad] of the force, counter-clockwise from the robot's heading at that moment."""
+
+    def force(self, heading: float) -> np.ndarray:
+        """(3,) [N] in the world, for a robot that looks along `heading` [rad]."""
+        size, angle = self.impulse / PUSH_DURATION, heading + self.direction
+        return np.array((size * math.cos(angle), size * math.sin(angle), 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +77,7 @@ class RolloutSpec:
     keep_trace: bool = False
     plant_options: tuple[PlantOption, ...] = ()
     """Options of the plant that are replaced: (("motor.play", 0.035), ...)."""
+    push: Push | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +134,7 @@ class Recorder:
             sole_slip=np.array([t.sole_slip for t in truths]),
             legs_touch=np.array([t.legs_touch for t in truths]),
             saturated=np.array([t.torque_saturated for t in truths]),
+            alarm=seen(lambda s: s.state.value in ALARM_STATES, False),
             command=np.array([(c.x, c.y, c.yaw) for c in self._commands]),
             odometry=seen(lambda s: s.base_footprint_in_odom, UNKNOWN),
             status_stamp=seen(lambda s: s.stamp, -1),
@@ -166,7 +196,11 @@ def _walk(simulation: Simulation, gait: Gait, spec: RolloutSpec) -> Trace:
     truth = simulation.truth()
     height = float(truth.torso_position[2])
     recorder.add(truth, task.command_at(0.0))
-    for _ in range(ticks):
+    push_tick = None if spec.push is None else round(spec.push.time / CONTROL_PERIOD)
+    for tick in range(ticks):
+        if spec.push is not None and tick == push_tick:
+            force = spec.push.force(float(yaw_of(truth.torso_quaternion)))
+            simulation.push(force, PUSH_DURATION)
         simulation.step(targets)
         command = task.command_at((simulation.time - began) * 1e-9)
         if spec.hold_heading and task.is_straight and status is not None:

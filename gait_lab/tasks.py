@@ -4,7 +4,7 @@ A walk task stands, ramps the command up, settles, and is measured over a window
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
@@ -69,7 +69,11 @@ class Task:
 
     def lasting(self, window: float) -> "Task":
         """The same task with another length of the measured window [s]."""
-        return Task(self.name, self.knots, self.start, self.start + window, self.axis)
+        return self.measured(self.start, self.start + window)
+
+    def measured(self, start: float, end: float) -> "Task":
+        """The same task with another measured window [s since the start]."""
+        return replace(self, start=start, end=end)
 
 
 def _between(a: VelocityCommand, b: VelocityCommand, share: float) -> VelocityCommand:

@@ -44,6 +44,7 @@ def walk(ticks: int = 1000, **changes: Any) -> Trace:
         "sole_slip": np.zeros((ticks, 2)),
         "legs_touch": np.zeros(ticks, dtype=bool),
         "saturated": np.zeros(ticks, dtype=np.int64),
+        "alarm": np.zeros(ticks, dtype=bool),
         "command": np.zeros((ticks, 3)),
         "odometry": np.zeros((ticks, 3)),
         "status_stamp": np.arange(ticks, dtype=np.int64) * PERIOD + PERIOD,
@@ -230,3 +231,21 @@ def test_angles_agree_with_scipy() -> None:
     np.testing.assert_allclose(
         np.cos(metrics.tilt_of(quaternions)), matrices[:, 2, 2], atol=1e-12
     )
+
+
+def test_the_lead_of_a_foreseen_fall_is_the_time_from_the_word_to_the_fall() -> None:
+    quaternion = np.tile((0.0, 0.0, 0.0, 1.0), (1000, 1))
+    quaternion[800:] = (math.sin(0.5), 0.0, 0.0, math.cos(0.5))
+    alarm = np.arange(1000) >= 760
+    measured = measure(walk(torso_quaternion=quaternion, alarm=alarm), 1.0, 10.0)
+    assert measured.fall_lead == pytest.approx(0.4) and not measured.false_alarm
+    silent = measure(walk(torso_quaternion=quaternion), 1.0, 10.0)
+    assert silent.fall_lead == 0.0
+    upright = measure(walk(alarm=alarm), 1.0, 10.0)
+    assert upright.fall_lead is None and upright.false_alarm
+
+
+def test_support_changes_are_counted_in_the_window() -> None:
+    support = np.where(np.arange(1000) // 25 % 2, LEFT, metrics.RIGHT)
+    assert measure(walk(support=support), 1.0, 2.0).support_changes == 3
+    assert measure(walk(), 1.0, 2.0).support_changes == 0

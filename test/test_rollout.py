@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab import bench, suites
+from gait_lab import bench
+from gait_lab.bench import suites
+from gait_lab.bench.compute import compute
+from gait_lab.bench.speed import _rows
 from gait_lab.metrics import Metrics, Trace
 from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
 from gait_lab.tasks import TASKS, Task, find_task, walk
@@ -86,6 +89,7 @@ def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
 def metrics(**changes: Any) -> Metrics:
     values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
     values |= {"duration": 20.0, "fell": False, "fall_time": None, "contact_ticks": 0}
+    values |= {"alarm_time": None, "support_changes": 0}
     return Metrics(**{**values, **changes})
 
 
@@ -95,7 +99,7 @@ def score(*scored: Metrics, name: str = "back") -> bench.Score:
 
 
 def values(of: bench.Score) -> dict[str, float | None]:
-    return {row.metric: row.value for row in bench._speed_rows(of)}
+    return {row.metric: row.value for row in _rows(of)}
 
 
 def test_worst_and_median_are_in_the_asked_direction() -> None:
@@ -119,10 +123,10 @@ def test_one_robot_that_does_not_walk_spoils_the_row(change: dict[str, Any]) -> 
 
 def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:
     said: list[str] = []
-    options = bench.BenchOptions(
-        robots=1, seed=-1, tasks=("forward=10",), window=0.5, jobs=1, show=False
-    )
-    suites.run("speed", options, json_file=tmp_path / "rows.json", out=said.append)
+    asked = {
+        "robots": 1, "seed": -1, "tasks": ("forward=10",), "window": 0.5, "jobs": 1, "show": False
+    }  # fmt: skip
+    suites.run("speed", asked, json_file=tmp_path / "rows.json", out=said.append)
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert set(rows[0]) == {
         "suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"
@@ -133,7 +137,7 @@ def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:
 
 
 def test_compute_measures_ticks_and_rollouts() -> None:
-    report = bench.compute(bench.BenchOptions(window=0.5))
+    report = compute(bench.BenchOptions(window=0.5))
     rows = {row.metric: row.value for row in report.rows}
     assert rows["tick_p50"] is not None and 1.0 < rows["tick_p50"] <= rows["tick_p99"]
     assert 0.1 < rows["rollout_share"] < 1.5
@@ -150,7 +154,8 @@ def test_settings_are_typed_and_checked() -> None:
 @pytest.mark.parametrize(
     ("change", "field"),
     [({"robots": 0}, "robots"), ({"seed": -2}, "seed"), ({"window": math.nan}, "seconds"),
-     ({"open_loop": "maybe"}, "open-loop")],
+     ({"open_loop": "maybe"}, "open-loop"), ({"phases": 0}, "phases"),
+     ({"impulses": (-1.0,)}, "impulse"), ({"impulses": (math.nan,)}, "impulse")],
 )  # fmt: skip
 def test_bad_options_are_refused(change: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError, match=f"^{field}: got"):

@@ -10,7 +10,9 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gait_lab.bench import BenchOptions, Report, Row, Score, table, walk_all
+from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.report import Report, Row, loop_name, table
+from gait_lab.bench.score import Score, walk_all
 from gait_lab.tasks import AXES
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
@@ -174,14 +176,14 @@ def _text(unchanged: Sequence[Score], levels: Sequence[Level], options: BenchOpt
     lines = [header, units]
     for loop in loops:
         base = [score for score in unchanged if score.closed_loop == loop]
-        lines.append(["nothing", "", _loop(loop), *_cells(base, base)])
+        lines.append(["nothing", "", loop_name(loop), *_cells(base, base)])
     for level in levels:
         for loop in loops:
             picked = [pair for pair in zip(level.scores, unchanged, strict=True)
                       if pair[0].closed_loop == loop]  # fmt: skip
             cells = _cells([score for score, _ in picked], [before for _, before in picked])
             value = f"{value_text(level.value)} {level.ingredient.unit}".rstrip()
-            lines.append([level.ingredient.option, value, _loop(loop), *cells])
+            lines.append([level.ingredient.option, value, loop_name(loop), *cells])
     count = options.robots
     last = options.seed + count - 1
     robots = f"robots {options.seed}-{last}" if count > 1 else f"robot {last}"
@@ -198,10 +200,6 @@ def _text(unchanged: Sequence[Score], levels: Sequence[Level], options: BenchOpt
         (title, "", table(lines), "", *notes, "", "What breaks the walk (upright; first fall)",
          *_breaks(unchanged, levels))
     )  # fmt: skip
-
-
-def _loop(closed: bool) -> str:
-    return "closed" if closed else "open"
 
 
 def _cells(scores: Sequence[Score], unchanged: Sequence[Score]) -> list[str]:
@@ -238,7 +236,7 @@ def _breaks(unchanged: Sequence[Score], levels: Sequence[Level]) -> list[str]:
             unit = f" [{ingredient.unit}]" if ingredient.unit else ""
             tried = ", ".join(value_text(level.value) for level in of_it)
             lines.append(
-                f"  {ingredient.option}{unit}, {_loop(loop)}: "
+                f"  {ingredient.option}{unit}, {loop_name(loop)}: "
                 + (", ".join(found) or f"nothing at {tried}")
             )
     return lines

@@ -6,9 +6,10 @@ from typing import Any
 
 import pytest
 
-from gait_lab import bench, cli, plant_sweep, suites
+from gait_lab import bench, cli
+from gait_lab.bench import plants, score, suites
+from gait_lab.bench.plants import INGREDIENTS, Ingredient
 from gait_lab.metrics import Metrics
-from gait_lab.plant_sweep import INGREDIENTS, Ingredient
 from gait_lab.rollout import RolloutResult, RolloutSpec, rollout
 from gait_lab.tasks import walk
 from nao_lipm_gait.errors import NaoGaitError
@@ -38,9 +39,9 @@ def report(monkeypatch: pytest.MonkeyPatch) -> bench.Report:
     def run_all(specs: list[RolloutSpec], **_: object) -> list[RolloutResult]:
         return [RolloutResult(spec, metrics(spec)) for spec in specs]
 
-    monkeypatch.setattr(bench, "run_all", run_all)
-    monkeypatch.setattr(plant_sweep, "_require_accepted", lambda changes, options: None)
-    return plant_sweep.sweep(OPTIONS)
+    monkeypatch.setattr(score, "run_all", run_all)
+    monkeypatch.setattr(plants, "_require_accepted", lambda changes, options: None)
+    return plants.sweep(OPTIONS)
 
 
 def values(report: bench.Report) -> dict[str, float | None]:
@@ -109,7 +110,7 @@ def test_values_are_given_in_their_own_unit() -> None:
 )
 def test_a_sweep_that_cannot_be_is_refused(change: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError) as caught:
-        plant_sweep.sweep(dataclasses.replace(OPTIONS, **change))
+        plants.sweep(dataclasses.replace(OPTIONS, **change))
     assert caught.value.field == field
 
 
@@ -121,14 +122,14 @@ def test_what_the_engine_refuses_is_said_before_the_first_walk(
     def run_all(*_: object, **__: object) -> None:
         pytest.fail("walked")
 
-    monkeypatch.setattr(bench, "run_all", run_all)
+    monkeypatch.setattr(score, "run_all", run_all)
     slow_servos = dataclasses.replace(OPTIONS, plant_options=(("motor.lag", 0.03),))
     with pytest.raises(NaoGaitError, match="motor.stiffness"):
-        plant_sweep.sweep(slow_servos)
+        plants.sweep(slow_servos)
 
 
 def test_all_leaves_the_long_suite_out() -> None:
-    assert suites.named("all") == ("speed", "compute")
+    assert "plant" not in suites.named("all")
     assert suites.named("plant") == ("plant",)
 
 
@@ -136,7 +137,11 @@ def test_the_command_line_fills_in_what_the_suite_usually_runs_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[bench.BenchOptions] = []
-    monkeypatch.setattr(suites, "run", lambda suite, options, **_: asked.append(options))
+
+    def run(suite: str, given: dict[str, Any], **_: object) -> None:
+        asked.append(suites.options_for(suite, given))
+
+    monkeypatch.setattr(suites, "run", run)
     assert cli.main(["bench", "plant", "--plant-set", "motor.play=0.035"]) == 0
     assert cli.main(["bench", "speed", "--robots", "3"]) == 0
     plant, speed = asked

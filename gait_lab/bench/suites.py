@@ -2,13 +2,18 @@
 
 import json
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from gait_lab.bench import BenchOptions, Report, compute, speed
-from gait_lab.plant_sweep import sweep
+from gait_lab.bench.compute import compute
+from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.plants import sweep
+from gait_lab.bench.push import TASKS as PUSH_TASKS
+from gait_lab.bench.push import push
+from gait_lab.bench.report import Report
+from gait_lab.bench.speed import speed
 from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
@@ -18,30 +23,36 @@ from sim_bridge.plant import load_plant, with_options
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """A benchmark and what it runs on unless told otherwise."""
+    """A benchmark and the options that it runs on unless told otherwise."""
 
     measure: Callable[[BenchOptions], Report]
-    robots: int = 8
-    window: float = 20.0
-    engine: str = "pybullet"
-    in_all: bool = True
+    usual: Mapping[str, Any] = field(default_factory=dict)
+    quick: Mapping[str, Any] | None = None
+    """What is different in `all`; None = not in `all`."""
 
 
 SUITES = {
-    "speed": Suite(speed),
-    "compute": Suite(compute),
+    "speed": Suite(speed, quick={}),
+    "push": Suite(push, {"robots": 5, "tasks": PUSH_TASKS}),
+    "compute": Suite(compute, quick={}),
     # Not in `all`: hundreds of walks, and an engine that not everybody has.
-    "plant": Suite(sweep, robots=2, window=5.0, engine="mujoco", in_all=False),
+    "plant": Suite(sweep, {"robots": 2, "window": 5.0, "engine": "mujoco"}),
 }
 
 
 def named(name: str) -> tuple[str, ...]:
     """The suites behind a name; `all` is every one but the long ones."""
     if name == "all":
-        return tuple(key for key, suite in SUITES.items() if suite.in_all)
+        return tuple(key for key, suite in SUITES.items() if suite.quick is not None)
     if name not in SUITES:
         raise NaoGaitError("suite", name, f"one of {', '.join(SUITES)}, all")
     return (name,)
+
+
+def options_for(name: str, asked: Mapping[str, Any], *, quick: bool = False) -> BenchOptions:
+    """What a suite runs on: what was asked for, else what it usually runs on."""
+    suite = SUITES[name]
+    return BenchOptions(**{**suite.usual, **((suite.quick or {}) if quick else {}), **asked})
 
 
 def overridden(parameters: GaitParameters, settings: Iterable[str]) -> GaitParameters:
@@ -67,25 +78,30 @@ def overridden(parameters: GaitParameters, settings: Iterable[str]) -> GaitParam
 
 def run(
     suite: str,
-    options: BenchOptions,
+    asked: Mapping[str, Any],
     *,
     preset: str = "default",
     settings: Sequence[str] = (),
     json_file: Path | None = None,
     out: Callable[[str], None] = print,
 ) -> None:
-    """Run a suite (or all), print its tables and write its JSON."""
+    """Run a suite (or all), print its tables and write its JSON.
+
+    `asked`: the options of `BenchOptions` that shall not be the suite's usual ones.
+    """
     names = named(suite)
-    options = replace(options, parameters=overridden(load_preset(preset), settings))
+    asked = {**asked, "parameters": overridden(load_preset(preset), settings)}
+    all_options = {name: options_for(name, asked, quick=suite == "all") for name in names}
     # What is wrong with the input shall be said before the work, not after it.
-    load_robot(options.urdf)
-    with_options(load_plant(options.plant), options.plant_options)
-    for task in options.tasks:
-        find_task(task)
+    for options in all_options.values():
+        load_robot(options.urdf)
+        with_options(load_plant(options.plant), options.plant_options)
+        for task in options.tasks:
+            find_task(task)
     if json_file is not None:
         _check_writable(json_file)
     rows: list[dict[str, Any]] = []
-    for name in names:
+    for name, options in all_options.items():
         began = time.monotonic()
         report = SUITES[name].measure(options)
         rows += report.as_json(options)
