@@ -66,6 +66,8 @@ def _bench(arguments: argparse.Namespace) -> int:
         "impulses": tuple(arguments.impulse) or None,
         "directions": tuple(arguments.direction) or None,
         "phases": arguments.phases,
+        "metres": arguments.metres,
+        "half_speed": arguments.half_speed,
     }
     # What was not given is the suite's to choose.
     asked = {name: value for name, value in given.items() if value is not None}
@@ -104,6 +106,10 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         "may be given often")  # fmt: skip
     parser.add_argument("--phases", type=int, metavar="N",
                         help="suite push: pushes per gait cycle (8)")  # fmt: skip
+    parser.add_argument("--metres", type=float, metavar="M",
+                        help="suite endurance: what each robot walks (50)")  # fmt: skip
+    parser.add_argument("--no-half", dest="half_speed", action="store_false", default=None,
+                        help="suite speed: not also at half of each speed")  # fmt: skip
     parser.add_argument("--open-loop", choices=("beside", "off", "only"),
                         help="open loop beside the closed (default), off, or only")  # fmt: skip
     parser.add_argument("--hold-heading", action="store_true", default=None,

@@ -6,9 +6,10 @@ what walks over ROS. A result depends on its `RolloutSpec` alone.
 
 import math
 import os
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
@@ -78,6 +79,8 @@ class RolloutSpec:
     plant_options: tuple[PlantOption, ...] = ()
     """Options of the plant that are replaced: (("motor.play", 0.035), ...)."""
     push: Push | None = None
+    urdf_effort: bool = False
+    """Motors whose stall torque is the effort limit of the URDF, instead of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,45 +168,86 @@ def _robot(urdf: str) -> RobotDescription:
     return load_robot(urdf)
 
 
-def rollout(spec: RolloutSpec) -> RolloutResult:
-    """Run one task on one robot, until its end or a fall."""
+def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
+    motors = {
+        name: replace(motor, stall_torque=robot.limits[name].effort)
+        for name, motor in robot.motors.items()
+    }
+    return replace(robot, motors=motors)
+
+
+def make_pair(spec: RolloutSpec) -> tuple[Simulation, Gait]:
+    """The robot of a rollout and its gait; the simulation is the caller's to close."""
     robot = _robot(spec.urdf)
     simulation = Simulation(
-        robot,
+        _with_urdf_effort(robot) if spec.urdf_effort else robot,
         with_options(load_plant(spec.plant), spec.plant_options),
         robot_seed=spec.robot_seed,
         noise_seed=spec.noise_seed,
         engine=spec.engine,
         control_period=CONTROL_PERIOD,
     )
+    return simulation, Gait(robot, spec.parameters)
+
+
+def rollout(spec: RolloutSpec) -> RolloutResult:
+    """Run one task on one robot, until its end or a fall."""
+    task = spec.task
+    simulation, gait = make_pair(spec)
+    recorder = Recorder()
     try:
-        trace = _walk(simulation, Gait(robot, spec.parameters), spec)
+        ticks = walk(
+            simulation, gait, task.command_at,
+            hold_heading=spec.hold_heading and task.is_straight, push=spec.push,
+        )  # fmt: skip
+        for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
+            recorder.add(tick.truth, tick.command, tick.status)
     finally:
         simulation.close()
-    metrics = measure(trace, spec.task.start, spec.task.end)
+    trace = recorder.trace()
+    metrics = measure(trace, task.start, task.end)
     return RolloutResult(spec, metrics, trace if spec.keep_trace else None)
 
 
-def _walk(simulation: Simulation, gait: Gait, spec: RolloutSpec) -> Trace:
-    task = spec.task
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """One control period of a walk."""
+
+    truth: GroundTruth
+    command: VelocityCommand
+    status: GaitStatus | None
+    """None as long as the gait has not seen a frame."""
+    fallen: bool
+
+
+def walk(
+    simulation: Simulation,
+    gait: Gait,
+    command_at: Callable[[float], VelocityCommand],
+    *,
+    hold_heading: bool = False,
+    push: Push | None = None,
+) -> Iterator[Tick]:
+    """The robot at rest, then one control period after the other, up to and with a fall.
+
+    `command_at`: the command by time since the start [s].
+    """
     began = simulation.time
-    ticks = math.ceil(task.end / CONTROL_PERIOD - 1e-6)
-    recorder = Recorder()
     targets: JointTargets | None = None
     status: GaitStatus | None = None
     heading: float | None = None
+    push_tick = None if push is None else round(push.time / CONTROL_PERIOD)
 
     truth = simulation.truth()
     height = float(truth.torso_position[2])
-    recorder.add(truth, task.command_at(0.0))
-    push_tick = None if spec.push is None else round(spec.push.time / CONTROL_PERIOD)
-    for tick in range(ticks):
-        if spec.push is not None and tick == push_tick:
-            force = spec.push.force(float(yaw_of(truth.torso_quaternion)))
+    yield Tick(truth, command_at(0.0), None, False)
+    for tick in count():
+        if push is not None and tick == push_tick:
+            force = push.force(float(yaw_of(truth.torso_quaternion)))
             simulation.push(force, PUSH_DURATION)
         simulation.step(targets)
-        command = task.command_at((simulation.time - began) * 1e-9)
-        if spec.hold_heading and task.is_straight and status is not None:
+        command = command_at((simulation.time - began) * 1e-9)
+        if hold_heading and status is not None:
             heading = status.base_footprint_in_odom[2] if heading is None else heading
             command = _steered(command, heading - status.base_footprint_in_odom[2])
         frame = simulation.sense()
@@ -211,10 +255,10 @@ def _walk(simulation: Simulation, gait: Gait, spec: RolloutSpec) -> Trace:
             targets = gait.step(frame, command)
             status = gait.status
         truth = simulation.truth()
-        recorder.add(truth, command, status)
-        if has_fallen(truth.torso_position, truth.torso_quaternion, height):
-            break
-    return recorder.trace()
+        fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
+        yield Tick(truth, command, status, fallen)
+        if fallen:
+            return
 
 
 def _steered(command: VelocityCommand, error: float) -> VelocityCommand:
@@ -252,13 +296,13 @@ def parallel_map(
     from tqdm import tqdm
 
     items = list(items)
-    count = min(workers(jobs), max(1, len(items)))
+    processes = min(workers(jobs), max(1, len(items)))
     done: Iterable[Any]
-    if count == 1:
+    if processes == 1:
         done = map(function, items)
     else:
         # Not unordered: joblib knows that from 1.4 on, Ubuntu 24.04 ships 1.3.
-        parallel = Parallel(n_jobs=count, return_as="generator")
+        parallel = Parallel(n_jobs=processes, return_as="generator")
         done = parallel(delayed(function)(item) for item in items)
     results = []
     with tqdm(total=len(items), desc=label, disable=None if show else True, leave=False) as bar:
@@ -271,10 +315,14 @@ def parallel_map(
 
 
 def run_all(
-    specs: Iterable[RolloutSpec], *, jobs: int | None = None, show: bool = True
+    specs: Iterable[RolloutSpec],
+    *,
+    jobs: int | None = None,
+    show: bool = True,
+    label: str = "rollouts",
 ) -> list[RolloutResult]:
     """All rollouts, over all cores; results in the order of the specs."""
-    return parallel_map(rollout, specs, jobs=jobs, show=show, note=_note)
+    return parallel_map(rollout, specs, jobs=jobs, label=label, show=show, note=_note)
 
 
 def _note(result: RolloutResult) -> str:

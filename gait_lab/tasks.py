@@ -71,6 +71,11 @@ class Task:
         """The same task with another length of the measured window [s]."""
         return self.measured(self.start, self.start + window)
 
+    def scaled(self, share: float, name: str) -> "Task":
+        """The same task at a share of its speeds, under another name."""
+        knots = tuple((time, _between(STANDSTILL, command, share)) for time, command in self.knots)
+        return replace(self, name=name, knots=knots)
+
     def measured(self, start: float, end: float) -> "Task":
         """The same task with another measured window [s since the start]."""
         return replace(self, start=start, end=end)

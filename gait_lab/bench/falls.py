@@ -1,9 +1,11 @@
 """How early the gait recognises a fall, over many rollouts."""
 
 import statistics
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from gait_lab.bench.report import Row
+from gait_lab.bench.report import Row, loop_name
+from gait_lab.bench.score import Score
 from gait_lab.metrics import Metrics
 
 
@@ -18,10 +20,14 @@ class FallDetection:
     """The gait said that it falls, and the robot stayed up."""
 
     def add(self, metrics: Metrics) -> None:
+        self.count(metrics.fall_lead, metrics.false_alarm)
+
+    def count(self, lead: float | None, false_alarm: bool) -> None:
+        """One rollout; `lead` [s] is None without a fall."""
         self.rollouts += 1
-        if metrics.fall_lead is not None:
-            self.leads.append(metrics.fall_lead)
-        self.false_alarms += metrics.false_alarm
+        if lead is not None:
+            self.leads.append(lead)
+        self.false_alarms += false_alarm
 
     @property
     def falls(self) -> int:
@@ -55,3 +61,27 @@ class FallDetection:
             f"{self.falls} falls in {self.rollouts} rollouts{early}; "
             f"{self.false_alarms} false alarms"
         )
+
+
+def by_loop(scores: Iterable[Score]) -> dict[bool, FallDetection]:
+    """Closed loop (true) and open loop of all these walks."""
+    found: dict[bool, FallDetection] = {}
+    for score in scores:
+        for result in score.results:
+            found.setdefault(score.closed_loop, FallDetection()).add(result.metrics)
+    return found
+
+
+def rows_by_loop(suite: str, found: dict[bool, FallDetection]) -> list[Row]:
+    """Rows `closed_falls`, `open_loop_falls`, ..."""
+    return [
+        row for closed, detection in found.items()
+        for row in detection.rows(suite, "closed" if closed else "open_loop")
+    ]  # fmt: skip
+
+
+def text_by_loop(found: dict[bool, FallDetection]) -> str:
+    return "\n".join(
+        f"Fall detection, {loop_name(closed)}: {detection.text}."
+        for closed, detection in found.items()
+    )

@@ -41,6 +41,10 @@ class BenchOptions:
     """Of the pushes; empty = all eight."""
     phases: int = 8
     """Pushes per gait cycle of two steps."""
+    half_speed: bool = True
+    """Suite `speed`: the same tasks also at half their speed."""
+    metres: float = 50.0
+    """Suite `endurance`: what each robot walks."""
     show: bool = True
     """Show a progress bar (on a terminal)."""
 
@@ -55,6 +59,8 @@ class BenchOptions:
             raise NaoGaitError("open-loop", self.open_loop, "beside, off or only")
         if not 1 <= self.phases <= 100:
             raise NaoGaitError("phases", self.phases, "1 to 100")
+        if not 0.0 < self.metres <= 1e5:
+            raise NaoGaitError("metres", self.metres, "over 0 to 100000 m")
         for impulse in self.impulses:
             if not (math.isfinite(impulse) and 0.0 <= impulse <= IMPULSE_MAX):
                 raise NaoGaitError("impulse", impulse, f"0 to {IMPULSE_MAX:g} N s")

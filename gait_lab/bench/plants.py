@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, table
-from gait_lab.bench.score import Score, walk_all
+from gait_lab.bench.score import Score, Variant, walk_all
 from gait_lab.tasks import AXES
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
@@ -101,7 +101,7 @@ def sweep(options: BenchOptions) -> Report:
     steps = [(ingredient, value) for ingredient in ingredients for value in ingredient.values]
     changes = [(), *(ingredient.change(value) for ingredient, value in steps)]
     _require_accepted(changes, options)
-    unchanged, *changed = walk_all(options, changes)
+    unchanged, *changed = walk_all(options, [Variant(change) for change in changes])
     levels = [
         Level(ingredient, value, tuple(scores))
         for (ingredient, value), scores in zip(steps, changed, strict=True)

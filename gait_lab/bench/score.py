@@ -5,18 +5,20 @@ does not count is marked with the reason and its headline values are null in the
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.rollout import RolloutResult, RolloutSpec, run_all
 from gait_lab.tasks import AXES, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
-from sim_bridge.plant import PlantOption
+from sim_bridge.plant import PlantOption, option_text
 
 Pick = Callable[[Iterable[float]], float]
 """max, mean, ..."""
+HELD = "_held"
+"""Ends the name of a task that is walked with its heading held."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,31 +74,81 @@ class Score:
         return pick(finite) if finite else math.nan
 
 
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """What is different from the options of the bench."""
+
+    plant: tuple[PlantOption, ...] = ()
+    """Options of the plant that are replaced."""
+    parameters: Mapping[str, float | bool] = field(default_factory=dict)
+    """Parameters of the gait that are replaced."""
+    urdf_effort: bool = False
+    """See `RolloutSpec`."""
+
+    def plant_title(self, options: BenchOptions) -> str:
+        """The plant of the options with what is different."""
+        motors = ("motors at the URDF's effort",) if self.urdf_effort else ()
+        return " ".join((options.plant_title, *(option_text(each) for each in self.plant), *motors))
+
+
+def labelled(text: str) -> Task:
+    """The task of `name=speed` with a name that tells it from other speeds: `forward_20`."""
+    return replace(find_task(text), name=text.replace("=", "_"))
+
+
+def labelled_tasks(options: BenchOptions) -> list[Task]:
+    """The labelled tasks of the options over their window, each at most once."""
+    return _once([labelled(text).lasting(options.window) for text in options.tasks])
+
+
+def held(task: Task) -> Task:
+    """The same task, to be walked with its heading held."""
+    return replace(task, name=f"{task.name}{HELD}")
+
+
+def tasks_of(options: BenchOptions) -> list[Task]:
+    """The tasks of the options over their window, each at most once."""
+    return _once([find_task(text).lasting(options.window) for text in options.tasks])
+
+
+def _once(tasks: list[Task]) -> list[Task]:
+    names = [task.name for task in tasks]
+    if len(set(names)) < len(names):
+        raise NaoGaitError("task", ", ".join(names), "each task at most once")
+    return tasks
+
+
 def walk_all(
-    options: BenchOptions, changes: Sequence[tuple[PlantOption, ...]] = ((),)
+    options: BenchOptions,
+    variants: Sequence[Variant] = (Variant(),),
+    tasks: Sequence[Task] | None = None,
+    *,
+    label: str = "rollouts",
 ) -> list[list[Score]]:
-    """For each change of the plant, the scores of every task and loop on the same robots."""
-    tasks = [find_task(name).lasting(options.window) for name in options.tasks]
-    if len({task.name for task in tasks}) < len(tasks):
-        raise NaoGaitError("task", ", ".join(options.tasks), "each task at most once")
+    """For each variant, the scores of every task and loop on the same robots.
+
+    `tasks`: instead of those of the options.
+    """
+    tasks = tasks_of(options) if tasks is None else tasks
     kinds = [(task, loop) for task in tasks for loop in options.loops]
     specs = [
         RolloutSpec(
             task=task,
             robot_seed=seed,
-            parameters=options.loop_parameters(loop),
+            parameters=options.loop_parameters(loop).replace(**variant.parameters),
             plant=options.plant,
-            plant_options=(*options.plant_options, *change),
+            plant_options=(*options.plant_options, *variant.plant),
             urdf=options.urdf,
             engine=options.engine,
-            hold_heading=options.hold_heading,
+            hold_heading=options.hold_heading or task.name.endswith(HELD),
+            urdf_effort=variant.urdf_effort,
         )
-        for change in changes
+        for variant in variants
         for task, loop in kinds
         for seed in options.seeds
     ]
-    results = iter(run_all(specs, jobs=options.jobs, show=options.show))
+    results = iter(run_all(specs, jobs=options.jobs, show=options.show, label=label))
     return [
         [Score(task, loop, tuple(islice(results, options.robots))) for task, loop in kinds]
-        for _ in changes
+        for _ in variants
     ]

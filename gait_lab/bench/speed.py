@@ -4,24 +4,82 @@ import math
 import statistics
 from collections.abc import Sequence
 
+from gait_lab.bench.anchors import NAO_SPEED, PAPER_COM_ERROR, PAPER_SPEED, placo_speed
+from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, finite, loop_name, number, table
-from gait_lab.bench.score import Pick, Score, walk_all
+from gait_lab.bench.score import HELD, Pick, Score, held, tasks_of, walk_all
 from gait_lab.metrics import FLIGHT_LIMIT, SLIP_LIMIT
 from gait_lab.tasks import AXES
 
 SUITE = "speed"
-PAPER_SPEED = {"forward": 31.0, "back": 22.0, "side": 12.0, "turn": 92.0}
-"""Top speeds of the paper's robot [cm/s, deg/s]."""
-PAPER_COM_ERROR = {"spot": 4.26, "forward": 7.76}
-"""Mean |CoM y error| of the paper, expected against measured [mm]; forward at its top speed."""
+HALF_WINDOW = 10.0
+"""Longest measured window at half speed [s]."""
 
 
 def speed(options: BenchOptions) -> Report:
-    """20 s at speed in every task, closed and open loop on the same robots."""
-    (scores,) = walk_all(options)
-    rows = [row for score in scores for row in _rows(score)]
-    return Report(tuple(rows), _text(scores, options))
+    """At speed, at half of it, and forward with the heading held, on the same robots."""
+    full = tasks_of(options)
+    straight = [
+        held(task) for task in full if task.name == "forward" and not options.hold_heading
+    ]
+    halves = [
+        task.scaled(0.5, f"{task.name}_half").lasting(min(options.window, HALF_WINDOW))
+        for task in full if task.axis and options.half_speed
+    ]  # fmt: skip
+    (scores,) = walk_all(options, tasks=[*full, *straight, *halves])
+    names = {task.name for task in halves}
+    at_half = [score for score in scores if score.task.name in names]
+    at_speed = [score for score in scores if score.task.name not in names]
+    rows = [row for score in at_speed for row in _rows(score)]
+    rows += [row for score in at_half for row in _half_rows(score)]
+    found = by_loop(scores)
+    rows += rows_by_loop(SUITE, found)
+    parts = [_text(at_speed, options)]
+    if at_half:
+        parts.append(_half_text(at_half, options))
+    parts.append(text_by_loop(found))
+    return Report(tuple(rows), "\n\n".join(parts))
+
+
+def deviations(score: Score) -> list[float]:
+    """|achieved - commanded| of each robot that stayed upright, in percent of the commanded."""
+    asked = abs(score.task.asked) * AXES[score.task.axis][1] if score.task.axis else math.nan
+    return [100.0 * abs(achieved / asked - 1.0) for achieved in score.speeds]
+
+
+def _half_rows(score: Score) -> list[Row]:
+    off, upright = deviations(score), score.upright == len(score.results)
+    rows = [Row(SUITE, f"{score.name}_upright", "robots", score.upright)]
+    for statistic, summary in (("worst", max), ("median", statistics.median)):
+        value = float(summary(off)) if off else None
+        rows.append(Row(SUITE, f"{score.name}_error_{statistic}", "%", value if upright else None))
+    median = float(statistics.median(score.speeds)) if score.speeds else None
+    rows.append(Row(SUITE, f"{score.name}_median", score.unit, median if upright else None))
+    return rows
+
+
+def _half_text(scores: Sequence[Score], options: BenchOptions) -> str:
+    lines: list[tuple[str, ...]] = [
+        ("half speed", "loop", "upright", "asked", "median", "unit", "off, median", "off, worst"),
+        ("", "", "", "", "", "", "%", "%"),
+    ]
+    for score in scores:
+        off = deviations(score)
+        lines.append(
+            (
+                score.task.name.removesuffix("_half"),
+                loop_name(score.closed_loop),
+                score.upright_text,
+                number(abs(score.task.asked) * AXES[score.task.axis or "x"][1]),
+                number(statistics.median(score.speeds)) if off else "-",
+                score.unit,
+                number(statistics.median(off)) if off else "-",
+                number(max(off)) if off else "-",
+            )
+        )
+    note = "off: |achieved - asked| in percent of the asked, of the robots that stayed upright."
+    return f"{table(lines)}\n\n{note}"
 
 
 def _rows(score: Score) -> list[Row]:
@@ -62,16 +120,16 @@ def _rows(score: Score) -> list[Row]:
 
 def _text(scores: Sequence[Score], options: BenchOptions) -> str:
     header = (
-        "task", "loop", "upright", "asked", "worst", "median", "unit", "paper", "drift", "flight",
-        "slip", "contact", "CoM y", "(meas)", "sat.", "",
+        "task", "loop", "upright", "asked", "worst", "median", "unit", "paper", "placo", "NAO",
+        "drift", "flight", "slip", "contact", "CoM y", "(meas)", "sat.", "",
     )  # fmt: skip
     units = (
-        "", "", "", "", "", "", "", "", "deg/s", "%", "cm/s", "ticks", "mm", "mm", "%", "",
+        "", "", "", "", "", "", "", "", "", "", "deg/s", "%", "cm/s", "ticks", "mm", "mm", "%", "",
     )  # fmt: skip
     lines: list[tuple[str, ...]] = [header, units]
     for score in scores:
         axis, speeds = score.task.axis, score.speeds
-        turn = axis == "yaw"
+        turn, anchor = axis == "yaw", score.task.name.removesuffix(HELD)
         lines.append(
             (
                 score.task.name,
@@ -81,7 +139,9 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
                 number(min(speeds)) if speeds else "-",
                 number(statistics.median(speeds)) if speeds else "-",
                 score.unit,
-                number(PAPER_SPEED.get(score.task.name, math.nan), 0),
+                _cell(PAPER_SPEED.get(anchor)),
+                placo_speed(anchor),
+                _cell(NAO_SPEED.get(anchor)),
                 "" if turn else number(score.over(max, "turn_rate", math.degrees(1.0))),
                 number(score.over(max, "flight_share", 100.0)),
                 number(score.over(max, "slip_speed", 100.0)),
@@ -96,8 +156,12 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
     notes = (
         "Speeds in the torso's own heading, of the robots that stayed upright. Drift, flight,",
         "slip, contact and saturation: the worst robot. CoM y: mean |expected - true| (meas:",
-        "- measured).",
+        "- measured). paper, placo, NAO: what others reach, on robots and plants of their own.",
         f"x = does not count: a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
         f"{SLIP_LIMIT * 100:g} cm/s, or leg against leg.",
     )
     return "\n".join((title, "", table(lines), "", *notes))
+
+
+def _cell(speed: float | None) -> str:
+    return "" if speed is None else f"{speed:.0f}"

@@ -8,12 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from gait_lab.bench.compute import compute
+from gait_lab.bench.delay import TASKS as DELAY_TASKS
+from gait_lab.bench.delay import delay
+from gait_lab.bench.endurance import endurance
+from gait_lab.bench.error import TASKS as ERROR_TASKS
+from gait_lab.bench.error import error
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.plants import sweep
 from gait_lab.bench.push import TASKS as PUSH_TASKS
 from gait_lab.bench.push import push
 from gait_lab.bench.report import Report
+from gait_lab.bench.robust import TASKS as ROBUST_TASKS
+from gait_lab.bench.robust import robust
 from gait_lab.bench.speed import speed
+from gait_lab.bench.start import start
 from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
@@ -32,10 +40,14 @@ class Suite:
 
 
 SUITES = {
-    "speed": Suite(speed, quick={}),
+    "speed": Suite(speed),
+    "error": Suite(error, {"tasks": ERROR_TASKS}),
     "push": Suite(push, {"robots": 5, "tasks": PUSH_TASKS}),
-    "compute": Suite(compute, quick={}),
-    # Not in `all`: hundreds of walks, and an engine that not everybody has.
+    "start": Suite(start, {"robots": 20}),
+    "endurance": Suite(endurance, {"robots": 20}),
+    "delay": Suite(delay, {"robots": 4, "window": 10.0, "tasks": DELAY_TASKS}),
+    "robust": Suite(robust, {"robots": 20, "tasks": ROBUST_TASKS}),
+    "compute": Suite(compute),
     "plant": Suite(sweep, {"robots": 2, "window": 5.0, "engine": "mujoco"}),
 }
 
