@@ -37,6 +37,19 @@ EXTRAS = {
         "rosbags>=0.10,<0.12",
         "tqdm>=4.66",
     ],
+    "tune": [
+        "bayesian-optimization>=3,<4",
+        "cma>=4,<5",
+        "joblib>=1.3",
+        "matplotlib>=3.8",
+        "mujoco>=4,<5",
+        "pymoo>=0.6.1,<0.7",
+        "scikit-learn>=1.4",
+        "scipy>=1.11",
+        "tqdm>=4.66",
+    ],
+    "dask": ["distributed>=2024.1"],  # tune --backend dask
+    "ray": ["ray>=2.30,<3"],  # tune --backend ray
     "test": TEST,
     "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML"],
 }

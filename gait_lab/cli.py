@@ -120,6 +120,47 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_bench)
 
 
+def _tune(arguments: argparse.Namespace) -> int:
+    from gait_lab.tune import run as tune
+
+    options = tune.TuneOptions(
+        study=arguments.study,
+        method=arguments.method,
+        trials=arguments.trials,
+        workers=arguments.workers,
+        backend=arguments.backend,
+        address=arguments.address,
+        resume=arguments.resume,
+        out=arguments.out,
+        seed=arguments.seed,
+        engine=arguments.engine,
+        confirm=arguments.confirm,
+    )
+    tune.run(options, _say)
+    return EXIT_OK
+
+
+def _add_tune(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("study", help="shipped name (speed, com_error, omni) or YAML file")
+    parser.add_argument("--method", default="surrogate", metavar="M",
+                        help="surrogate (Gaussian process, default), pso or cma")  # fmt: skip
+    parser.add_argument("--trials", type=int, metavar="N", help="trials (the study's own)")
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (all cores)")
+    parser.add_argument("--backend", default="loky", metavar="B",
+                        help="loky: this machine (default); ray or dask: a cluster")  # fmt: skip
+    parser.add_argument("--address", metavar="A", help="of a running Ray or Dask cluster; "
+                        "without it a local one is started")  # fmt: skip
+    parser.add_argument("--resume", action="store_true",
+                        help="go on with the study that is in --out")  # fmt: skip
+    parser.add_argument("--out", type=Path, metavar="DIR",
+                        help="trials, preset, figures, report (out/tune/STUDY)")  # fmt: skip
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the method (0)")
+    parser.add_argument("--engine", metavar="E", help="physics engine of the search (the study's)")
+    parser.add_argument("--no-confirm", action="store_false", dest="confirm",
+                        help="do not walk the winner on unseen robots")  # fmt: skip
+    parser.set_defaults(run=_tune)
+
+
 def _demo(arguments: argparse.Namespace) -> int:
     from gait_lab import demo
 
@@ -206,6 +247,7 @@ def build_parser() -> argparse.ArgumentParser:
 _COMMANDS = (
     ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", _add_demo),
     ("bench", "measure the gait on many robots, in process, without ROS", _add_bench),
+    ("tune", "search parameters of the gait by a study; a preset comes out", _add_tune),
     ("record", "record topics to a bag (rosbag2, MCAP)", _add_record),
     ("teleop", "drive the robot from the keyboard", _add_teleop),
 )

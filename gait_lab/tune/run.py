@@ -1,0 +1,207 @@
+"""`nao_gait tune`: one study from its file to a preset, figures and a report."""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from gait_lab.rollout import workers as worker_count
+from gait_lab.tune import pictures, report
+from gait_lab.tune.confirm import Comparison, compare
+from gait_lab.tune.importance import importance
+from gait_lab.tune.methods import Method, make_method
+from gait_lab.tune.preset_file import write_preset
+from gait_lab.tune.provenance import code_version
+from gait_lab.tune.search import best_of, search, window_for
+from gait_lab.tune.store import Store
+from gait_lab.tune.study import Place, Study, load_study
+from gait_lab.tune.trial import Trial
+from gait_lab.tune.workers import Workers, make_workers
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import load_robot
+from sim_bridge.plant import load_plant
+from sim_bridge.simulation import Simulation
+
+FIXED = ("study", "method", "seed")
+"""What a resumed study must share with the stored one."""
+
+
+@dataclass(frozen=True, slots=True)
+class TuneOptions:
+    """As given on the command line; None = the study's own or the default."""
+
+    study: str
+    method: str = "surrogate"
+    trials: int | None = None
+    workers: int | None = None
+    backend: str = "loky"
+    address: str | None = None
+    resume: bool = False
+    out: Path | None = None
+    seed: int = 0
+    engine: str | None = None
+    confirm: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A finished study."""
+
+    study: Study
+    trials: tuple[Trial, ...]
+    best: Trial
+    comparisons: tuple[Comparison, ...]
+    folder: Path
+
+
+def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
+    """Search, confirm, write. What is wrong with the study is said before anything walks."""
+    study = load_study(options.study, options.engine, options.trials)
+    count = worker_count(options.workers)
+    method = make_method(
+        options.method, study.start_point, seed=options.seed, trials=study.trials
+    )
+    confirming = options.confirm and bool(study.unseen)
+    _try_places(study, confirming)
+    out = options.out or Path("out", "tune", study.name)
+    store = _open(study, options, out, window_for(count), say)
+    window = int(store.about["window"])
+    try:
+        workers = make_workers(options.backend, count, options.address)
+        try:
+            trials = _search(study, method, store, workers, window, say)
+            best = best_of(trials)
+            comparisons = _confirm(study, best, workers) if confirming else []
+        finally:
+            workers.close()
+        result = Result(study, tuple(trials), best, tuple(comparisons), out)
+        _write(result, store.about, say)
+    finally:
+        store.close()
+    return result
+
+
+def digest(study: Study) -> str:
+    """What the trials depend on; the number of trials may grow on resuming."""
+    relevant = (
+        study.ranges, study.start, study.protocol, sorted(study.options.items()),
+        sorted(study.objective.items()), study.penalty, study.robots, study.engine, study.plant,
+        study.urdf,
+    )  # fmt: skip
+    return hashlib.sha256(repr(relevant).encode()).hexdigest()[:16]
+
+
+def _open(
+    study: Study, options: TuneOptions, out: Path, window: int, say: Callable[[str], None]
+) -> Store:
+    about = {
+        "study": f"{study.name} {digest(study)}",
+        "method": options.method,
+        "seed": str(options.seed),
+        "window": str(window),
+        "trials": str(study.trials),
+        "version": code_version(),
+        "robots": json.dumps(study.robots),
+        "text": study.source,
+    }
+    if not options.resume:
+        return Store.create(out, about)
+    store = Store.reopen(out)
+    stored = store.about
+    for key in FIXED:
+        if stored[key] != about[key]:
+            store.close()
+            raise NaoGaitError(
+                f"resume: {key}", about[key], f"{stored[key]}, as in {out}; or another --out"
+            )
+    if stored["version"] != about["version"]:
+        say(f"note: the stored trials were walked by version {stored['version']}")
+    return store
+
+
+def _try_places(study: Study, confirming: bool) -> None:
+    """Build the robot once everywhere it shall walk: an engine may refuse a plant."""
+    places = {Place(study.engine, study.plant), *(study.confirm_places if confirming else ())}
+    robot = load_robot(study.urdf)
+    for place in sorted(places, key=str):
+        Simulation(robot, load_plant(place.plant), engine=place.engine).close()
+
+
+def _search(
+    study: Study, method: Method, store: Store, workers: Workers, window: int,
+    say: Callable[[str], None],
+) -> list[Trial]:  # fmt: skip
+    from tqdm import tqdm
+
+    stored = {trial.number for trial in store.trials()}
+    best: Trial | None = None
+    began = time.perf_counter()
+    with tqdm(total=study.trials, desc=study.name, disable=None, leave=False) as bar:
+
+        def note(trial: Trial) -> None:
+            nonlocal best
+            if best is None or trial.score > best.score:
+                best = trial
+            bar.set_postfix_str(f"best {best.score:.3f} (trial {best.number})", refresh=False)
+            bar.update()
+
+        trials = search(study, method, store, workers, window=window, note=note)
+    seconds = time.perf_counter() - began
+    new = [trial for trial in trials if trial.number not in stored]
+    say(report.pace_line(new, seconds, workers.count))
+    for trial in trials:
+        if trial.error is not None:
+            say(f"trial {trial.number} failed: {trial.error}")
+    return trials
+
+
+def _confirm(study: Study, best: Trial, workers: Workers) -> list[Comparison]:
+    from tqdm import tqdm
+
+    total = 2 * len(study.unseen) * len(study.confirm_places)
+    with tqdm(total=total, desc="unseen robots", disable=None, leave=False) as bar:
+        return compare(study, study.parameters_at(best.point), workers, lambda *_: bar.update())
+
+
+def _write(result: Result, about: dict[str, str], say: Callable[[str], None]) -> None:
+    study, trials, best, out = result.study, result.trials, result.best, result.folder
+    found = importance(study, trials)
+    title = f"{study.name}, {about['method']}, seed {about['seed']}"
+    pictures.convergence_figure(study, trials, title, out / "convergence.png")
+    pictures.importance_figure(found, out / "importance.png")
+    pictures.pairs_figure(study, trials, out / "pairs.png")
+
+    start = trials[0]
+    provenance = [
+        f"Tuned: {study.about or study.name}.",
+        f"study {about['study']}, method {about['method']}, seed {about['seed']}, "
+        f"trial {best.number} of {len(trials)}",
+        f"version {about['version']}",
+        f"tuned on {study.engine}/{study.plant}, robots {_seeds(study.robots)}: "
+        f"score {start.score:.3f} -> {best.score:.3f}",
+        *(
+            [f"medians over unseen robots {_seeds(study.unseen)}, before -> after:"]
+            if result.comparisons
+            else ["not confirmed on unseen robots"]
+        ),
+        *(f"  {report.unseen_line(study, each)}" for each in result.comparisons),
+    ]
+    preset = write_preset(
+        out / "best.yaml",
+        study.parameters_at(best.point),
+        study.values_at(best.point),
+        provenance,
+    )
+    text = [*provenance, "", *report.winner_lines(study, start, best, found)]
+    for comparison in result.comparisons:
+        text += ["", *report.comparison_table(study, comparison)]
+    (out / "report.txt").write_text("\n".join(text) + "\n", encoding="utf-8")
+    say("\n".join(text))
+    say(f"\n{preset}, report.txt, convergence.png, importance.png and pairs.png in {out}")
+
+
+def _seeds(robots: tuple[int, ...]) -> str:
+    consecutive = len(robots) > 2 and list(robots) == list(range(robots[0], robots[-1] + 1))
+    return f"{robots[0]}..{robots[-1]}" if consecutive else " ".join(map(str, robots))
