@@ -135,6 +135,7 @@ def _tune(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         engine=arguments.engine,
         confirm=arguments.confirm,
+        places=tuple(arguments.confirm_on),
     )
     tune.run(options, _say)
     return EXIT_OK
@@ -158,6 +159,9 @@ def _add_tune(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--engine", metavar="E", help="physics engine of the search (the study's)")
     parser.add_argument("--no-confirm", action="store_false", dest="confirm",
                         help="do not walk the winner on unseen robots")  # fmt: skip
+    parser.add_argument("--confirm-on", action="append", default=[], metavar="ENGINE/PLANT",
+                        help="where it walks there instead of the study's places; may be given "
+                        "often")  # fmt: skip
     parser.set_defaults(run=_tune)
 
 

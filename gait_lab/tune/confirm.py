@@ -3,13 +3,14 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from statistics import median
 
 from gait_lab.tune.measures import Measures
 from gait_lab.tune.protocols import PROTOCOLS
 from gait_lab.tune.study import Place, Study
 from gait_lab.tune.trial import robot_score, walk_all
-from gait_lab.tune.workers import Workers
+from gait_lab.tune.workers import Workers, run_all
 from nao_lipm_gait.parameters import GaitParameters
 
 
@@ -36,24 +37,21 @@ def compare(
     study: Study,
     winner: GaitParameters,
     workers: Workers,
-    note: Callable[[Place, int], None] = lambda place, robot: None,
+    note: Callable[[], object] = lambda: None,
 ) -> list[Comparison]:
     """Let both walk on every unseen robot; in each place of the study."""
-    jobs = [
-        (place, seed, which, workers.submit(walk_all, study, parameters, (seed,), place, True))
+    calls = [
+        (study, parameters, (seed,), place, True)
         for place in study.confirm_places
+        for parameters in (study.start, winner)
         for seed in study.unseen
-        for which, parameters in (("before", study.start), ("after", winner))
     ]
-    found: dict[tuple[Place, str], list[Measures]] = {}
-    for place, seed, which, future in jobs:
-        found.setdefault((place, which), []).extend(future.result())
-        note(place, seed)
-    return [
-        Comparison(place, tuple(found[place, "before"]), tuple(found[place, "after"]))
-        for place in study.confirm_places
-        if study.unseen
-    ]
+    walked = iter(run_all(workers, walk_all, calls, note))
+
+    def robots() -> tuple[Measures, ...]:
+        return tuple(each for (each,) in islice(walked, len(study.unseen)))
+
+    return [Comparison(place, robots(), robots()) for place in study.confirm_places]
 
 
 def rows(study: Study, comparison: Comparison) -> list[Row]:

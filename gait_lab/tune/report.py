@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from statistics import median
 
 from gait_lab.tune.confirm import Comparison, Row, rows
+from gait_lab.tune.finals import Candidate
 from gait_lab.tune.importance import Importance
 from gait_lab.tune.study import Study
 from gait_lab.tune.trial import Trial
@@ -44,6 +45,17 @@ def winner_lines(study: Study, start: Trial, best: Trial, found: Importance) -> 
         )
     lines.append(f"{'score':30}{start.score:>12.3f}{best.score:>12.3f}")
     return [line.rstrip() for line in lines]
+
+
+def finals_lines(study: Study, found: Sequence[Candidate]) -> list[str]:
+    """The best trials on further robots; the first one won."""
+    if not found:
+        return ["no finals: the best trial of the search won"]
+    lines = [f"finals on {len(study.finals.robots)} further robots, the first won",
+             f"{'trial':>6}{'score in search':>18}{'in finals':>12}{'falls':>8}"]  # fmt: skip
+    return lines + [
+        f"{c.trial.number:>6}{c.trial.score:>18.3f}{c.score:>12.3f}{c.falls:>8}" for c in found
+    ]
 
 
 def unseen_line(study: Study, comparison: Comparison) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from gait_lab.rollout import workers as worker_count
 from gait_lab.tune import pictures, report
 from gait_lab.tune.confirm import Comparison, compare
+from gait_lab.tune.finals import Candidate, finals
 from gait_lab.tune.importance import importance
 from gait_lab.tune.methods import Method, make_method
 from gait_lab.tune.preset_file import write_preset
@@ -43,6 +44,7 @@ class TuneOptions:
     seed: int = 0
     engine: str | None = None
     confirm: bool = True
+    places: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +54,15 @@ class Result:
     study: Study
     trials: tuple[Trial, ...]
     best: Trial
+    candidates: tuple[Candidate, ...]
+    """Of the finals, the winner first; none without finals."""
     comparisons: tuple[Comparison, ...]
     folder: Path
 
 
 def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
     """Search, confirm, write. What is wrong with the study is said before anything walks."""
-    study = load_study(options.study, options.engine, options.trials)
+    study = load_study(options.study, options.engine, options.trials, options.places)
     count = worker_count(options.workers)
     method = make_method(
         options.method, study.start_point, seed=options.seed, trials=study.trials
@@ -72,11 +76,14 @@ def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
         workers = make_workers(options.backend, count, options.address)
         try:
             trials = _search(study, method, store, workers, window, say)
-            best = best_of(trials)
+            candidates = _finals(study, trials, workers)
+            best = candidates[0].trial if candidates else best_of(trials)
             comparisons = _confirm(study, best, workers) if confirming else []
         finally:
             workers.close()
-        result = Result(study, tuple(trials), best, tuple(comparisons), out)
+        result = Result(
+            study, tuple(trials), best, tuple(candidates), tuple(comparisons), out
+        )
         _write(result, store.about, say)
     finally:
         store.close()
@@ -157,12 +164,20 @@ def _search(
     return trials
 
 
+def _finals(study: Study, trials: list[Trial], workers: Workers) -> list[Candidate]:
+    from tqdm import tqdm
+
+    total = study.finals.candidates * len(study.finals.robots)
+    with tqdm(total=total, desc="finals", disable=None, leave=False) as bar:
+        return finals(study, trials, workers, bar.update)
+
+
 def _confirm(study: Study, best: Trial, workers: Workers) -> list[Comparison]:
     from tqdm import tqdm
 
     total = 2 * len(study.unseen) * len(study.confirm_places)
     with tqdm(total=total, desc="unseen robots", disable=None, leave=False) as bar:
-        return compare(study, study.parameters_at(best.point), workers, lambda *_: bar.update())
+        return compare(study, study.parameters_at(best.point), workers, bar.update)
 
 
 def _write(result: Result, about: dict[str, str], say: Callable[[str], None]) -> None:
@@ -195,6 +210,7 @@ def _write(result: Result, about: dict[str, str], say: Callable[[str], None]) ->
         provenance,
     )
     text = [*provenance, "", *report.winner_lines(study, start, best, found)]
+    text += ["", *report.finals_lines(study, result.candidates)]
     for comparison in result.comparisons:
         text += ["", *report.comparison_table(study, comparison)]
     (out / "report.txt").write_text("\n".join(text) + "\n", encoding="utf-8")

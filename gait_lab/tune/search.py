@@ -15,10 +15,7 @@ from gait_lab.tune.methods import Method, Point
 from gait_lab.tune.store import Store
 from gait_lab.tune.study import Study
 from gait_lab.tune.trial import Trial, evaluate, failed
-from gait_lab.tune.workers import Workers
-
-ATTEMPTS = 3
-"""So often is a trial begun when its worker dies."""
+from gait_lab.tune.workers import ATTEMPTS, Workers
 
 
 def window_for(workers: int) -> int:

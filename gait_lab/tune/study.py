@@ -20,7 +20,7 @@ from sim_bridge.plant import load_plant
 
 KEYS = (
     "name", "about", "parameters", "preset", "start", "protocol", "objective", "penalty", "robots",
-    "unseen", "engine", "plant", "urdf", "trials", "confirm",
+    "finals", "unseen", "engine", "plant", "urdf", "trials", "confirm",
 )  # fmt: skip
 SEED_MAX = 1_000_000
 TRIALS_MAX = 100_000
@@ -52,6 +52,15 @@ class Penalty:
 
 
 @dataclass(frozen=True, slots=True)
+class Finals:
+    """Which trials walk again on which further robots before one is called the best."""
+
+    candidates: int = 0
+    """0: the search's best is the winner."""
+    robots: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Place:
     """Where the winner is confirmed."""
 
@@ -76,6 +85,7 @@ class Study:
     """Weight by name of a measure; the score is the weighted sum, larger is better."""
     penalty: Penalty
     robots: tuple[int, ...]
+    finals: Finals
     unseen: tuple[int, ...]
     engine: str
     plant: str
@@ -113,8 +123,13 @@ def find_study(name_or_path: str) -> Path:
     return path
 
 
-def load_study(name_or_path: str, engine: str | None = None, trials: int | None = None) -> Study:
-    """A study from its file; `engine` and `trials` replace what the file says."""
+def load_study(
+    name_or_path: str,
+    engine: str | None = None,
+    trials: int | None = None,
+    places: Sequence[str] = (),
+) -> Study:
+    """A study from its file; `engine`, `trials` and `places` replace what the file says."""
     path = find_study(name_or_path)
     try:
         text = path.read_text(encoding="utf-8")
@@ -127,6 +142,9 @@ def load_study(name_or_path: str, engine: str | None = None, trials: int | None 
         values = {**values, "engine": engine}
     if trials is not None:
         values = {**values, "trials": trials}
+    if places:
+        confirm = _mapping("confirm", values.get("confirm", {}))
+        values = {**values, "confirm": {**confirm, "places": list(places)}}
     return parse_study(values, path.stem, text)
 
 
@@ -152,7 +170,8 @@ def parse_study(values: Mapping[str, Any], name: str = "study", source: str = ""
     confirm_options = _mapping("confirm.options", confirm.get("options", {}))
     robots = _robots("robots", values["robots"])
     unseen = _robots("unseen", values.get("unseen", []), empty=True)
-    both = sorted(set(robots) & set(unseen))
+    finals = _finals(values.get("finals", {}))
+    both = sorted({*robots, *finals.robots} & set(unseen))
     if both:
         raise NaoGaitError("unseen", both, "robots that are not used for tuning")
     place = _place("engine and plant", f"{values.get('engine', 'mujoco')}/"
@@ -167,6 +186,7 @@ def parse_study(values: Mapping[str, Any], name: str = "study", source: str = ""
         objective=_objective(values["objective"], protocol.measures),
         penalty=_penalty(values.get("penalty", {})),
         robots=robots,
+        finals=finals,
         unseen=unseen,
         engine=place.engine,
         plant=place.plant,
@@ -224,6 +244,17 @@ def _penalty(given: Any) -> Penalty:
         if value < 0.0:
             raise NaoGaitError(f"penalty.{name}", value, "0 or more")
     return Penalty(**values)
+
+
+def _finals(given: Any) -> Finals:
+    given = _mapping("finals", given)
+    _known("finals", given, ("candidates", "robots"))
+    if not given:
+        return Finals()
+    return Finals(
+        _whole("finals.candidates", given.get("candidates", 0), 1, 100),
+        _robots("finals.robots", given.get("robots", [])),
+    )
 
 
 def _robots(field_name: str, given: Any, empty: bool = False) -> tuple[int, ...]:

@@ -4,7 +4,7 @@ All three give a future per trial. joblib.Parallel would run on the same three, 
 that dies takes the whole call with it; a future takes one trial.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
@@ -12,6 +12,8 @@ from nao_lipm_gait.errors import NaoGaitError
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """One simulation per process keeps a core busy; threads below it would only fight."""
+ATTEMPTS = 3
+"""So often is a piece of work begun when its worker dies."""
 IDLE_TIME = 600
 """[s] after which an idle local worker goes; longer than any pause between two trials."""
 
@@ -103,6 +105,29 @@ def _call(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 BACKENDS = ("loky", "ray", "dask")
+
+
+def run_all(
+    workers: Workers,
+    function: Callable[..., Any],
+    calls: Sequence[tuple[Any, ...]],
+    note: Callable[[], object] = lambda: None,
+) -> list[Any]:
+    """The function's results, in the order of the calls; begun again when a worker dies.
+
+    Raises what the last of `ATTEMPTS` raised.
+    """
+    futures = [workers.submit(function, *call) for call in calls]
+    results = []
+    for call, first in zip(calls, futures, strict=True):
+        future = first
+        for _ in range(ATTEMPTS - 1):
+            if future.exception() is None:
+                break
+            future = workers.submit(function, *call)
+        results.append(future.result())
+        note()
+    return results
 
 
 def make_workers(backend: str, count: int, address: str | None = None) -> Workers:

@@ -11,6 +11,7 @@ from bayes_opt import BayesianOptimization, acquisition
 from scipy.stats import qmc
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+from threadpoolctl import threadpool_limits
 
 from gait_lab.tune.methods import Point
 
@@ -50,7 +51,8 @@ class Surrogate:
         elif not self._told:
             return None
         else:
-            with warnings.catch_warnings():
+            # So small a matrix is slower on many threads, and the workers want the cores.
+            with threadpool_limits(1), warnings.catch_warnings():
                 # A length scale at its bound is an answer: the parameter does not matter.
                 warnings.simplefilter("ignore", ConvergenceWarning)
                 suggested = self._optimizer.suggest()
