@@ -26,8 +26,8 @@ demo: $(READY)  ## watch the NAO walk a tour over ROS 2 (options: make demo ARGS
 test: $(READY)  ## all tests
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup $(ARGS)
 
-bench: $(READY)  ## measure the walk on several robots (options: make bench ARGS="speed --robots 8")
-	@$(BIN)/nao_gait bench $(if $(ARGS),$(ARGS),all)
+bench: $(READY)  ## measure everything, write docs/benchmarks.md (or: make bench ARGS="speed --robots 8")
+	@$(BIN)/nao_gait bench $(if $(ARGS),$(ARGS),all --report docs/benchmarks.md)
 
 lint: $(READY)  ## ruff and mypy
 	@$(BIN)/ruff check . && $(BIN)/mypy

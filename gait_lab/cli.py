@@ -68,6 +68,7 @@ def _bench(arguments: argparse.Namespace) -> int:
         "phases": arguments.phases,
         "metres": arguments.metres,
         "half_speed": arguments.half_speed,
+        "changes": arguments.changes,
     }
     # What was not given is the suite's to choose.
     asked = {name: value for name, value in given.items() if value is not None}
@@ -77,24 +78,28 @@ def _bench(arguments: argparse.Namespace) -> int:
         preset=arguments.preset,
         settings=arguments.settings,
         json_file=arguments.json,
+        page=arguments.report,
         out=_say,
     )
     return EXIT_OK
 
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("suite", help="speed, push, compute, plant (its ingredients varied one by "
-                        "one, on MuJoCo), or all")  # fmt: skip
-    parser.add_argument("--robots", type=int, metavar="N",
-                        help="number of robots (8; push: 5; plant: 2)")  # fmt: skip
+    parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
+                        "delay, robust, compute, plant (its ingredients one by one), ablation (the "
+                        "gait's extensions one by one), or all in a quick form")  # fmt: skip
+    parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
+                        "ablation: 5; start, endurance, robust: 20; delay: 4; plant: 2)")
     parser.add_argument("--seed", type=int, metavar="S",
                         help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
+    parser.add_argument("--report", type=Path, metavar="FILE",
+                        help="write a Markdown page of all tables, figures in images/ beside it")
     parser.add_argument("--task", action="append", default=[], metavar="NAME[=SPEED]",
                         help="walk this instead of the suite's tasks, e.g. forward=31 (cm/s); "
                         "may be given often")  # fmt: skip
     parser.add_argument("--seconds", type=float, metavar="T",
-                        help="seconds at speed (20; plant: 5)")  # fmt: skip
+                        help="seconds at speed (20; delay: 10; ablation: 8; plant: 5)")  # fmt: skip
     parser.add_argument("--ingredient", action="append", default=[], metavar="NAME",
                         help="suite plant: vary only this, e.g. stiffness; "
                         "may be given often")  # fmt: skip
@@ -108,6 +113,8 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         help="suite push: pushes per gait cycle (8)")  # fmt: skip
     parser.add_argument("--metres", type=float, metavar="M",
                         help="suite endurance: what each robot walks (50)")  # fmt: skip
+    parser.add_argument("--changes", type=Path, metavar="FILE",
+                        help="suite ablation: YAML list of changes (config/bench/ablation.yaml)")
     parser.add_argument("--no-half", dest="half_speed", action="store_false", default=None,
                         help="suite speed: not also at half of each speed")  # fmt: skip
     parser.add_argument("--open-loop", choices=("beside", "off", "only"),

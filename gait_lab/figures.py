@@ -19,7 +19,8 @@ SOLE_BACK, SOLE_FRONT, SOLE_HALF_WIDTH = 0.05, 0.10, 0.042
 """[m] outline of a sole around the point under its ankle, for the drawing alone."""
 
 
-def _pyplot() -> Any:
+def pyplot() -> Any:
+    """Matplotlib's pyplot, without a window and in one style."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -40,6 +41,10 @@ def _pyplot() -> Any:
     return plt
 
 
+_pyplot = pyplot
+"""Its former name."""
+
+
 def draw_demo(
     recording: Recording, tour: Sequence[Phase], tour_began: float, out: Path
 ) -> list[Path]:
@@ -56,7 +61,7 @@ def draw_demo(
 
 def com_figure(recording: Recording, start: float, path: Path) -> Path:
     """The paper's Fig. 6: y of the expected and of the measured CoM, 3 s long."""
-    plt = _pyplot()
+    plt = pyplot()
     figure, axes = plt.subplots(figsize=(9, 3.2), layout="constrained")
     expected = recording.expected.between(start, start + 3.0)
     measured = recording.measured.between(start, start + 3.0)
@@ -72,14 +77,14 @@ def com_figure(recording: Recording, start: float, path: Path) -> Path:
     )
     axes.title.set_fontsize(10)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return _save(figure, path)
+    return save(figure, path)
 
 
 def path_figure(
     recording: Recording, tour: Sequence[Phase], begins: FloatArray, path: Path
 ) -> Path:
     """The way from above, in the robot's start frame, with where the feet stood."""
-    plt = _pyplot()
+    plt = pyplot()
     figure, axes = plt.subplots(figsize=(8, 6), layout="constrained")
     truth, odometry, soles = recording.truth, recording.odometry, recording.soles
     label: str | None = "footprints by odometry"
@@ -107,7 +112,7 @@ def path_figure(
     axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.set_title("The way: ground truth of the torso, and what the feet believe")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return _save(figure, path)
+    return save(figure, path)
 
 
 def _landed(recording: Recording) -> list[int]:
@@ -135,7 +140,7 @@ def speed_figure(
     recording: Recording, tour: Sequence[Phase], begins: FloatArray, path: Path
 ) -> Path:
     """Commanded and achieved velocity over the tour."""
-    plt = _pyplot()
+    plt = pyplot()
     figure, panels = plt.subplots(3, 1, figsize=(10, 6.5), sharex=True, layout="constrained")
     truth, commands = recording.truth, recording.commands
     zero = begins[0]
@@ -169,7 +174,7 @@ def speed_figure(
     panels[0].legend(loc="lower left", ncols=2, fontsize=8)
     panels[-1].set_xlabel("time in the tour [s]")
     panels[-1].set_xlim(0.0, begins[-1] - zero)
-    return _save(figure, path)
+    return save(figure, path)
 
 
 def _smoothed(values: FloatArray, window: int) -> FloatArray:
@@ -187,7 +192,7 @@ def frames_figure(
     from sim_bridge.individual import draw_individual
     from sim_bridge.plant import load_plant
 
-    plt = _pyplot()
+    plt = pyplot()
     robot = load_robot()
     columns = [recording.joint_names.index(name) for name in robot.joint_names]
     truth, joints = recording.truth, recording.joints
@@ -207,10 +212,11 @@ def frames_figure(
             panel.imshow(stage.photograph(position))
             index = int(np.searchsorted(begins, time, side="right")) - 1
             panel.set_title(f"{time - begins[0]:.0f} s, {tour[index].name}", fontsize=9)
-    return _save(figure, path)
+    return save(figure, path)
 
 
-def _save(figure: Any, path: Path) -> Path:
+def save(figure: Any, path: Path) -> Path:
+    """Write a figure and let go of it."""
     figure.savefig(path)
-    _pyplot().close(figure)
+    pyplot().close(figure)
     return path

@@ -128,11 +128,6 @@ def test_what_the_engine_refuses_is_said_before_the_first_walk(
         plants.sweep(slow_servos)
 
 
-def test_all_leaves_the_long_suite_out() -> None:
-    assert "plant" not in suites.named("all")
-    assert suites.named("plant") == ("plant",)
-
-
 def test_the_command_line_fills_in_what_the_suite_usually_runs_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 from gait_lab.tasks import SPEED_TASKS
 from nao_lipm_gait.errors import NaoGaitError
@@ -45,6 +46,8 @@ class BenchOptions:
     """Suite `speed`: the same tasks also at half their speed."""
     metres: float = 50.0
     """Suite `endurance`: what each robot walks."""
+    changes: Path | None = None
+    """Suite `ablation`: a list of changes of the gait; None = the shipped one."""
     show: bool = True
     """Show a progress bar (on a terminal)."""
 

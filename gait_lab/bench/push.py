@@ -119,7 +119,7 @@ class Kind:
 
 def push(options: BenchOptions) -> Report:
     """Push the robots at the asked impulses, or search the ladder for the largest survived one."""
-    directions = _directions(options.directions)
+    directions = directions_of(options.directions)
     kinds = [
         Kind(text, push_task(text), closed) for text in options.tasks for closed in options.loops
     ]
@@ -139,7 +139,18 @@ def push(options: BenchOptions) -> Report:
     return Report(tuple(rows), _text(kinds, directions, options))
 
 
-def _directions(names: Sequence[str]) -> tuple[str, ...]:
+def push_cells(
+    options: BenchOptions, text: str, wanted: Sequence[tuple[str, float]], *, label: str
+) -> dict[tuple[str, float], Cell]:
+    """(direction, impulse [N s]) -> what came of it, for one task in closed loop."""
+    kind = Kind(text, push_task(text), True)
+    _walk_unpushed([kind], options)
+    _push_all([(kind, direction, impulse) for direction, impulse in wanted], options, label=label)
+    return kind.cells
+
+
+def directions_of(names: Sequence[str]) -> tuple[str, ...]:
+    """These directions, once each; all eight if there are none."""
     for name in names:
         if name not in DIRECTIONS:
             raise NaoGaitError("direction", name, f"one of {', '.join(DIRECTIONS)}")
@@ -215,7 +226,9 @@ def cycle_after(trace: Trace, begin: float) -> tuple[float, float] | None:
 # -- with pushes -----------------------------------------------------------------------------------
 
 
-def _push_all(wanted: Iterable[tuple[Kind, str, float]], options: BenchOptions) -> None:
+def _push_all(
+    wanted: Iterable[tuple[Kind, str, float]], options: BenchOptions, *, label: str = "pushes"
+) -> None:
     """Run every phase and robot of these cells and count what survives."""
     specs: list[RolloutSpec] = []
     owners: list[tuple[Kind, Cell, Unpushed]] = []
@@ -230,7 +243,7 @@ def _push_all(wanted: Iterable[tuple[Kind, str, float]], options: BenchOptions) 
             for time in alone.times:
                 specs.append(_pushed(kind, options, seed, time, impulse, direction))
                 owners.append((kind, cell, alone))
-    results = run_all(specs, jobs=options.jobs, show=options.show)
+    results = run_all(specs, jobs=options.jobs, show=options.show, label=label)
     for (kind, cell, alone), result in zip(owners, results, strict=True):
         cell.pushed += 1
         cell.fell += result.metrics.fell

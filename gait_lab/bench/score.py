@@ -13,6 +13,7 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.rollout import RolloutResult, RolloutSpec, run_all
 from gait_lab.tasks import AXES, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import GaitParameters
 from sim_bridge.plant import PlantOption, option_text
 
 Pick = Callable[[Iterable[float]], float]
@@ -72,6 +73,11 @@ class Score:
         values = [abs(getattr(result.metrics, attribute)) * factor for result in self.results]
         finite = [value for value in values if math.isfinite(value)]
         return pick(finite) if finite else math.nan
+
+
+def _parameters(options: BenchOptions, variant: "Variant", closed: bool) -> GaitParameters:
+    changed = options.parameters.replace(**variant.parameters)
+    return changed.replace(feedback=changed.feedback and closed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +141,7 @@ def walk_all(
         RolloutSpec(
             task=task,
             robot_seed=seed,
-            parameters=options.loop_parameters(loop).replace(**variant.parameters),
+            parameters=_parameters(options, variant, loop),
             plant=options.plant,
             plant_options=(*options.plant_options, *variant.plant),
             urdf=options.urdf,

@@ -3,20 +3,23 @@
 import json
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gait_lab.bench.ablation import ablation, load_changes
+from gait_lab.bench.command import command_line
 from gait_lab.bench.compute import compute
 from gait_lab.bench.delay import TASKS as DELAY_TASKS
 from gait_lab.bench.delay import delay
+from gait_lab.bench.document import Section, write
 from gait_lab.bench.endurance import endurance
 from gait_lab.bench.error import TASKS as ERROR_TASKS
 from gait_lab.bench.error import error
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.plants import sweep
 from gait_lab.bench.push import TASKS as PUSH_TASKS
-from gait_lab.bench.push import push
+from gait_lab.bench.push import directions_of, push
 from gait_lab.bench.report import Report
 from gait_lab.bench.robust import TASKS as ROBUST_TASKS
 from gait_lab.bench.robust import robust
@@ -31,40 +34,90 @@ from sim_bridge.plant import load_plant, with_options
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """A benchmark and the options that it runs on unless told otherwise."""
+    """A benchmark, the options that it runs on unless told otherwise, and its quick form."""
 
     measure: Callable[[BenchOptions], Report]
-    usual: Mapping[str, Any] = field(default_factory=dict)
-    quick: Mapping[str, Any] | None = None
-    """What is different in `all`; None = not in `all`."""
+    usual: Mapping[str, Any]
+    quick: tuple[Mapping[str, Any], ...]
+    """Its runs in `all`: what each has else than usual, besides `QUICK_ENGINE`."""
+    reads: frozenset[str]
+    """The options that matter to it, besides those of `EVERY_SUITE`."""
 
 
+QUICK_ENGINE = "mujoco"
+"""The faster one."""
+EVERY_SUITE = frozenset(
+    {"robots", "seed", "engine", "plant", "plant_options", "urdf", "open_loop", "jobs", "show"}
+)
+_WALKS = frozenset({"tasks", "window", "hold_heading"})
 SUITES = {
-    "speed": Suite(speed),
-    "error": Suite(error, {"tasks": ERROR_TASKS}),
-    "push": Suite(push, {"robots": 5, "tasks": PUSH_TASKS}),
-    "start": Suite(start, {"robots": 20}),
-    "endurance": Suite(endurance, {"robots": 20}),
-    "delay": Suite(delay, {"robots": 4, "window": 10.0, "tasks": DELAY_TASKS}),
-    "robust": Suite(robust, {"robots": 20, "tasks": ROBUST_TASKS}),
-    "compute": Suite(compute),
-    "plant": Suite(sweep, {"robots": 2, "window": 5.0, "engine": "mujoco"}),
+    "speed": Suite(speed, {}, ({"robots": 3, "window": 5.0},), _WALKS | {"half_speed"}),
+    "error": Suite(error, {"tasks": ERROR_TASKS}, ({"robots": 3, "window": 5.0},), _WALKS),
+    "push": Suite(
+        push,
+        {"robots": 5, "tasks": PUSH_TASKS},
+        (
+            {"robots": 2, "phases": 4, "tasks": ("spot",)},
+            {"robots": 2, "phases": 4, "tasks": ("forward=20",), "impulses": (1.25,)},
+        ),
+        frozenset({"tasks", "phases", "impulses", "directions", "hold_heading"}),
+    ),
+    "start": Suite(start, {"robots": 20}, ({"robots": 3},), frozenset({"hold_heading"})),
+    "endurance": Suite(
+        endurance, {"robots": 20}, ({"robots": 4, "metres": 5.0},), frozenset({"metres"})
+    ),
+    "delay": Suite(
+        delay,
+        {"robots": 4, "window": 10.0, "tasks": DELAY_TASKS},
+        ({"robots": 2, "window": 4.0, "tasks": ("forward=20",)},),
+        _WALKS,
+    ),
+    "robust": Suite(
+        robust, {"robots": 20, "tasks": ROBUST_TASKS}, ({"robots": 3, "window": 5.0},), _WALKS
+    ),
+    "compute": Suite(compute, {"robots": 1}, ({"window": 10.0},), frozenset({"window"})),
+    "plant": Suite(
+        sweep,
+        {"robots": 2, "window": 5.0, "engine": "mujoco"},
+        ({"robots": 1, "window": 3.0, "tasks": ("forward",), "open_loop": "off"},),
+        _WALKS | {"ingredients"},
+    ),
+    "ablation": Suite(
+        ablation,
+        {"robots": 5, "window": 8.0, "open_loop": "off"},
+        ({"robots": 2, "window": 4.0, "phases": 2},),
+        _WALKS | {"phases", "changes"},
+    ),
 }
 
 
-def named(name: str) -> tuple[str, ...]:
-    """The suites behind a name; `all` is every one but the long ones."""
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One run of a suite."""
+
+    suite: str
+    options: BenchOptions
+    given: Mapping[str, Any]
+    """What is not as usual."""
+
+
+def runs(name: str, asked: Mapping[str, Any]) -> tuple[Run, ...]:
+    """The runs behind a name: a suite, or `all` of them in their quick form."""
     if name == "all":
-        return tuple(key for key, suite in SUITES.items() if suite.quick is not None)
+        quick = [
+            (suite, {"engine": QUICK_ENGINE, **changes, **asked})
+            for suite, entry in SUITES.items()
+            for changes in entry.quick
+        ]
+        return tuple(Run(suite, options_for(suite, given), given) for suite, given in quick)
     if name not in SUITES:
         raise NaoGaitError("suite", name, f"one of {', '.join(SUITES)}, all")
-    return (name,)
+    return (Run(name, options_for(name, asked), asked),)
 
 
-def options_for(name: str, asked: Mapping[str, Any], *, quick: bool = False) -> BenchOptions:
-    """What a suite runs on: what was asked for, else what it usually runs on."""
-    suite = SUITES[name]
-    return BenchOptions(**{**suite.usual, **((suite.quick or {}) if quick else {}), **asked})
+def options_for(name: str, given: Mapping[str, Any]) -> BenchOptions:
+    """What a suite runs on: what is given, else what it usually runs on."""
+    return BenchOptions(**{**SUITES[name].usual, **given})
 
 
 def overridden(parameters: GaitParameters, settings: Iterable[str]) -> GaitParameters:
@@ -95,38 +148,51 @@ def run(
     preset: str = "default",
     settings: Sequence[str] = (),
     json_file: Path | None = None,
+    page: Path | None = None,
     out: Callable[[str], None] = print,
 ) -> None:
-    """Run a suite (or all), print its tables and write its JSON.
+    """Run a suite (or all), print its tables, write its JSON and a page of everything.
 
     `asked`: the options of `BenchOptions` that shall not be the suite's usual ones.
     """
-    names = named(suite)
-    asked = {**asked, "parameters": overridden(load_preset(preset), settings)}
-    all_options = {name: options_for(name, asked, quick=suite == "all") for name in names}
+    parameters = overridden(load_preset(preset), settings)
+    planned = runs(suite, asked)
     # What is wrong with the input shall be said before the work, not after it.
-    for options in all_options.values():
-        load_robot(options.urdf)
-        with_options(load_plant(options.plant), options.plant_options)
-        for task in options.tasks:
+    for each in planned:
+        load_robot(each.options.urdf)
+        with_options(load_plant(each.options.plant), each.options.plant_options)
+        for task in each.options.tasks:
             find_task(task)
-    if json_file is not None:
-        _check_writable(json_file)
+        directions_of(each.options.directions)
+        if each.suite == "ablation":
+            load_changes(each.options.changes)
+    for file, name in ((json_file, "json"), (page, "report")):
+        if file is not None:
+            _check_writable(file, name)
     rows: list[dict[str, Any]] = []
-    for name, options in all_options.items():
+    sections: list[Section] = []
+    for each in planned:
         began = time.monotonic()
-        report = SUITES[name].measure(options)
+        options = replace(each.options, parameters=parameters)
+        report = SUITES[each.suite].measure(options)
         rows += report.as_json(options)
-        out(f"{report.text}\n{name}: took {time.monotonic() - began:.0f} s\n")
+        reads = EVERY_SUITE | SUITES[each.suite].reads
+        given = {name: value for name, value in each.given.items() if name in reads}
+        command = command_line(each.suite, given, preset, settings)
+        sections.append(Section(each.suite, command, options, report))
+        out(f"{report.text}\n{each.suite}: took {time.monotonic() - began:.0f} s\n")
     if json_file is not None:
         json_file.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
         out(f"wrote {json_file}")
+    if page is not None:
+        whole = command_line(suite, asked, preset, settings) + f" --report {page}"
+        out(f"wrote {', '.join(map(str, write(page, sections, whole)))}")
 
 
-def _check_writable(path: Path) -> None:
+def _check_writable(path: Path, name: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("a", encoding="utf-8"):
             pass
     except OSError as error:
-        raise NaoGaitError("json", str(path), f"a file that can be written ({error})") from error
+        raise NaoGaitError(name, str(path), f"a file that can be written ({error})") from error

@@ -1,0 +1,149 @@
+"""The suite `ablation`: the gait with one extension changed at a time, in speed and under pushes.
+
+What is changed is a list in YAML: `config/bench/ablation.yaml`, or a file of the same kind.
+"""
+
+import re
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.push import Cell, push_cells
+from gait_lab.bench.report import Report, Row, number, table
+from gait_lab.bench.score import Score, Variant, tasks_of, walk_all
+from gait_lab.tasks import AXES, find_task
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import GaitParameters, load_preset
+from nao_lipm_gait.resources import share
+
+SUITE = "ablation"
+UNCHANGED = "unchanged"
+PUSHES = (("left", 1.75), ("right", 1.75), ("forward", 2.5), ("back", 2.0))
+"""Directions and impulses [N s] of the pushes on the spot."""
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One entry of the list."""
+
+    name: str
+    preset: str | None
+    """None = what the bench runs on."""
+    settings: Mapping[str, Any]
+
+    def parameters(self, base: GaitParameters) -> GaitParameters:
+        start = base if self.preset is None else load_preset(self.preset)
+        return start.replace(**self.settings)
+
+
+def load_changes(path: Path | None = None) -> tuple[Change, ...]:
+    """The list of a YAML file; None = the shipped one. NaoGaitError says what is wrong with it."""
+    path = share("config", "bench", "ablation.yaml") if path is None else path
+    try:
+        entries = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = " ".join(str(error).split())
+        raise NaoGaitError(f"ablation {path}", reason, "a readable YAML file") from error
+    if not isinstance(entries, dict) or not entries:
+        raise NaoGaitError(f"ablation {path}", entries, "a mapping of names to changes")
+    return tuple(_change(path, name, entry) for name, entry in entries.items())
+
+
+def _change(path: Path, name: Any, entry: Any) -> Change:
+    where = f"ablation {path}: {name}"
+    if not isinstance(name, str) or not _NAME.fullmatch(name) or name == UNCHANGED:
+        raise NaoGaitError(f"ablation {path}", name, "names of small letters, digits and _")
+    if not isinstance(entry, dict) or not entry or set(entry) - {"preset", "set"}:
+        raise NaoGaitError(where, entry, "a mapping with preset, set or both")
+    preset, settings = entry.get("preset"), entry.get("set", {})
+    if preset is not None and not isinstance(preset, str):
+        raise NaoGaitError(f"{where}: preset", preset, "the name of a preset or a file")
+    if not isinstance(settings, dict):
+        raise NaoGaitError(f"{where}: set", settings, "a mapping of parameters")
+    change = Change(name, preset, settings)
+    change.parameters(GaitParameters())  # unknown parameters and bad values
+    return change
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How the robots walked and withstood pushes with one change."""
+
+    name: str
+    scores: tuple[Score, ...]
+    cells: Mapping[tuple[str, float], Cell]
+
+
+def ablation(options: BenchOptions) -> Report:
+    """The gait as it is and with every change, on the same robots."""
+    changes = load_changes(options.changes)
+    gaits = {UNCHANGED: options.parameters}
+    gaits.update((change.name, change.parameters(options.parameters)) for change in changes)
+    closed = replace(options, open_loop="off")
+    tasks = [*tasks_of(options), find_task("spot").lasting(options.window)]
+    variants = [Variant(parameters=gait.as_dict()) for gait in gaits.values()]
+    walked = walk_all(closed, variants, tasks)
+    outcomes = []
+    for (name, gait), scores in zip(gaits.items(), walked, strict=True):
+        pushed = push_cells(replace(closed, parameters=gait), "spot", PUSHES, label=name)
+        outcomes.append(Outcome(name, tuple(scores), pushed))
+    rows = [row for outcome in outcomes for row in _rows(outcome)]
+    return Report(tuple(rows), _text(outcomes, options))
+
+
+def _rows(outcome: Outcome) -> list[Row]:
+    rows = []
+    for score in outcome.scores:
+        name, speeds = f"{outcome.name}_{score.task.name}", score.speeds
+        rows.append(Row(SUITE, f"{name}_upright", "robots", score.upright))
+        rows.append(Row(SUITE, f"{name}_counts", "bool", float(not score.faults)))
+        if score.task.axis:
+            for statistic, summary in (("worst", min), ("median", statistics.median)):
+                value = float(summary(speeds)) if speeds and not score.faults else None
+                rows.append(Row(SUITE, f"{name}_{statistic}", score.unit, value))
+        else:
+            error = score.over(statistics.fmean, "com_error_y", 1000.0)
+            rows.append(Row(SUITE, f"{name}_com_y_error_mean", "mm", error))
+    for (direction, impulse), cell in outcome.cells.items():
+        metric = f"{outcome.name}_push_{direction}_{impulse:g}_survival"
+        rows.append(Row(SUITE, metric, "%", 100.0 * cell.share))
+    return rows
+
+
+def _text(outcomes: Sequence[Outcome], options: BenchOptions) -> str:
+    header, units = ["gait"], [""]
+    for score in outcomes[0].scores:
+        if axis := score.task.axis:
+            asked = abs(score.task.asked) * AXES[axis][1]
+            header += [score.task.name, ""]
+            units += ["upright", f"of {asked:.0f}"]
+    header += ["spot", ""]
+    units += ["upright", "mm"]
+    for direction, impulse in PUSHES:
+        header.append(direction)
+        units.append(f"{impulse:g} N s")
+    lines = [header, units]
+    for outcome in outcomes:
+        line = [outcome.name.replace("_", " ")]
+        for score in outcome.scores:
+            mark = "x" if score.upright < len(score.results) else "!" if score.faults else ""
+            median = statistics.median(score.speeds) if score.speeds else None
+            if not score.task.axis:
+                median = score.over(statistics.fmean, "com_error_y", 1000.0)
+            line += [f"{mark}{score.upright_text}", number(median)]
+        line += [f"{100.0 * cell.share:.0f}%" for cell in outcome.cells.values()]
+        lines.append(line)
+    pushes = options.robots * options.phases
+    title = f"One change at a time, {options.window:g} s at speed, {options.title}"
+    notes = (
+        "Median speed [cm/s, deg/s] of the robots that stayed upright, beside the asked one; spot:",
+        "mean |expected - true| CoM y. x: a robot fell; !: upright, but does not count (flight,",
+        f"slip, leg against leg). Pushes on the spot: survivors of {pushes} per direction.",
+    )
+    return "\n".join((title, "", table(lines), "", *notes))

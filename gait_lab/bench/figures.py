@@ -1,0 +1,108 @@
+"""Figures of the benchmarks, drawn from their rows, written as small PNG."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from gait_lab.bench.anchors import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
+from gait_lab.bench.push import DIRECTIONS
+from gait_lab.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
+
+Values = Mapping[str, float | None]
+"""Metric -> value of one suite."""
+_SURVIVAL = re.compile(
+    r"push_(?P<task>.+?)(_open_loop)?"
+    rf"_({'|'.join(sorted(DIRECTIONS, key=len, reverse=True))})_(?P<impulse>[0-9.]+)_survival"
+)
+SPEEDS = ("forward", "back", "side", "turn")
+
+
+def speed_figure(values: Values, path: Path) -> Path | None:
+    """Worst to median of closed and open loop beside what others reach; None without rows."""
+    shown = [task for task in SPEEDS if f"{task}_worst" in values]
+    if not shown:
+        return None
+    plt = pyplot()
+    figure, panels = plt.subplots(
+        1, len(shown), figsize=(2.1 * len(shown) + 1.8, 3.2), layout="constrained", squeeze=False
+    )
+    for panel, task in zip(panels[0], shown, strict=True):
+        _loop_bar(panel, 0, values, task, BLUE, "closed loop")
+        _loop_bar(panel, 1, values, f"{task}_open_loop", GREY, "open loop")
+        panel.axhline(PAPER_SPEED[task], color=RED, linewidth=1.5, label="paper")
+        low, high = PLACO_SPEED[task]
+        panel.axhspan(low, high, color=ORANGE, alpha=0.35, linewidth=0, label="placo, open loop")
+        if task in NAO_SPEED:
+            panel.axhline(NAO_SPEED[task], color=BLACK, linewidth=1.0, linestyle=":",
+                          label="fastest real NAO")  # fmt: skip
+        panel.set(title=task, xticks=[], xlim=(-0.6, 1.6),
+                  ylabel="deg/s" if task == "turn" else "cm/s")  # fmt: skip
+        panel.set_ylim(bottom=0.0)
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize=8)
+    return save(figure, path)
+
+
+def _loop_bar(panel: Any, x: int, values: Values, name: str, color: str, label: str) -> None:
+    worst, median = values.get(f"{name}_worst"), values.get(f"{name}_median")
+    panel.bar(x, median or 0.0, width=0.7, color=color, label=label)
+    if worst is None or median is None:
+        if f"{name}_counts" in values:
+            panel.text(x, 0.0, "does not\ncount", ha="center", va="bottom", fontsize=7)
+        return
+    # The line goes from the median down to the worst robot.
+    panel.plot((x, x), (worst, median), color=BLACK, linewidth=1.2, marker="_", markersize=9)
+
+
+def push_figure(values: Values, path: Path) -> Path | None:
+    """The largest survived impulse around the robot, per task; None without a search's rows."""
+    tasks = sorted(_searched(values), key=lambda task: (task != "spot", task))
+    if not tasks:
+        return None
+    plt = pyplot()
+    figure, panels = plt.subplots(
+        1, len(tasks), figsize=(3.1 * len(tasks) + 1.4, 3.6), layout="constrained",
+        squeeze=False, subplot_kw={"projection": "polar"},
+    )  # fmt: skip
+    for panel, task in zip(panels[0], tasks, strict=True):
+        for name, color, label in (
+            (task, BLUE, "closed loop"), (f"{task}_open_loop", GREY, "open loop"),
+        ):  # fmt: skip
+            _outline(panel, values, name, color, label)
+        if task == "spot":
+            angles = [math.radians(DIRECTIONS[direction]) for direction in PLACO_PUSH]
+            panel.plot(angles, list(PLACO_PUSH.values()), "D", color=ORANGE, markersize=5,
+                       label="placo, one robot")  # fmt: skip
+        panel.set_theta_zero_location("N")
+        panel.set_ylim(bottom=0.0)
+        panel.set_xticks([math.radians(angle) for angle in DIRECTIONS.values()])
+        panel.set_xticklabels([name.replace("_", "\n") for name in DIRECTIONS], fontsize=7)
+        panel.tick_params(axis="y", labelsize=7)
+        panel.set_title(f"{task.replace('_', ' ')} [N s]", fontsize=9)
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
+    return save(figure, path)
+
+
+def _searched(values: Values) -> set[str]:
+    """Tasks whose pushes were tried at more than one impulse."""
+    found: dict[str, set[str]] = {}
+    for metric in values:
+        match = _SURVIVAL.fullmatch(metric)
+        if match:
+            found.setdefault(match["task"], set()).add(match["impulse"])
+    return {task for task, impulses in found.items() if len(impulses) > 1}
+
+
+def _outline(panel: Any, values: Values, name: str, color: str, label: str) -> None:
+    known = [way for way in DIRECTIONS if f"push_{name}_{way}_max" in values]
+    if not known:
+        return
+    # What is not survived even at the smallest impulse stands in the middle.
+    sizes = [values[f"push_{name}_{way}_max"] or 0.0 for way in known]
+    angles = [math.radians(DIRECTIONS[way]) for way in known]
+    closed: Sequence[int] = (*range(len(known)), 0) if len(known) > 2 else range(len(known))
+    panel.plot([angles[i] for i in closed], [sizes[i] for i in closed], color=color, marker="o",
+               markersize=3.5, linewidth=1.8, label=label)  # fmt: skip
