@@ -27,6 +27,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
 
 from gait_lab.bag_reading import TYPES
+from gait_lab.clock_order import ClockOrder
 from nao_lipm_gait.errors import NaoGaitError
 
 if TYPE_CHECKING:
@@ -176,9 +177,9 @@ class TopicRecorder:
         self._node = node
         self._writer = writer
         self._simulated = simulated_time
-        self._now: int | None = None
-        self._waiting: list[tuple[str, bytes]] = []
-        self._subscriptions: dict[str, Any] = {}
+        self._order = ClockOrder(writer.write)
+        self._subscriptions: dict[str, tuple[Any, Callable[[bytes, Any], None]]] = {}
+        self._types: dict[str, Any] = {}
         self._refused: set[str] = set()
 
     @property
@@ -188,7 +189,7 @@ class TopicRecorder:
     @property
     def now(self) -> float:
         """[s] of simulated time up to which has been recorded; 0 before the first tick."""
-        return 1e-9 * (self._now or 0)
+        return 1e-9 * (self._order.now or 0)
 
     def add(self, topic: Topic, *, best_effort: bool = False) -> None:
         """Subscribe; ImportError if the type is not installed, NaoGaitError if it is unknown."""
@@ -206,10 +207,11 @@ class TopicRecorder:
                 DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
             ),
         )
-        handler = self._handler(name, topic.type == CLOCK)
-        self._subscriptions[name] = self._node.create_subscription(
-            cls, name, handler, qos, raw=True
-        )
+        handler: Any = self._handler(name, topic.type == CLOCK)
+        self._types[name] = cls
+        self._subscriptions[name] = (
+            self._node.create_subscription(cls, name, handler, qos, raw=True), handler
+        )  # fmt: skip
 
     def add_new_topics(self, wanted: set[str] | None = None) -> list[tuple[str, str]]:
         """Subscribe to the topics that have appeared (of those `wanted`, if not None).
@@ -236,36 +238,27 @@ class TopicRecorder:
                 refused.append((name, str(error)))
         return refused
 
-    def _handler(self, name: str, is_clock: bool) -> Callable[[bytes], None]:
+    def _handler(self, name: str, is_clock: bool) -> Callable[[bytes, Any], None]:
         if not self._simulated:
-            return lambda data: self._writer.write(name, time.time_ns(), data)
+            return lambda data, info: self._writer.write(name, _arrival(info), data)
         if is_clock:
-
-            def on_clock(data: bytes) -> None:
-                self._now = stamp_of(data)
-                self._writer.write(name, self._now, data)
-                for topic, early in self._waiting:
-                    self._writer.write(topic, self._now, early)
-                self._waiting.clear()
-
-            return on_clock
-
-        def on_message(data: bytes) -> None:
-            if self._now is None:
-                self._waiting.append((name, data))
-            else:
-                self._writer.write(name, self._now, data)
-
-        return on_message
+            return lambda data, info: self._order.tick(name, _arrival(info), stamp_of(data), data)
+        return lambda data, info: self._order.message(name, _arrival(info), data)
 
     def close(self) -> None:
-        """Stop listening; what came before any clock tick gets the stamp 0."""
-        for subscription in self._subscriptions.values():
+        """Take what has arrived and was not handled yet, then stop listening."""
+        for name, (subscription, handle) in self._subscriptions.items():
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(self._types[name], True)):
+                    handle(*taken)
             self._node.destroy_subscription(subscription)
         self._subscriptions.clear()
-        for topic, early in self._waiting:
-            self._writer.write(topic, 0, early)
-        self._waiting.clear()
+        self._order.close()
+
+
+def _arrival(info: Any) -> int:
+    """[ns] wall time at which the middleware got a message, which may be long before its turn."""
+    return int(info["received_timestamp"]) or time.time_ns()
 
 
 def record(
