@@ -34,6 +34,7 @@ EXTRAS = {
         "matplotlib>=3.8",
         "mcap-ros2-support>=0.5",
         "pillow>=10",
+        "plotly>=5.15,<8",
         "rosbags>=0.10,<0.12",
         "tqdm>=4.66",
     ],
@@ -51,6 +52,8 @@ EXTRAS = {
     "dask": ["distributed>=2024.1"],  # tune --backend dask
     "ray": ["ray>=2.30,<3"],  # tune --backend ray
     "test": TEST,
+    "browser": ["playwright>=1.40"],  # tests that look at pages; needs a Chromium
+    "view": ["viser>=1,<2"],
     "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML"],
 }
 
@@ -75,6 +78,7 @@ setup(
     maintainer_email="maintainers@nao-lipm-gait.invalid",
     python_requires=">=3.11",
     packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge*", "gait_lab*"]),
+    package_data={"gait_lab.report": ["assets/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

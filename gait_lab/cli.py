@@ -215,7 +215,11 @@ def _record(arguments: argparse.Namespace) -> int:
     from gait_lab import bag
 
     messages = bag.record(
-        arguments.out, topics=tuple(arguments.topics), duration=arguments.duration, say=_say
+        arguments.out,
+        topics=tuple(arguments.topics),
+        duration=arguments.duration,
+        storage=arguments.storage,
+        say=_say,
     )
     return EXIT_OK if messages else EXIT_FAILED
 
@@ -226,7 +230,30 @@ def _add_record(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, default=Path("out/bag"), metavar="DIR",
                         help="a new folder for the bag (out/bag)")  # fmt: skip
     parser.add_argument("--duration", type=float, metavar="S", help="seconds of wall time")
+    parser.add_argument("--storage", default="mcap", metavar="S", help="mcap (default) or sqlite3")
     parser.set_defaults(run=_record)
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from gait_lab.report import command
+
+    if arguments.after is None:
+        whole = command.write_report(arguments.bag, arguments.output, _say)
+    else:
+        whole = command.write_comparison(
+            arguments.bag, arguments.after, arguments.output, _say
+        )
+    return EXIT_OK if whole else EXIT_FAILED
+
+
+def _add_report(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("bag", type=Path, metavar="BAG",
+                        help="a rosbag2 folder, or an .mcap or .db3 file")  # fmt: skip
+    parser.add_argument("after", type=Path, nargs="?", metavar="BAG2",
+                        help="a second bag to compare the first with")  # fmt: skip
+    parser.add_argument("-o", "--output", type=Path, default=Path("report.html"), metavar="FILE",
+                        help="the page, complete in one file (report.html)")  # fmt: skip
+    parser.set_defaults(run=_report)
 
 
 def _teleop(arguments: argparse.Namespace) -> int:
@@ -259,7 +286,8 @@ _COMMANDS = (
     ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", _add_demo),
     ("bench", "measure the gait on many robots, in process, without ROS", _add_bench),
     ("tune", "search parameters of the gait by a study; a preset comes out", _add_tune),
-    ("record", "record topics to a bag (rosbag2, MCAP)", _add_record),
+    ("record", "record topics to a bag (rosbag2; MCAP or sqlite3)", _add_record),
+    ("report", "a page in one file about a recorded walk, or about two", _add_report),
     ("teleop", "drive the robot from the keyboard", _add_teleop),
 )
 

@@ -1,0 +1,1 @@
+"""`nao_gait report`: one self-contained page about a recorded walk, or about two."""

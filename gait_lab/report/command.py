@@ -1,0 +1,139 @@
+"""`nao_gait report`: a bag (or two) in, a page out."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from gait_lab.report.analysis import Analysis, analyse
+from gait_lab.report.compare import compare_page, compared, summary
+from gait_lab.report.figure import ArrayStore
+from gait_lab.report.page import (
+    Block,
+    figure_block,
+    key_numbers_html,
+    list_html,
+    page,
+    table_block,
+    verdict_html,
+)
+from gait_lab.report.plots import all_figures
+from gait_lab.report.replay import replay
+from gait_lab.report.tables import joint_table, key_numbers, stretch_table
+from gait_lab.report.verdict import findings, headline
+from nao_lipm_gait.errors import NaoGaitError
+
+ORDER = ("stretches", "speeds", "com", "path", "odometry", "steps", "origins", "innovation",
+         "whiteness", "joints", "torques", "motors", "jointtable", "torso", "loads",
+         "timing")  # fmt: skip
+"""Of the blocks on a page."""
+
+
+def write_report(bag: Path, out: Path, say: Callable[[str], None]) -> bool:
+    """Write the page of one bag; False if there is nothing of a walk in it."""
+    analysis = analyse(bag)
+    write(out, report_page(analysis))
+    tell(analysis, say)
+    say(f"{out}: {out.stat().st_size / 1e6:.1f} MB")
+    return analysis.has_motion
+
+
+def write_comparison(before: Path, after: Path, out: Path, say: Callable[[str], None]) -> bool:
+    """Write one page about two bags; False if one of them holds nothing of a walk."""
+    analyses = analyse(before), analyse(after)
+    write(out, compare_page(*analyses))
+    head, found = summary(compared(*analyses), *analyses)
+    for name, analysis in zip("AB", analyses, strict=True):
+        say(f"{name} {analysis.walk.name}: {headline(analysis).text}")
+        for lacking in (*analysis.walk.remarks, *analysis.walk.missing):
+            say(f"  {name} {lacking}")
+    say(head.text)
+    for finding in found:
+        say(f"  {'better' if finding.grade == 'good' else 'worse':6s} {finding.text}")
+    say(f"{out}: {out.stat().st_size / 1e6:.1f} MB")
+    return all(analysis.has_motion for analysis in analyses)
+
+
+def tell(analysis: Analysis, say: Callable[[str], None]) -> None:
+    """The verdict in the terminal, with what was wrong with the bag and what is not in it."""
+    say(headline(analysis).text)
+    for finding in findings(analysis):
+        say(f"  {finding.grade:5s} {finding.text}")
+    for remark in analysis.walk.remarks:
+        say(f"  bag   {remark}")
+    for missing in analysis.walk.missing:
+        say(f"  lacks {missing}")
+
+
+def write(out: Path, text: str) -> None:
+    """All or nothing: a page is either the old one or whole."""
+    part = out.with_name(out.name + ".part")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, out)
+    except OSError as error:
+        raise NaoGaitError("output", str(out), f"a file that can be written ({error})") from error
+
+
+def report_page(analysis: Analysis) -> str:
+    """The HTML of one bag."""
+    store = ArrayStore()
+    walk = analysis.walk
+    figures = all_figures(analysis, store) if analysis.has_motion else []
+    scene = replay(analysis, store) if analysis.has_motion else None
+    blocks = {figure.identity: figure_block(figure) for figure in figures}
+    for table in (stretch_table(analysis), joint_table(analysis)):
+        if table is not None:
+            blocks[table.identity] = table_block(table)
+    verdict = f'<div class="card verdict">{verdict_html(headline(analysis), findings(analysis))}'
+    stage = (
+        '</div><div class="card stage"><div id="now"></div><div id="replay"></div>'
+        '<p class="note">Drag to turn, scroll to come nearer. Blue: the pendulum from its origin '
+        "to the CoM; red and green: where the soles stood.</p></div>"
+        if scene is not None
+        else f'</div><div class="box missing"><h3>No 3D replay</h3>{analysis.robot_remark}</div>'
+    )
+    numbers = key_numbers_html(key_numbers(analysis)) if analysis.has_motion else ""
+    top = "".join(
+        (
+            verdict,
+            stage,
+            f'<div class="keys wide">{numbers}</div>' if numbers else "",
+            _wide(list_html("What was wrong with this bag", walk.remarks, "damage")),
+            _wide(list_html("Not in this bag", walk.missing, "missing")),
+        )
+    )
+    begin, end = 0.0, walk.duration
+    ordered: list[Block] = [blocks[name] for name in ORDER if name in blocks]
+    return page(
+        f"Walk report: {walk.name}",
+        f"{walk.bag.path} · {sum(t.count for t in walk.bag.topics.values())} messages of "
+        f"{len(walk.bag.topics)} topics · {walk.duration:.1f} s",
+        top,
+        ordered,
+        {
+            "begin": begin,
+            "end": end,
+            "show": _first_look(analysis),
+            "events": [
+                {"time": event.time, "kind": event.kind, "text": event.text}
+                for event in analysis.events
+            ],
+            "replay": scene,
+        },
+        figures,
+        store,
+    )
+
+
+def _wide(html: str) -> str:
+    return f'<div class="wide">{html}</div>' if html else ""
+
+
+def _first_look(analysis: Analysis) -> float:
+    """[s] a moment of walking, to begin with."""
+    for stretch in analysis.stretches:
+        if stretch.command is not None and not stretch.command.is_zero:
+            return 0.5 * (stretch.start + stretch.end)
+    walked = analysis.walked
+    return 0.5 * sum(walked) if walked else 0.0

@@ -1,0 +1,160 @@
+"""A rollout as a bag: what both nodes would publish in lockstep, without the nodes."""
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist, WrenchStamped
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+
+from gait_lab.bag import BagWriter
+from gait_lab.metrics import Metrics, measure
+from gait_lab.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, make_pair, walk
+from nao_lipm_gait.ros.diagnostics import Health, diagnostics
+from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
+from nao_lipm_gait.ros.tick_statistics import TickStatistics
+from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
+from sim_bridge.messages import ReadingWriter, TruthWriter
+from sim_bridge.plant import load_plant
+
+MARKER_TICKS = 10
+"""As the gait node draws them."""
+
+
+@dataclass
+class WrittenWalk:
+    bag: Path
+    metrics: Metrics
+    """As the benchmark measures this very walk."""
+
+
+def message_type(message: Any) -> str:
+    package = type(message).__module__.split(".")[0]
+    return f"{package}/msg/{type(message).__name__}"
+
+
+class _Out:
+    def __init__(self, writer: BagWriter, without: Collection[str], prefix: str) -> None:
+        self._writer = writer
+        self._without = without
+        self._prefix = prefix
+        self._known: set[str] = set()
+
+    def write(self, topic: str, stamp: int, message: Any) -> None:
+        if topic in self._without:
+            return
+        name = topic if topic == "/clock" else self._prefix + topic
+        if name not in self._known:
+            self._known.add(name)
+            self._writer.add_topic(name, message_type(message))
+        self._writer.write(name, stamp, serialize_message(message))
+
+
+def write_walk(
+    folder: Path,
+    spec: RolloutSpec,
+    *,
+    without: Collection[str] = (),
+    prefix: str = "",
+    storage: str = "mcap",
+) -> WrittenWalk:
+    """Walk the spec's task; the topics `without` are left out, `prefix` is their namespace."""
+    simulation, gait = make_pair(spec)
+    robot, task = gait.robot, spec.task
+    recorder = Recorder()
+    try:
+        with BagWriter(folder, storage) as writer:
+            out = _Out(writer, without, prefix)
+            out.write("/robot_description", 0, String(data=robot.urdf))
+            gait_out = _GaitMessages(out, robot)
+            readings = ReadingWriter(robot, load_plant(spec.plant).sensors)
+            truths = TruthWriter(robot)
+            answers = _overheard(gait)
+            ticks = walk(simulation, gait, task.command_at, push=spec.push)
+            pushed = spec.push is None
+            sent = -1
+            for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
+                recorder.add(tick.truth, tick.command, tick.status)
+                now = tick.truth.stamp
+                out.write("/clock", now, truths.clock(now))
+                out.write("/cmd_vel", now, _twist(tick.command))
+                out.write("/ground_truth/odom", now, truths.odometry(tick.truth))
+                out.write("/ground_truth/com", now, truths.com(tick.truth))
+                if not pushed and now * 1e-9 > spec.push.time:  # type: ignore[union-attr]
+                    pushed = True
+                    push = WrenchStamped()
+                    push.wrench.force.y = 50.0
+                    out.write("/push", now, push)
+                reading = simulation.read()
+                if reading is None or tick.status is None or reading.frame.stamp == sent:
+                    continue
+                sent = reading.frame.stamp
+                out.write("/imu/data", now, readings.imu(reading))
+                out.write("/joint_states", now, readings.joints(reading))
+                for side, topic in enumerate(("/l_sole/wrench", "/r_sole/wrench")):
+                    out.write(topic, now, readings.wrench(reading, side))
+                gait_out.write(now, tick.status, answers[-1])
+    finally:
+        simulation.close()
+    return WrittenWalk(folder, measure(recorder.trace(), task.start, task.end))
+
+
+def _overheard(gait: Any) -> list[JointTargets]:
+    """What the gait answers from now on; the last one counts."""
+    answers: list[JointTargets] = []
+    step = gait.step
+
+    def heard(*arguments: Any) -> JointTargets:
+        answers[:] = [step(*arguments)]
+        return answers[0]
+
+    gait.step = heard
+    return answers
+
+
+class _GaitMessages:
+    def __init__(self, out: _Out, robot: Any) -> None:
+        self._out = out
+        self._writer = StatusWriter()
+        self._commands = JointStateWriter(robot.joint_names, CONTROL_PERIOD)
+        self._support, self._steps, self._ticks, self._told = "", -1, 0, 0
+
+    def write(self, now: int, status: GaitStatus, targets: JointTargets) -> None:
+        out, writer = self._out, self._writer
+        out.write("/joint_command", now, self._commands.write(targets))
+        out.write("/odom", now, writer.odometry(status))
+        for name, point in (
+            ("expected", status.com_expected_in_q),
+            ("measured", status.com_measured_in_q),
+            ("estimated", status.com_estimated_in_q),
+        ):
+            out.write(f"/gait/com_{name}", now, writer.point_in_q(point, status.stamp))
+        if (text := support_text(status)) != self._support:
+            self._support = text
+            out.write("/gait/support", now, String(data=text))
+        self._ticks += 1
+        if status.step_count != self._steps or self._ticks >= MARKER_TICKS:
+            self._steps, self._ticks = status.step_count, 0
+            out.write("/gait/footsteps", now, footsteps(status))
+        if now - self._told >= 1_000_000_000:
+            self._told = now
+            out.write("/diagnostics", now, _diagnostics(status))
+
+
+def _diagnostics(status: GaitStatus) -> DiagnosticArray:
+    statistics = TickStatistics()
+    statistics.add(150.0)
+    health = Health(statistics.summarize(), 0.001, 0, {}, 0, status)
+    return diagnostics("gait", "nao", health, False)
+
+
+def _twist(command: VelocityCommand) -> Twist:
+    twist = Twist()
+    twist.linear.x, twist.linear.y = command.x, command.y
+    twist.angular.z = command.yaw
+    return twist
