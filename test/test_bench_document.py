@@ -69,7 +69,8 @@ PUSH = Report(
         Row("push", f"push_spot_{way}_{name}", "", value)
         for way in ("forward", "left", "back", "right")
         for name, value in (("max", 1.5), ("1.5_survival", 100.0), ("1.75_survival", 0.0))
-    ),
+    )
+    + (Row("push", "push_spot_tried", "impulses", 2.0),),
     "pushes",
 )
 
@@ -94,7 +95,7 @@ def test_the_page_holds_tables_commands_and_figures(tmp_path: Path) -> None:
 
 def test_no_rows_no_figure(tmp_path: Path) -> None:
     assert speed_figure({}, tmp_path / "a.png") is None
-    one_impulse = {"push_spot_left_max": 1.0, "push_spot_left_1_survival": 100.0}
+    one_impulse = {"push_spot_left_max": 1.0, "push_spot_tried": 1.0}
     assert push_figure(one_impulse, tmp_path / "b.png") is None
     assert not list(tmp_path.iterdir())
 

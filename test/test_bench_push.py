@@ -103,7 +103,7 @@ def test_the_search_finds_the_edge_of_each_direction(monkeypatch: pytest.MonkeyP
     edges = {"left": 1.0, "forward": 3.5, "back": 0.5}
     calls = []
 
-    def push_all(wanted: Any, options: BenchOptions) -> None:
+    def push_all(wanted: Any, options: BenchOptions, *_: object) -> None:
         calls.append(1)
         for kind, direction, impulse in wanted:
             kind.cells[direction, impulse] = Cell(int(impulse <= edges[direction]), 1)
@@ -117,6 +117,30 @@ def test_the_search_finds_the_edge_of_each_direction(monkeypatch: pytest.MonkeyP
     assert len(calls) <= 4
     texts = [push._largest_text(kind, direction) for direction in edges]
     assert texts == ["1", ">= 3.5", "< 0.75"]
+
+
+def test_the_later_robots_are_spared_where_the_first_ones_are_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pushed = []
+
+    def push_all(wanted: Any, options: BenchOptions, robots: slice) -> None:
+        count = len(options.seeds[robots]) * options.phases
+        for kind, direction, impulse in wanted:
+            cell = kind.cells.setdefault((direction, impulse), Cell())
+            cell.pushed += count
+            cell.survived += count if direction == "left" else count - 2
+            pushed.append((direction, count))
+
+    monkeypatch.setattr(push, "_push_all", push_all)
+    kind = Kind("spot", find_task("spot"), True)
+    options = dataclasses.replace(TINY, robots=8, phases=2)
+    push._push_until_lost([(kind, "left", 1.0), (kind, "right", 1.0)], options)
+    assert pushed == [("left", 4), ("right", 4), ("left", 12)]
+    assert kind.cells["left", 1.0].passes and not kind.cells["left", 1.0].given_up
+    assert kind.cells["right", 1.0].given_up and not kind.cells["right", 1.0].passes
+    names = {row.metric for row in push._rows(kind, ["left", "right"])}
+    assert "push_spot_left_1_survival" in names and "push_spot_right_1_survival" not in names
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,7 @@ from gait_lab.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 
 Values = Mapping[str, float | None]
 """Metric -> value of one suite."""
-_SURVIVAL = re.compile(
-    r"push_(?P<task>.+?)(_open_loop)?"
-    rf"_({'|'.join(sorted(DIRECTIONS, key=len, reverse=True))})_(?P<impulse>[0-9.]+)_survival"
-)
+_TRIED = re.compile(r"push_(?P<task>.+)_tried")
 SPEEDS = ("forward", "back", "side", "turn")
 
 
@@ -58,7 +55,7 @@ def _loop_bar(panel: Any, x: int, values: Values, name: str, color: str, label: 
 
 def push_figure(values: Values, path: Path) -> Path | None:
     """The largest survived impulse around the robot, per task; None without a search's rows."""
-    tasks = sorted(_searched(values), key=lambda task: (task != "spot", task))
+    tasks = _searched(values)
     if not tasks:
         return None
     plt = pyplot()
@@ -86,14 +83,14 @@ def push_figure(values: Values, path: Path) -> Path | None:
     return save(figure, path)
 
 
-def _searched(values: Values) -> set[str]:
-    """Tasks whose pushes were tried at more than one impulse."""
-    found: dict[str, set[str]] = {}
-    for metric in values:
-        match = _SURVIVAL.fullmatch(metric)
-        if match:
-            found.setdefault(match["task"], set()).add(match["impulse"])
-    return {task for task, impulses in found.items() if len(impulses) > 1}
+def _searched(values: Values) -> list[str]:
+    """Tasks that were pushed with more than one impulse; on the spot first."""
+    tasks = [
+        match["task"] for metric, tried in values.items()
+        if (match := _TRIED.fullmatch(metric)) and tried is not None and tried > 1
+    ]  # fmt: skip
+    names = {task.removesuffix("_open_loop") for task in tasks}
+    return sorted(names, key=lambda task: (task != "spot", task))
 
 
 def _outline(panel: Any, values: Values, name: str, color: str, label: str) -> None:

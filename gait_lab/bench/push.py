@@ -76,6 +76,8 @@ class Cell:
     survived: int = 0
     pushed: int = 0
     fell: int = 0
+    given_up: bool = False
+    """Too many of the first robots were lost for the rest to matter."""
 
     @property
     def share(self) -> float:
@@ -83,7 +85,7 @@ class Cell:
 
     @property
     def passes(self) -> bool:
-        return self.share >= SURVIVAL
+        return self.share >= SURVIVAL and not self.given_up
 
 
 @dataclass(slots=True)
@@ -227,14 +229,18 @@ def cycle_after(trace: Trace, begin: float) -> tuple[float, float] | None:
 
 
 def _push_all(
-    wanted: Iterable[tuple[Kind, str, float]], options: BenchOptions, *, label: str = "pushes"
+    wanted: Iterable[tuple[Kind, str, float]],
+    options: BenchOptions,
+    robots: slice = slice(None),
+    *,
+    label: str = "pushes",
 ) -> None:
-    """Run every phase and robot of these cells and count what survives."""
+    """Run every phase of these robots in these cells and count what survives."""
     specs: list[RolloutSpec] = []
     owners: list[tuple[Kind, Cell, Unpushed]] = []
     for kind, direction, impulse in wanted:
         cell = kind.cells.setdefault((direction, impulse), Cell())
-        for seed, alone in zip(options.seeds, kind.unpushed, strict=True):
+        for seed, alone in zip(options.seeds[robots], kind.unpushed[robots], strict=True):
             if alone.times is None:
                 # It does not even walk unpushed: lost in all phases.
                 cell.pushed += options.phases
@@ -278,6 +284,22 @@ def survives(result: RolloutResult, unpushed: Metrics) -> bool:
     )
 
 
+def _push_until_lost(wanted: Sequence[tuple[Kind, str, float]], options: BenchOptions) -> None:
+    """`_push_all`, but the later robots only where the first ones leave a chance to pass."""
+    first = max(1, options.robots // 4)
+    bearable = int((1.0 - SURVIVAL) * options.robots * options.phases + 1e-9)
+    _push_all(wanted, options, slice(first))
+    left = []
+    for kind, direction, impulse in wanted:
+        cell = kind.cells[direction, impulse]
+        if cell.pushed - cell.survived <= bearable:
+            left.append((kind, direction, impulse))
+        else:
+            cell.given_up = first < options.robots
+    if left and first < options.robots:
+        _push_all(left, options, slice(first, None))
+
+
 def _search(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOptions) -> None:
     """Bisect the ladder in every direction, all of them in the same rounds."""
     # Index of the largest impulse that passes and of the smallest that does not.
@@ -287,7 +309,7 @@ def _search(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOpti
         asked = {key: (low + high) // 2 for key, (low, high) in spans.items() if high - low > 1}
         if not asked:
             return
-        _push_all(
+        _push_until_lost(
             [(kinds[index], direction, LADDER[step])
              for (index, direction), step in asked.items()],
             options,
@@ -309,8 +331,12 @@ def _rows(kind: Kind, directions: Sequence[str]) -> list[Row]:
         rows.append(Row(SUITE, f"{base}_max", "N s", kind.largest(direction)))
         for impulse, cell in kind.of(direction).items():
             name = f"{base}_{impulse:g}"
+            if cell.given_up:
+                continue
             rows.append(Row(SUITE, f"{name}_survival", "%", 100.0 * cell.share))
             rows.append(Row(SUITE, f"{name}_fell", "pushes", cell.fell))
+    tried = len({impulse for _, impulse in kind.cells})
+    rows.append(Row(SUITE, f"push_{kind.name}_tried", "impulses", tried))
     walking = sum(alone.times is not None for alone in kind.unpushed)
     rows.append(Row(SUITE, f"push_{kind.name}_unpushed_upright", "robots", walking))
     rows += kind.detection.rows(SUITE, f"push_{kind.name}")
@@ -332,10 +358,7 @@ def _text(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOption
                     loop_name(kind.closed_loop),
                     direction,
                     _largest_text(kind, direction),
-                    *(
-                        number(100.0 * cells[impulse].share, 0) if impulse in cells else ""
-                        for impulse in impulses
-                    ),
+                    *(_cell_text(cells.get(impulse)) for impulse in impulses),
                 )
             )
     pushes = options.robots * options.phases
@@ -347,11 +370,18 @@ def _text(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOption
         f"of none). Force for {PUSH_DURATION:g} s at the torso.",
         f"largest: survived by at least {SURVIVAL:.0%}, as every smaller one that was tried; "
         "< and >=: the end of what was tried.",
+        "x: too many of the first quarter of the robots were lost; the others were not pushed.",
     )
     detection = [
         f"{kind.text}, {loop_name(kind.closed_loop)}: {kind.detection.text}" for kind in kinds
     ]
     return "\n".join((title, "", table(lines), "", *notes, "", "Fall detection", *detection))
+
+
+def _cell_text(cell: Cell | None) -> str:
+    if cell is None:
+        return ""
+    return "x" if cell.given_up else number(100.0 * cell.share, 0)
 
 
 def _largest_text(kind: Kind, direction: str) -> str:
