@@ -19,7 +19,7 @@ from gait_lab.tune.search import best_of, search, window_for
 from gait_lab.tune.store import Store
 from gait_lab.tune.study import Place, Study, load_study
 from gait_lab.tune.trial import Trial
-from gait_lab.tune.workers import Workers, make_workers
+from gait_lab.tune.workers import Workers, check_backend, make_workers
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
 from sim_bridge.plant import load_plant
@@ -64,6 +64,7 @@ def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
     """Search, confirm, write. What is wrong with the study is said before anything walks."""
     study = load_study(options.study, options.engine, options.trials, options.places)
     count = worker_count(options.workers)
+    check_backend(options.backend, options.address)
     method = make_method(
         options.method, study.start_point, seed=options.seed, trials=study.trials
     )

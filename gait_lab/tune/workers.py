@@ -130,13 +130,18 @@ def run_all(
     return results
 
 
-def make_workers(backend: str, count: int, address: str | None = None) -> Workers:
-    """Started workers; `address` of a running cluster, for Ray and Dask."""
+def check_backend(backend: str, address: str | None = None) -> None:
+    """NaoGaitError for an unknown backend, or an address where it means nothing."""
     if backend not in BACKENDS:
         raise NaoGaitError("backend", backend, ", ".join(BACKENDS))
+    if backend == "loky" and address is not None:
+        raise NaoGaitError("address", address, "only with --backend ray or dask")
+
+
+def make_workers(backend: str, count: int, address: str | None = None) -> Workers:
+    """Started workers; `address` of a running cluster, for Ray and Dask."""
+    check_backend(backend, address)
     if backend == "loky":
-        if address is not None:
-            raise NaoGaitError("address", address, "only with --backend ray or dask")
         return LokyWorkers(count)
     if backend == "dask":
         return DaskWorkers(count, address)
