@@ -146,6 +146,7 @@ def test_an_ablation_measures_every_change_on_the_same_robots(tmp_path: Path) ->
     assert of["unchanged"] == of["same"] != of["open_loop"]
     for direction, impulse in PUSHES:
         assert f"push_{direction}_{impulse:g}_survival" in of["unchanged"]
+    assert "fall_lead_median" in of["unchanged"]
 
 
 def test_the_list_is_checked_before_the_first_suite(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ def metrics(spec: RolloutSpec) -> Metrics:
     fell = soft and spec.robot_seed == 1 and spec.task.asked > 0 and not spec.parameters.feedback
     values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
     values |= {
-        "fell": fell, "fall_time": 6.5 if fell else None,
+        "fell": fell, "fall_time": 6.5 if fell else None, "alarm_time": 6.3 if fell else None,
         "speed_x": spec.task.asked * (0.7 if soft else 1.0),
     }  # fmt: skip
     return Metrics(**values)
@@ -65,6 +65,8 @@ def test_the_first_value_that_fells_a_robot_is_named(report: bench.Report) -> No
     assert found["stiffness_forward_open_loop_breaks_at"] == 75.0
     assert found["stiffness_forward_breaks_at"] is None
     assert found["stiffness_back_open_loop_breaks_at"] is None
+    assert found["open_loop_falls"] == 2 and found["closed_falls"] == 0
+    assert found["open_loop_fall_lead_median"] == pytest.approx(0.2)
     assert "motor.stiffness [N m/rad], open: forward at 75 (1/2; 6.5 s)" in report.text
     assert "motor.play [deg], closed: nothing at 1.2, 2, 3, 5" in report.text
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import yaml
 
+from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.push import Cell, push_cells
 from gait_lab.bench.report import Report, Row, number, table
@@ -78,6 +79,8 @@ class Outcome:
     name: str
     scores: tuple[Score, ...]
     cells: Mapping[tuple[str, float], Cell]
+    detection: FallDetection
+    """Over walks and pushes."""
 
 
 def ablation(options: BenchOptions) -> Report:
@@ -92,7 +95,9 @@ def ablation(options: BenchOptions) -> Report:
     outcomes = []
     for (name, gait), scores in zip(gaits.items(), walked, strict=True):
         pushed = push_cells(replace(closed, parameters=gait), "spot", PUSHES, label=name)
-        outcomes.append(Outcome(name, tuple(scores), pushed))
+        for result in (result for score in scores for result in score.results):
+            pushed.detection.add(result.metrics)
+        outcomes.append(Outcome(name, tuple(scores), pushed.cells, pushed.detection))
     rows = [row for outcome in outcomes for row in _rows(outcome)]
     return Report(tuple(rows), _text(outcomes, options))
 
@@ -113,7 +118,7 @@ def _rows(outcome: Outcome) -> list[Row]:
     for (direction, impulse), cell in outcome.cells.items():
         metric = f"{outcome.name}_push_{direction}_{impulse:g}_survival"
         rows.append(Row(SUITE, metric, "%", 100.0 * cell.share))
-    return rows
+    return rows + outcome.detection.rows(SUITE, outcome.name)
 
 
 def _text(outcomes: Sequence[Outcome], options: BenchOptions) -> str:
@@ -146,4 +151,7 @@ def _text(outcomes: Sequence[Outcome], options: BenchOptions) -> str:
         "mean |expected - true| CoM y. x: a robot fell; !: upright, but does not count (flight,",
         f"slip, leg against leg). Pushes on the spot: survivors of {pushes} per direction.",
     )
-    return "\n".join((title, "", table(lines), "", *notes))
+    detection = [
+        f"{outcome.name.replace('_', ' ')}: {outcome.detection.text}" for outcome in outcomes
+    ]
+    return "\n".join((title, "", table(lines), "", *notes, "", "Fall detection", *detection))

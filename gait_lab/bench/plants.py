@@ -10,6 +10,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, table
 from gait_lab.bench.score import Score, Variant, walk_all
@@ -127,7 +128,10 @@ def report(unchanged: Sequence[Score], levels: Sequence[Level], options: BenchOp
                 value = float(value)
             metric = f"{ingredient.name}_{score.name}_breaks_at"
             rows.append(Row(SUITE, metric, ingredient.unit, value))
-    return Report(tuple(rows), _text(unchanged, levels, options))
+    found = by_loop([*unchanged, *(score for level in levels for score in level.scores)])
+    rows += rows_by_loop(SUITE, found)
+    text = f"{_text(unchanged, levels, options)}\n\n{text_by_loop(found)}"
+    return Report(tuple(rows), text)
 
 
 def _by_ingredient(levels: Sequence[Level]) -> list[tuple[Ingredient, list[Level]]]:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gait_lab.bench.anchors import PLACO_PUSH
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
@@ -143,12 +144,12 @@ def push(options: BenchOptions) -> Report:
 
 def push_cells(
     options: BenchOptions, text: str, wanted: Sequence[tuple[str, float]], *, label: str
-) -> dict[tuple[str, float], Cell]:
-    """(direction, impulse [N s]) -> what came of it, for one task in closed loop."""
+) -> Kind:
+    """What came of these directions and impulses [N s], for one task in closed loop."""
     kind = Kind(text, push_task(text), True)
     _walk_unpushed([kind], options)
     _push_all([(kind, direction, impulse) for direction, impulse in wanted], options, label=label)
-    return kind.cells
+    return kind
 
 
 def directions_of(names: Sequence[str]) -> tuple[str, ...]:
@@ -346,9 +347,10 @@ def _rows(kind: Kind, directions: Sequence[str]) -> list[Row]:
 def _text(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOptions) -> str:
     impulses = sorted({impulse for kind in kinds for _, impulse in kind.cells})
     lines: list[tuple[str, ...]] = [
-        ("task", "loop", "direction", "largest", *(f"{impulse:g}" for impulse in impulses)),
-        ("", "", "", "N s", *("%" for _ in impulses)),
-    ]
+        ("task", "loop", "direction", "largest", "placo",
+         *(f"{impulse:g}" for impulse in impulses)),
+        ("", "", "", "N s", "N s", *("%" for _ in impulses)),
+    ]  # fmt: skip
     for kind in kinds:
         for direction in directions:
             cells = kind.of(direction)
@@ -358,6 +360,9 @@ def _text(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOption
                     loop_name(kind.closed_loop),
                     direction,
                     _largest_text(kind, direction),
+                    f"{PLACO_PUSH[direction]:g}"
+                    if kind.text == "spot" and direction in PLACO_PUSH
+                    else "",
                     *(_cell_text(cells.get(impulse)) for impulse in impulses),
                 )
             )
@@ -370,6 +375,7 @@ def _text(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOption
         f"of none). Force for {PUSH_DURATION:g} s at the torso.",
         f"largest: survived by at least {SURVIVAL:.0%}, as every smaller one that was tried; "
         "< and >=: the end of what was tried.",
+        "placo: one robot on a plant of its own, six phases, all survived.",
         "x: too many of the first quarter of the robots were lost; the others were not pushed.",
     )
     detection = [
