@@ -49,6 +49,8 @@ def finals(
     """Candidates by their score in the finals, the winner first."""
     place = Place(study.engine, study.plant)
     robots = study.finals.robots
+    if not study.finals.candidates:
+        return []
     chosen = candidates(study, trials)
     calls = [
         (study, study.parameters_at(trial.point), (seed,), place, True)
