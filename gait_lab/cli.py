@@ -256,6 +256,28 @@ def _add_report(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_report)
 
 
+def _view(arguments: argparse.Namespace) -> int:
+    from gait_lab.view import command
+
+    command.run(
+        port=arguments.port,
+        namespace=arguments.namespace,
+        stamped=arguments.stamped,
+        duration=arguments.duration,
+        say=_say,
+    )
+    return EXIT_OK
+
+
+def _add_view(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--port", type=int, default=8080, metavar="P",
+                        help="of the page on 127.0.0.1 (8080, or the next free one)")  # fmt: skip
+    parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")
+    parser.add_argument("--stamped", action="store_true", help="send TwistStamped")
+    parser.add_argument("--duration", type=float, metavar="S", help="end after S s of wall time")
+    parser.set_defaults(run=_view)
+
+
 def _teleop(arguments: argparse.Namespace) -> int:
     from gait_lab import teleop
 
@@ -288,6 +310,7 @@ _COMMANDS = (
     ("tune", "search parameters of the gait by a study; a preset comes out", _add_tune),
     ("record", "record topics to a bag (rosbag2; MCAP or sqlite3)", _add_record),
     ("report", "a page in one file about a recorded walk, or about two", _add_report),
+    ("view", "watch and drive the running robot in the browser", _add_view),
     ("teleop", "drive the robot from the keyboard", _add_teleop),
 )
 

@@ -93,7 +93,7 @@ def follow_body(
             sole_in_root[row, side] = data.oMf[frame[name]].homogeneous
         for column, name in enumerate(links):
             link_in_root[row, column] = data.oMf[frame[name]].homogeneous
-    root_in_torso = _inverse(torso_in_root)
+    root_in_torso = inverse_pose(torso_in_root)
     sole_in_torso = root_in_torso[:, None] @ sole_in_root
     from_truth = bool(len(walk.truth))
     if from_truth:
@@ -117,7 +117,8 @@ def yaw_of_pose(pose: FloatArray) -> FloatArray:
     return np.arctan2(pose[..., 1, 0], pose[..., 0, 0])
 
 
-def _inverse(pose: FloatArray) -> FloatArray:
+def inverse_pose(pose: FloatArray) -> FloatArray:
+    """Of (..., 4, 4) poses."""
     result = np.zeros_like(pose)
     result[..., :3, :3] = np.swapaxes(pose[..., :3, :3], -1, -2)
     result[..., :3, 3] = -np.einsum("...ij,...j->...i", result[..., :3, :3], pose[..., :3, 3])
@@ -149,20 +150,32 @@ def pose_of(position: FloatArray, quaternion: FloatArray) -> FloatArray:
 
 
 def _torso_by_odometry(walk: Walk, stamps: IntArray, sole_in_torso: FloatArray) -> FloatArray:
-    """The lower sole lies flat on the ground; the middle between the soles is base_footprint."""
     odometry = walk.odometry.at(stamps) if len(walk.odometry) else np.zeros((len(stamps), 3))
+    return torso_over_soles(odometry, sole_in_torso)
+
+
+def torso_over_soles(odometry: FloatArray, sole_in_torso: FloatArray) -> FloatArray:
+    """(t, 4, 4) pose of the torso in odom, without knowing its tilt.
+
+    The lower sole lies flat on the ground; the middle between the soles is base_footprint, where
+    odometry (t, 3) has it. Soles (t, 2, 4, 4) in the torso frame.
+    """
     # "Lower" is decided with an upright torso, which is what a walking robot has.
     side = np.argmin(sole_in_torso[:, :, 2, 3], axis=1)
-    torso_in_sole = _inverse(sole_in_torso[np.arange(len(stamps)), side])
-    soles = torso_in_sole[:, None] @ sole_in_torso
-    middle = soles[:, :, :2, 3].mean(axis=1)
-    heading = np.unwrap(yaw_of_pose(soles), axis=1).mean(axis=1)
+    torso_in_sole = inverse_pose(sole_in_torso[np.arange(len(side)), side])
     # base_footprint in the frame of the stance sole, inverted and put where odometry says.
-    footprint = _planar(middle[:, 0], middle[:, 1], heading)
-    return _planar(*odometry.T) @ _inverse(footprint) @ torso_in_sole
+    footprint = planar_pose(*footprint_of(torso_in_sole[:, None] @ sole_in_torso).T)
+    return planar_pose(*odometry.T) @ inverse_pose(footprint) @ torso_in_sole
 
 
-def _planar(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
+def footprint_of(soles: FloatArray) -> FloatArray:
+    """(t, 3) x, y [m], yaw [rad] of the middle between soles (t, 2, 4, 4)."""
+    heading = np.unwrap(yaw_of_pose(soles), axis=1).mean(axis=1)
+    return np.column_stack([soles[:, :, :2, 3].mean(axis=1), heading])
+
+
+def planar_pose(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
+    """(t, 4, 4) on the ground."""
     pose = np.zeros((len(x), 4, 4))
     pose[:, 0, 0] = pose[:, 1, 1] = np.cos(yaw)
     pose[:, 1, 0] = np.sin(yaw)

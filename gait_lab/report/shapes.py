@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from nao_lipm_gait.signals import FloatArray
 
 IntArray = NDArray[np.int64]
-ROUND = 16
+ROUND = 12
 """Corners of a circle."""
 
 

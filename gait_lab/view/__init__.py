@@ -1,0 +1,1 @@
+"""`nao_gait view`: the robot live in the browser, over ROS."""

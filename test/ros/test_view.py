@@ -1,0 +1,144 @@
+"""The live view with both nodes: it serves a page, shows the robot, drives and pushes it."""
+
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser")
+pytest.importorskip("mujoco")
+
+from geometry_msgs.msg import Twist, WrenchStamped  # noqa: E402
+from nav_msgs.msg import Odometry  # noqa: E402
+
+from gait_lab.view.command import HOST, Viewer, serve  # noqa: E402
+from nao_lipm_gait.errors import NaoGaitError  # noqa: E402
+from ros_probe import ROOT, Probe  # noqa: E402
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((HOST, 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture
+def server() -> Iterator[Any]:
+    server = serve(free_port())
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+def start_nodes(probe: Probe) -> None:
+    probe.start("sim_bridge", engine="mujoco", lockstep=True, real_time_factor=1.0)
+    probe.start("gait")
+
+
+def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, server: Any) -> None:
+    viewer = Viewer(probe.node, server)
+    commands = probe.subscribe(Twist, "cmd_vel")
+    pushes = probe.subscribe(WrenchStamped, "push")
+    truths = probe.subscribe(Odometry, "ground_truth/odom")
+    start_nodes(probe)
+
+    def shown(predicate: Any, what: str) -> None:
+        # The view's own loop, between the callbacks.
+        probe.wait(lambda: (viewer.step(), predicate())[1], what)
+
+    shown(lambda: viewer.scene is not None and viewer.link.heard.support == "stand double",
+          "the robot, standing")  # fmt: skip
+    scene = viewer.scene
+    assert scene is not None and viewer.link.heard.urdf is not None
+    shown(lambda: len(scene._frames) > 10 and scene._frames[0].position[2] != 0.0, "links placed")
+    viewer.panel.x.value = 20.0
+    shown(lambda: any(c.linear.x == 0.2 for c in commands), "the slider's command")
+    shown(lambda: scene.base[0] > 0.3, "the robot walking forward in the scene")
+    assert viewer.link.heard.support.startswith("walk ")
+    shown(lambda: len(scene._prints) >= 3, "footprints")
+    assert scene.com.visible and scene.origin.visible
+    com, base = np.asarray(scene.com.position), scene.base
+    assert np.hypot(com[0] - base[0], com[1] - base[1]) < 0.15, "the CoM is over the robot"
+    assert 0.15 < com[2] < 0.35
+    true = truths[-1].pose.pose.position
+    assert np.hypot(true.x - base[0], true.y - base[1]) < 0.15
+    viewer.panel.through.value = True
+    shown(lambda: all(mesh.opacity == 0.3 for mesh in scene._meshes), "a robot of glass")
+    viewer.panel.impulse.value = 0.5
+    viewer.panel._note_push()
+    shown(lambda: pushes, "the push")
+    force = pushes[0].wrench.force
+    assert np.hypot(force.x, force.y) == pytest.approx(5.0), "0.5 N s in 0.1 s"
+    assert force.y > 0.9 * 5.0, "to the left of a robot that looks along x"
+    viewer.panel.stand_still()
+    shown(lambda: viewer.link.heard.support == "stand double", "the stop")
+    count = len(commands)
+    probe.wait(lambda: True, "nothing")
+    shown(lambda: viewer.link._standstills >= 10, "cmd_vel left to others")
+    assert len(commands) <= count + 11
+
+
+def test_the_tool_serves_on_this_machine_alone(probe: Probe, tmp_path: Path) -> None:
+    start_nodes(probe)
+    port = free_port()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gait_lab.cli", "view", "--port", str(port)],
+        cwd=ROOT, env=probe.domain.environment(), stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        address = re.search(r"http://\S+", process.stdout.readline())
+        assert address is not None and address[0] == f"http://{HOST}:{port}"
+        with urllib.request.urlopen(address[0], timeout=20) as answer:
+            assert answer.status == 200 and b"<html" in answer.read(4000).lower()
+        assert _listening(port) == {"0100007F"}, "127.0.0.1 and nothing else"
+        _look(probe, address[0])
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+
+
+def _look(probe: Probe, address: str) -> None:
+    """What a browser shows, where there is one."""
+    sys.path.append(str(ROOT / "test"))
+    try:
+        from browser import open_tab
+
+        with open_tab(address) as tab:
+            tab.wait("document.body.innerText.includes('stand double')")
+            tab.wait("document.querySelector('canvas') !== null")
+            assert "forward [cm/s]" in tab.run("document.body.innerText")
+    except pytest.skip.Exception:
+        pass  # no browser: the page was fetched all the same
+    finally:
+        sys.path.remove(str(ROOT / "test"))
+
+
+def _listening(port: int) -> set[str]:
+    """Addresses in hex on which somebody listens on the port, of all network namespaces here."""
+    found = set()
+    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+        for line in Path(table).read_text().splitlines()[1:]:
+            address, state = line.split()[1], line.split()[3]
+            where, _, at = address.rpartition(":")
+            if state == "0A" and int(at, 16) == port:
+                found.add(where)
+    return found
+
+
+def test_a_port_that_is_none_is_refused() -> None:
+    with pytest.raises(NaoGaitError, match="port: got 0|port.*65535"):
+        serve(0)
