@@ -74,7 +74,8 @@ def pairs_figure(study: Study, trials: Sequence[Trial], path: Path) -> Path:
                 axes.yaxis.tick_right()
             else:
                 shown = axes.scatter(
-                    x, points[order, i], c=score[order], s=14, cmap="viridis", vmin=low, vmax=high
+                    x, points[order, i], c=score[order], s=14, cmap="viridis", vmin=low, vmax=high,
+                    clip_on=False,
                 )
                 axes.plot(points[best, j], points[best, i], "*", ms=11, color=RED)
                 axes.set_ylim(row.low, row.high)
@@ -87,7 +88,8 @@ def pairs_figure(study: Study, trials: Sequence[Trial], path: Path) -> Path:
             elif i == j:
                 axes.set_title("score", fontsize=8, loc="right", color=ORANGE)
     if shown is not None:
-        figure.colorbar(shown, ax=grid[:, -1], shrink=0.5, label="score")
+        # the upper right corner is free
+        figure.colorbar(shown, cax=grid[0, -1].inset_axes((0.0, 0.0, 0.15, 1.0)), label="score")
     figure.savefig(path)
     plt.close(figure)
     return path
