@@ -87,7 +87,9 @@ def report_page(analysis: Analysis) -> str:
             blocks[table.identity] = table_block(table)
     verdict = f'<div class="card verdict">{verdict_html(headline(analysis), findings(analysis))}'
     stage = (
-        '</div><div class="card stage"><div id="now"></div><div id="replay"></div>'
+        '</div><div class="card stage"><div id="now"></div>'
+        '<button id="glass" title="show the pendulum inside the robot">see through</button>'
+        '<div id="replay"></div>'
         '<p class="note">Drag to turn, scroll to come nearer. Blue: the pendulum from its origin '
         "to the CoM; red and green: where the soles stood.</p></div>"
         if scene is not None

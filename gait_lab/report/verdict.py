@@ -93,7 +93,8 @@ def _speeds(analysis: Analysis) -> list[Finding]:
         share = 100 * (stretch.reached or 0.0)
         grade = FAIR if share >= 75 else BAD
         when = f"{stretch.name} ({stretch.start:.0f}–{stretch.end:.0f} s)"
-        found.append(Finding(grade, f"{when} reached {share:.0f} % of the commanded speed{by}."))
+        text = f"{when} reached {share:.0f} % of the commanded speed{by}."
+        found.append(Finding(grade, text[0].upper() + text[1:]))
     for stretch in asked:
         command = stretch.command
         if command is not None and command.yaw == 0.0:
@@ -101,7 +102,8 @@ def _speeds(analysis: Analysis) -> list[Finding]:
             if abs(drift) > DRIFT:
                 when = f"{stretch.name} at {stretch.start:.0f} s"
                 rate = f"{math.degrees(drift):+.1f}°/s"
-                found.append(Finding(FAIR, f"{when}: the heading drifts by {rate}."))
+                text = f"{when}: the heading drifts by {rate}."
+                found.append(Finding(FAIR, text[0].upper() + text[1:]))
     return found
 
 

@@ -120,7 +120,7 @@
       },
     };
     await Plotly.newPlot(element, traces, layout, { displaylogo: false, responsive: true,
-      modeBarButtonsToRemove: ["resetCameraLastSave3d", "orbitRotation"] });
+      displayModeBar: false });
   }
 
   // One picture at a time: a slow machine skips frames and does not queue them.
@@ -144,5 +144,11 @@
     if (it.visible) show(report.state.time);
   });
   report.listeners.push((time) => { if (it.visible) show(time); });
+  const glass = document.getElementById("glass");
+  glass.addEventListener("click", () => {
+    const through = glass.textContent === "see through";
+    glass.textContent = through ? "solid" : "see through";
+    Plotly.restyle(element, { opacity: through ? 0.3 : 1 }, [0]);
+  });
   report.start(async () => { await build(); seen.observe(element); });
 })();
