@@ -327,9 +327,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"nao_gait {parsed.command}: interrupted\n")
         return EXIT_INTERRUPTED
     except ModuleNotFoundError as error:
+        extra = parsed.command if parsed.command in ("view", "tune") else "lab"
         sys.stderr.write(
             f"nao_gait {parsed.command}: needs {error.name}, which is not installed; "
-            "in the checkout: pip install '.[lab]', or rosdep install beside an apt ROS\n"
+            f"in the checkout: pip install '.[{extra}]', or rosdep install beside an apt ROS\n"
         )
         return EXIT_FAILED
 
