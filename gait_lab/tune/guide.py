@@ -49,7 +49,7 @@ def draw(sweep: Sweep, samples: Sequence[Sample], walked: Walked, path: Path) ->
         _mark_falls(axes, samples)
         axes.set_title(label, loc="left", fontsize=10)
         axes.set_xlabel(f"{sweep.name} [{parameter.unit}]" if parameter.unit else sweep.name)
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
     panels[0].axhline(100.0 * walked.speed, color=GREY, lw=1, ls="--")
     panels[2].legend(fontsize=7, loc="lower right")
     path.parent.mkdir(parents=True, exist_ok=True)
