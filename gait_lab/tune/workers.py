@@ -35,7 +35,10 @@ class LokyWorkers:
         self.count = count
 
     def _executor(self) -> Any:
-        from joblib.externals.loky import get_reusable_executor
+        try:
+            from joblib.externals.loky import get_reusable_executor
+        except ModuleNotFoundError:  # some distributions ship joblib without its copy
+            from loky import get_reusable_executor
 
         # Gives a fresh one where the last one broke.
         return get_reusable_executor(max_workers=self.count, timeout=IDLE_TIME, env=ONE_THREAD)
