@@ -34,6 +34,7 @@ from nao_lipm_gait.signals import (
     SensorFrame,
     VelocityCommand,
 )
+from nao_lipm_gait.tilt_compensation import TiltCompensation
 from nao_lipm_gait.walk import BodyTargets, SoleTarget
 
 MISSED_TICKS_MAX = 20
@@ -74,6 +75,7 @@ class Gait:
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
         )
         self._posture = PostureFeedback(self.robot)
+        self._tilt = TiltCompensation()
         self._odometry = Odometry()
         self._state = GaitState.STAND
         self._stamp: int | None = None
@@ -123,6 +125,14 @@ class Gait:
         self._walk.observe(self._measured[0], self._measured[1])
         walking = self._state is not GaitState.STAND and not self._stand_requested
         self._targets = self._walk.plan(command if walking else STANDSTILL)
+        if self._parameters.feedback and self._state is GaitState.WALK:
+            self._targets = self._tilt.apply(
+                self._targets,
+                self._walk.predicted.support,
+                self._unwanted_tilt(frame),
+                self._parameters,
+                self._dt,
+            )
         placed = self._placement.place(self._targets, self._parameters.arm_swing)
         position = self._blended(placed.position)
         if self._parameters.feedback and self._state is GaitState.WALK:
@@ -136,6 +146,16 @@ class Gait:
         self._residual = placed.residual
         self._clipped = self._limits.cut(position)
         return JointTargets(frame.stamp, position)
+
+    def _unwanted_tilt(self, frame: SensorFrame) -> tuple[float, float]:
+        """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""
+        p = self._parameters
+        roll_rate, pitch_rate, _ = _point(frame.angular_velocity)
+        orientation = self._orientation
+        return (
+            orientation.roll + p.feedback_delay * roll_rate,
+            orientation.pitch + p.feedback_delay * pitch_rate - p.torso_pitch,
+        )
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
         """Ticks without a frame since the last one; begins anew at a start or a time jump."""

@@ -45,14 +45,18 @@ class GaitParameters:
         0.24, 0.1, 0.6, "m", "pendulum", "assumed height h of the pendulum; sets k = sqrt(g/h)"
     )
     pendulum_width: float = _parameter(
-        0.0383, 0.005, 0.1, "m", "pendulum",
+        0.04, 0.005, 0.1, "m", "pendulum",
         "(x0)_y: distance of the CoM from the pendulum origin where it turns back; wider = faster",
     )
     pendulum_offset_y: float = _parameter(
         0.05, 0.02, 0.12, "m", "pendulum", "r_y: distance of the pendulum origin from Q"
     )
     pendulum_shift_max: float = _parameter(
-        0.02, 0.0, 0.06, "m", "pendulum", "cap on |r_x|; a step that needs more is made smaller"
+        0.04, 0.0, 0.06, "m", "pendulum", "cap on |r_x|; a step that needs more is made smaller"
+    )
+    pendulum_shift_side_max: float = _parameter(
+        0.045, 0.0, 0.06, "m", "pendulum",
+        "how far r_y may move outwards inside the sole for a CoM that comes back too late",
     )
     step_duration_min: float = _parameter(
         0.14, 0.05, 0.5, "s", "pendulum", "no support change earlier than this after the last one"
@@ -65,7 +69,7 @@ class GaitParameters:
         0.24, 0.15, 0.4, "m", "stance", "height of the whole-body CoM above the soles"
     )
     foot_spacing: float = _parameter(
-        0.11, 0.08, 0.2, "m", "stance", "lateral distance between the ankles"
+        0.12, 0.08, 0.2, "m", "stance", "lateral distance between the ankles"
     )
     foot_reference_x: float = _parameter(
         0.02, -0.03, 0.06, "m", "stance",
@@ -76,34 +80,35 @@ class GaitParameters:
     )
     # -- swing foot --------------------------------------------------------------------------------
     swing_lift: float = _parameter(
-        0.02, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
+        0.0275, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
     )
     swing_rise: float = _parameter(
         0.4, 0.1, 0.5, "", "swing",
         "share of the step for lifting, and again for lowering; in between the foot stays up",
     )
     swing_travel_end: float = _parameter(
-        0.9, 0.5, 1.0, "", "swing", "share of the step after which the foot no longer moves in x, y"
+        0.97, 0.5, 1.0, "", "swing",
+        "share of the step after which the foot no longer moves in x, y",
     )
     # -- step sizes --------------------------------------------------------------------------------
     step_forward_max: float = _parameter(
         0.09, 0.0, 0.2, "m", "step", "largest step size forward"
     )
     step_backward_max: float = _parameter(
-        0.08, 0.0, 0.2, "m", "step", "largest step size backward"
+        0.085, 0.0, 0.2, "m", "step", "largest step size backward"
     )
     step_side_max: float = _parameter(
-        0.06, 0.0, 0.2, "m", "step", "largest sum of the side steps of both feet (one double step)"
+        0.1, 0.0, 0.2, "m", "step", "largest sum of the side steps of both feet (one double step)"
     )
     step_turn_max: float = _parameter(
-        0.5, 0.0, 1.5, "rad", "step", "largest turn of both feet together (one double step)"
+        0.9, 0.0, 1.5, "rad", "step", "largest turn of both feet together (one double step)"
     )
     step_side_share: float = _parameter(
-        1.0, 0.5, 1.0, "", "step",
+        0.8, 0.5, 1.0, "", "step",
         "share of a side step that the leading foot takes; the trailing foot takes the rest",
     )
     step_turn_share: float = _parameter(
-        0.7, 0.5, 1.0, "", "step",
+        0.5, 0.5, 1.0, "", "step",
         "share of a turn that the opening foot takes; the closing foot takes the rest",
     )
     step_forward_rate: float = _parameter(
@@ -114,6 +119,22 @@ class GaitParameters:
     )
     step_turn_rate: float = _parameter(
         0.2, 0.01, 1.5, "rad", "step", "largest change of the turn from step to step"
+    )
+    step_stretch_max: float = _parameter(
+        0.08, 0.0, 0.2, "m", "step", "how far feedback may lengthen a step beyond its limits in x"
+    )
+    step_travel_max: float = _parameter(
+        0.21, 0.05, 0.4, "m", "step", "longest way of a swing foot in x: this step and the last one"
+    )
+    step_capture: float = _parameter(
+        0.5, 0.0, 1.0, "", "step",
+        "where r_x is at its cap: 0 = the step that keeps the speed, 1 = the one that corrects it",
+    )
+    step_catch_out: float = _parameter(
+        0.06, 0.0, 0.15, "m", "step", "how far feedback may put the next foot further out"
+    )
+    step_catch_in: float = _parameter(
+        0.03, 0.0, 0.05, "m", "step", "how far feedback may put the next foot further in"
     )
     # -- observer ----------------------------------------------------------------------------------
     feedback: bool = _switch(
@@ -136,6 +157,10 @@ class GaitParameters:
         3.0, 0.0, 60.0, "s", "observer",
         "time over which constant errors of the measured CoM are learned; 0 = not at all",
     )
+    push_velocity: float = _parameter(
+        0.1, 0.0, 1.0, "m/s", "observer",
+        "a measured CoM that moves this much faster than expected was pushed; 0 = never",
+    )
     # -- torso orientation -------------------------------------------------------------------------
     tilt_accelerometer_time: float = _parameter(
         4.0, 0.05, 60.0, "s", "orientation", "time constant of the pull towards the accelerometer"
@@ -149,7 +174,7 @@ class GaitParameters:
     )
     # -- posture -----------------------------------------------------------------------------------
     gyro_pitch_gain: float = _parameter(
-        0.04, -0.2, 0.2, "s", "posture", "k_p from the pitch rate to the support ankle's pitch"
+        0.02, -0.2, 0.2, "s", "posture", "k_p from the pitch rate to the support ankle's pitch"
     )
     gyro_pitch_rate_gain: float = _parameter(
         0.0, -0.01, 0.01, "s^2", "posture", "k_d from the pitch acceleration to the same"
@@ -162,6 +187,19 @@ class GaitParameters:
     )
     gyro_hip_share: float = _parameter(
         0.0, -1.0, 1.0, "", "posture", "share of these corrections that the support hip gets too"
+    )
+    tilt_pitch_gain: float = _parameter(
+        0.8, 0.0, 1.5, "", "posture",
+        "share of the torso's unwanted pitch by which the swing foot is turned back and raised",
+    )
+    tilt_roll_gain: float = _parameter(
+        0.5, 0.0, 1.5, "", "posture", "the same for its roll"
+    )
+    tilt_com_gain: float = _parameter(
+        0.3, 0.0, 1.5, "", "posture", "share of that tilt's displacement kept out of the CoM target"
+    )
+    tilt_deadband: float = _parameter(
+        0.07, 0.0, 0.5, "rad", "posture", "a smaller tilt is left to the swing foot"
     )
     arm_swing: float = _parameter(
         4.0, 0.0, 6.0, "rad/m", "posture",

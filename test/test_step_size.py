@@ -31,11 +31,12 @@ def test_both_feet_together_make_the_asked_velocity(sign: float) -> None:
 
 def test_the_foot_on_the_side_of_the_motion_leads() -> None:
     stride = Stride(0.0, 0.04, 0.3)
-    assert stride.of_step(LEFT, P)[1] > stride.of_step(RIGHT, P)[1]
-    assert stride.of_step(LEFT, P)[2] > stride.of_step(RIGHT, P)[2]
+    uneven = P.replace(step_side_share=0.9, step_turn_share=0.7)
+    assert stride.of_step(LEFT, uneven)[1] > stride.of_step(RIGHT, uneven)[1]
+    assert stride.of_step(LEFT, uneven)[2] > stride.of_step(RIGHT, uneven)[2]
     mirrored = Stride(0.0, -0.04, -0.3)
-    left = stride.of_step(LEFT, P)
-    assert mirrored.of_step(RIGHT, P) == pytest.approx((0.0, -left[1], -left[2]))
+    left = stride.of_step(LEFT, uneven)
+    assert mirrored.of_step(RIGHT, uneven) == pytest.approx((0.0, -left[1], -left[2]))
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-8, 8))

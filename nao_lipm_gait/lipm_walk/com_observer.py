@@ -6,6 +6,11 @@ pendulum itself, so that only the covariance is carried here.
 
 from nao_lipm_gait.lipm_walk.walk_state import WalkState
 
+PUSH_TIME = 0.03
+"""[s] over which the velocity of the innovation is averaged."""
+PUSH_GAIN = 0.3
+"""Share of a push's velocity that is taken over per tick."""
+
 
 class CovarianceFilter:
     """Covariance and gain of one axis, in scalars: P = [[p, c], [c, v]], C = [1, 0]."""
@@ -34,6 +39,40 @@ class CovarianceFilter:
         self._c -= gain_velocity * self._p
         self._p -= gain_position * self._p
         return gain_position, gain_velocity
+
+
+class AxisFilter:
+    """One axis of the observer: the paper's filter, and an ear for pushes.
+
+    The filter trusts the pendulum, which cannot know of a push, and would take half a second to
+    learn its velocity from positions. How fast the innovation grows says it in a few ticks; what
+    exceeds `push_velocity` [m/s] is taken over. An extension of the paper.
+    """
+
+    def __init__(self, covariance: CovarianceFilter, push_velocity: float):
+        """push_velocity [m/s]; 0 = the paper's filter alone."""
+        self._covariance = covariance
+        self._push_velocity = push_velocity
+        self._left = 0.0
+        self._rate = 0.0
+
+    def correct(self, innovation: float, dt: float, anew: bool) -> tuple[float, float]:
+        """What to add to position [m] and velocity [m/s] for an innovation [m]; anew: not
+        comparable with the last one, because it is older than a tick or from another foot."""
+        self._covariance.predict(dt)
+        position_gain, velocity_gain = self._covariance.update()
+        position = position_gain * innovation
+        velocity = velocity_gain * innovation
+        if self._push_velocity > 0.0 and not anew:
+            rate = (innovation - self._left) / dt
+            self._rate += min(1.0, dt / PUSH_TIME) * (rate - self._rate)
+            beyond = max(abs(self._rate) - self._push_velocity, 0.0)
+            if beyond > 0.0:
+                push = PUSH_GAIN * (beyond if self._rate > 0.0 else -beyond)
+                velocity += push
+                self._rate -= push
+        self._left = innovation - position
+        return position, velocity
 
 
 class OffsetFilter:
@@ -71,25 +110,34 @@ class ComObserver:
         velocity_sigma: float,
         measurement_sigma: float,
         offset_time: float = 0.0,
+        push_velocity: float = 0.0,
     ):
-        # The paper gives both axes the same deviations, so one covariance serves both filters.
-        self._filter = CovarianceFilter(position_sigma, velocity_sigma, measurement_sigma)
+        """See CovarianceFilter, OffsetFilter and AxisFilter for the arguments."""
+        sigmas = position_sigma, velocity_sigma, measurement_sigma
+        self._x = AxisFilter(CovarianceFilter(*sigmas), push_velocity)
+        self._y = AxisFilter(CovarianceFilter(*sigmas), push_velocity)
         self._offset = OffsetFilter(offset_time)
+        self._step_count = 0
 
     def correct(
-        self, expected: WalkState, measured_x: float, measured_y: float, dt: float
+        self,
+        expected: WalkState,
+        measured_x: float,
+        measured_y: float,
+        dt: float,
+        missed: bool = False,
     ) -> WalkState:
-        """The filtered state x_f, v_f from the expected one and a measured position in Q [m]."""
-        self._filter.predict(dt)
-        gain_position, gain_velocity = self._filter.update()
+        """The filtered state x_f, v_f from the expected one and a measured position in Q [m].
+
+        missed: there was no measurement in the last tick.
+        """
         innovation_x, innovation_y = self._offset.remove(
             measured_x - expected.x,  # (11)
             measured_y - expected.y,
             dt,
         )
-        return expected.moved(
-            expected.x + gain_position * innovation_x,
-            expected.y + gain_position * innovation_y,
-            expected.vx + gain_velocity * innovation_x,
-            expected.vy + gain_velocity * innovation_y,
-        )
+        anew = missed or self._step_count != expected.step_count
+        self._step_count = expected.step_count
+        x, vx = self._x.correct(innovation_x, dt, anew)
+        y, vy = self._y.correct(innovation_y, dt, anew)
+        return expected.moved(expected.x + x, expected.y + y, expected.vx + vx, expected.vy + vy)

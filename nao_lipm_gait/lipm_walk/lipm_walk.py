@@ -17,7 +17,11 @@ from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
 from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
 from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Pace, approach, stride_for
 from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
-from nao_lipm_gait.lipm_walk.support_change import plan_support_change
+from nao_lipm_gait.lipm_walk.support_change import (
+    origin_shift_for,
+    plan_support_change,
+    stride_that_catches,
+)
 from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
 from nao_lipm_gait.lipm_walk.walk_state import (
     LEFT,
@@ -62,6 +66,7 @@ class LipmWalk:
             parameters.velocity_sigma,
             parameters.measurement_sigma,
             parameters.offset_time,
+            parameters.push_velocity,
         )
 
     def stand_at(self, q_in_odom: Pose2) -> None:
@@ -81,9 +86,11 @@ class LipmWalk:
         self._stride = STEP_IN_PLACE
         self._pace = Pace()
         self._step_size: Pose2 = (0.0, 0.0, 0.0)
+        self._last_step_size: Pose2 = (0.0, 0.0, 0.0)
         self._origin = (0.0, 0.0)
         self._swing = self._swing_foot(other, lift=0.0)
         self._steps_in_place = 0
+        self._unobserved = 0
         self._elapsed = 0.0
         self._time_left = 0.0
         self._shifting_weight = False
@@ -107,15 +114,17 @@ class LipmWalk:
         if self._committed:
             self._observed = follow(self._observed, self._committed.popleft(), self._k)
         self._expected = self._observed
+        self._unobserved += 1
         return Expectation(
             self._observed.support, (self._observed.x, self._observed.y), self._observed.sole_in_q
         )
 
     def observe(self, measured_x: float, measured_y: float) -> None:
         """Eqs (11)-(14); standing with both feet there is no pendulum to correct."""
+        missed, self._unobserved = self._unobserved > 1, 0
         if self._p.feedback and not self._stopping:
             self._observed = self._observer.correct(
-                self._expected, measured_x, measured_y, self._dt
+                self._expected, measured_x, measured_y, self._dt, missed
             )
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
@@ -156,39 +165,51 @@ class LipmWalk:
 
     def _plan_single_support(self, state: WalkState) -> None:
         """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
-        p = self._p
+        p, k = self._p, self._k
         support = state.support
         swing = -support
-        origin_y = support * p.pendulum_offset_y
+        offset_y = p.pendulum_offset_y
         wanted = self._stride.of_step(swing, p)
-        stride = 2.0 * p.pendulum_offset_y + swing * wanted[1]
+        stride = 2.0 * offset_y + swing * wanted[1]
         earliest = 0.0 if self._shifting_weight else p.step_duration_min - self._elapsed
         earliest = max(earliest, SHORTEST_PIECE)
-        change = plan_support_change(
-            swing * (state.y - origin_y),
-            swing * state.vy,
-            self._k,
-            stride,
-            p.pendulum_width,
-            earliest,
-            max(earliest, p.step_duration_max - self._elapsed),
-        )
+        latest = max(earliest, p.step_duration_max - self._elapsed)
+        x = swing * state.y + offset_y
+        v = swing * state.vy
+        change = plan_support_change(x, v, k, stride, p.pendulum_width, earliest, latest)
+        if not (change.feasible or self._shifting_weight) and p.feedback:
+            shift = origin_shift_for(
+                x, v, k, stride, p.pendulum_width, latest, p.pendulum_shift_side_max
+            )
+            if shift > 0.0:
+                offset_y += shift
+                change = plan_support_change(
+                    x + shift, v, k, stride + shift, p.pendulum_width, earliest, latest
+                )
+            caught = stride_that_catches(change.position, change.velocity, k, p.pendulum_width)
+            stride += shift
+            extra = min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
+            stride += extra
+            wanted = (wanted[0], wanted[1] + swing * extra, wanted[2])
         entry = max(stride - change.position, 1e-3)
-        phase_tanh = min(max(change.velocity / (self._k * entry), 0.0), MAX_PHASE_TANH)
+        phase_tanh = min(max(change.velocity / (k * entry), 0.0), MAX_PHASE_TANH)
+        last = self._last_step_size[0]
+        stretch = p.step_stretch_max if p.feedback else 0.0
         sagittal = plan_sagittal(
             state.x,
             state.vx,
-            self._k,
+            k,
             change.time,
             -phase_tanh,
             wanted[0],
             p.pendulum_shift_max,
-            -p.step_backward_max,
-            p.step_forward_max,
+            max(-p.step_backward_max - stretch, -p.step_travel_max - last),
+            min(p.step_forward_max + stretch, p.step_travel_max - last),
             held_origin=self._origin[0] if self._is_origin_held(change.time) else None,
+            capture=p.step_capture if p.feedback else 0.0,
         )
         self._time_left = change.time
-        self._origin = (sagittal.origin, origin_y)
+        self._origin = (sagittal.origin, support * offset_y)
         self._step_size = (sagittal.step_size, wanted[1], wanted[2])
 
     def _is_origin_held(self, time_left: float) -> bool:
@@ -217,6 +238,7 @@ class LipmWalk:
         self._swing = self._swing_foot(
             relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
         )
+        self._last_step_size = self._step_size
         self._elapsed = 0.0
         self._time_left = 0.0
         self._shifting_weight = False

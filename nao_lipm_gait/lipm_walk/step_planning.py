@@ -7,6 +7,11 @@ With the optimal next origin (r-bar_x = 0) and the CoM exactly over it in mid-st
 
 with C = cosh(k t), S = sinh(k t) over the time t left, and T = tanh(k t_b-bar) / k of the next
 pendulum, which the lateral motion has fixed. test/oracles.py holds the paper's linear system.
+
+Where r_x cannot be what it should, the paper makes the step as long as keeps the speed. `capture`
+is an extension: it blends towards the step that brings the wanted speed back at once. With the
+divergent component xi = x + v/k at the exchange and b = s_w / (e^(k T) - 1), its distance from the
+origin in a steady walk of steps s_w, that step is xi - b.
 """
 
 from math import cosh, sinh
@@ -33,13 +38,15 @@ def plan_sagittal(
     step_min: float,
     step_max: float,
     held_origin: float | None = None,
+    capture: float = 0.0,
 ) -> SagittalPlan:
     """r_x for the wanted step size; where r_x hits its cap, the step size for the capped r_x.
 
     x [m], v [m/s]: CoM relative to Q; time [s]: left in this single support phase;
     next_phase_tanh: tanh(k t_b-bar) of the next pendulum, negative; step_size: wanted s-bar_x [m];
     origin_max: cap on |r_x| [m]; step_min, step_max: what the legs can do [m]; held_origin: an r_x
-    that may no longer move (the end of a step has no time left to use it), the step size follows.
+    that may no longer move (the end of a step has no time left to use it), the step size follows;
+    capture: 0 = the step that keeps the speed, 1 = the step that corrects it at once.
     """
     c = cosh(k * time)
     s = sinh(k * time)
@@ -49,5 +56,11 @@ def plan_sagittal(
     capped = min(max(origin, -origin_max), origin_max)
     if held_origin is not None or capped != origin:
         origin = capped
-        step_size = min(max(origin * lever + drift, step_min), step_max)
+        keeping = origin * lever + drift
+        if capture > 0.0:
+            reach = origin + (x - origin) * (c + s) + v * (s + c) / k
+            # tanh(k T / 2) = -next_phase_tanh, hence 1 / (e^(k T) - 1) = (1 - tanh) / (2 tanh).
+            steady = step_size * (1.0 + next_phase_tanh) / (-2.0 * next_phase_tanh or 1.0)
+            keeping += capture * (reach - steady - keeping)
+        step_size = min(max(keeping, step_min), step_max)
     return SagittalPlan(origin, step_size)

@@ -10,9 +10,13 @@ known before the exchange, eqs (4) and (5) become
 
 for the distance p at which the CoM leaves the running pendulum, D being the distance between the
 two origins. test/oracles.py holds the paper's iteration.
+
+Two extensions of the paper for a CoM that was pushed: `origin_shift_for` leans the pendulum on the
+outer part of the sole when the CoM would take too long to come back, and `stride_that_catches`
+moves the next origin to where it turns the CoM back at its wanted width.
 """
 
-from math import log, sqrt
+from math import exp, log, sqrt
 from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.pendulum import advance, divergent_component, orbital_energy
@@ -63,3 +67,27 @@ def plan_support_change(
         time = min(max(time, earliest), latest)
     position, velocity = advance(x, v, k, time)
     return SupportChange(time, position, velocity, feasible)
+
+
+def origin_shift_for(
+    x: float, v: float, k: float, stride: float, next_width: float, time: float, shift_max: float
+) -> float:
+    """How far [m] the origin has to move outwards for a support change within `time` [s] from now.
+
+    The analogue of r_x for y. The divergent component xi grows by e^(k t), so it has to be
+    L e^(-k t) now to be L at the exchange; L is that of the undisturbed exchange, half-way between
+    the origins, which move apart by the shift. Arguments as for `plan_support_change`.
+    """
+    half = 0.5 * stride
+    leaving_reach = half + sqrt(max(half * half - next_width * next_width, 0.0))
+    shrink = exp(-k * time)
+    shift = (leaving_reach * shrink - divergent_component(x, v, k)) / (1.0 - shrink)
+    return min(max(shift, 0.0), shift_max)
+
+
+def stride_that_catches(position: float, velocity: float, k: float, next_width: float) -> float:
+    """D [m] for which a CoM that leaves at `position` with `velocity` turns back at `next_width`.
+
+    (D - p)^2 - (v/k)^2 = w^2, the second of the two equations above, solved for D.
+    """
+    return position + sqrt(next_width * next_width + (velocity / k) ** 2)

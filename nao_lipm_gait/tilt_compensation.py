@@ -1,0 +1,80 @@
+"""The swing foot of a tilted torso, put where it belongs against gravity.
+
+Leg targets are meant for an upright torso. A pushed robot turns as a whole about an edge of its
+stance sole, the swing foot with it, which then lands early and on its toes. Its target is turned
+back by a share of the tilt, in position and in sole normal. A foot that has landed gives its turn
+back slowly, which raises the torso.
+"""
+
+from math import exp
+
+from nao_lipm_gait.lipm_walk.walk_state import LEFT
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.walk import BodyTargets, SoleTarget
+
+FOLLOW_TIME = 0.03
+"""[s] in which a swing foot takes up a tilt."""
+RELEASE_TIME = 0.15
+"""[s] in which a stance foot gives it back."""
+
+Turn = tuple[float, float]
+"""Roll and pitch [rad]."""
+
+
+class TiltCompensation:
+    """Turns the swing foot's target against the torso's unwanted tilt."""
+
+    def __init__(self) -> None:
+        self._turns: dict[int, Turn] = {+1: (0.0, 0.0), -1: (0.0, 0.0)}
+
+    def apply(
+        self,
+        targets: BodyTargets,
+        support: int,
+        tilt: Turn,
+        parameters: GaitParameters,
+        dt: float,
+    ) -> BodyTargets:
+        """The targets with turned feet; support: +1 left or -1 right; tilt: roll and pitch [rad] of
+        the torso beyond what was wanted, at the time of the targets."""
+        p = parameters
+        wanted = (
+            -p.tilt_roll_gain * _beyond(tilt[0], p.tilt_deadband),
+            -p.tilt_pitch_gain * _beyond(tilt[1], p.tilt_deadband),
+        )
+        turns = self._turns
+        turns[-support] = _approach(turns[-support], wanted, dt / FOLLOW_TIME)
+        turns[support] = _approach(turns[support], (0.0, 0.0), 1.0 - exp(-dt / RELEASE_TIME))
+        if turns[+1] == turns[-1] == (0.0, 0.0):
+            return targets
+        left, right = targets.left_sole, targets.right_sole
+        if support == LEFT:
+            right = _turned(_raised(right, left, turns[-1]), turns[-1])
+            left = _turned(left, turns[+1])
+        else:
+            left = _turned(_raised(left, right, turns[+1]), turns[+1])
+            right = _turned(right, turns[-1])
+        x, y, z = targets.com_in_q
+        roll, pitch = (p.tilt_com_gain * _beyond(angle, p.tilt_deadband) for angle in tilt)
+        com = x - z * pitch, y + z * roll, z
+        return targets._replace(com_in_q=com, left_sole=left, right_sole=right)
+
+
+def _beyond(angle: float, deadband: float) -> float:
+    return max(angle - deadband, 0.0) + min(angle + deadband, 0.0)
+
+
+def _approach(turn: Turn, wanted: Turn, share: float) -> Turn:
+    share = min(share, 1.0)
+    return turn[0] + share * (wanted[0] - turn[0]), turn[1] + share * (wanted[1] - turn[1])
+
+
+def _raised(swing: SoleTarget, stance: SoleTarget, turn: Turn) -> SoleTarget:
+    """The swing sole turned about the stance sole, which mostly raises or lowers it."""
+    roll, pitch = turn
+    rise = (swing.y - stance.y) * roll - (swing.x - stance.x) * pitch
+    return swing._replace(z=swing.z + rise)
+
+
+def _turned(sole: SoleTarget, turn: Turn) -> SoleTarget:
+    return sole._replace(roll=sole.roll + turn[0], pitch=sole.pitch + turn[1])
