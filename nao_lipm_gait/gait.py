@@ -10,6 +10,7 @@ Deterministic: no clock, no I/O, no globals; the same frames give the same targe
 import numpy as np
 
 from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
+from nao_lipm_gait.estimation.fall_detection import FallDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
 from nao_lipm_gait.kinematics.body_model import BodyModel
@@ -74,6 +75,7 @@ class Gait:
         self._orientation = TorsoOrientation(
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
         )
+        self._fall = FallDetector()
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._odometry = Odometry()
@@ -191,7 +193,7 @@ class Gait:
     def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
         if self._relax_requested:
             self._state = GaitState.RELAXED
-        elif self._orientation.tilt > self._parameters.fall_tilt:
+        elif self._falls(frame):
             if self._state is not GaitState.RELAXED or self._stand_requested:
                 # A lying robot that shall stand does so once it is upright again.
                 self._state = GaitState.FALLEN
@@ -215,6 +217,16 @@ class Gait:
         self._relax_requested = False
         if self._state not in ON_THE_WAY:
             self._stand_requested = False
+
+    def _falls(self, frame: SensorFrame) -> bool:
+        p, orientation = self._parameters, self._orientation
+        return self._fall.falls(
+            orientation.up_in_torso,
+            orientation.tilt,
+            _point(frame.angular_velocity),
+            p.fall_tilt,
+            p.fall_horizon,
+        )
 
     def _begin_stand(self, frame: SensorFrame) -> None:
         self._state = GaitState.STAND

@@ -72,7 +72,7 @@ class GaitParameters:
         0.12, 0.08, 0.2, "m", "stance", "lateral distance between the ankles"
     )
     foot_reference_x: float = _parameter(
-        0.02, -0.03, 0.06, "m", "stance",
+        0.0215, -0.03, 0.06, "m", "stance",
         "optimal pendulum origin ahead of the ankle (where r_x = 0)",
     )
     torso_pitch: float = _parameter(
@@ -83,7 +83,7 @@ class GaitParameters:
         0.0275, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
     )
     swing_rise: float = _parameter(
-        0.4, 0.1, 0.5, "", "swing",
+        0.47, 0.1, 0.5, "", "swing",
         "share of the step for lifting, and again for lowering; in between the foot stays up",
     )
     swing_travel_end: float = _parameter(
@@ -196,10 +196,10 @@ class GaitParameters:
         0.5, 0.0, 1.5, "", "posture", "the same for its roll"
     )
     tilt_com_gain: float = _parameter(
-        0.3, 0.0, 1.5, "", "posture", "share of that tilt's displacement kept out of the CoM target"
+        0.45, 0.0, 1.5, "", "posture", "share of that tilt's displacement kept out of the CoM target"
     )
     tilt_deadband: float = _parameter(
-        0.07, 0.0, 0.5, "rad", "posture", "a smaller tilt is left to the swing foot"
+        0.05, 0.0, 0.5, "rad", "posture", "a smaller tilt is left to the swing foot"
     )
     arm_swing: float = _parameter(
         4.0, 0.0, 6.0, "rad/m", "posture",
@@ -210,7 +210,11 @@ class GaitParameters:
         0.8, 0.05, 5.0, "s", "state", "time to blend from any pose into the stand"
     )
     fall_tilt: float = _parameter(
-        0.8, 0.3, 1.5, "rad", "state", "torso tilt from which the robot counts as fallen"
+        0.5, 0.2, 1.5, "rad", "state",
+        "torso tilt, led by its rate, from which a fall is taken for unavoidable: joints relax",
+    )
+    fall_horizon: float = _parameter(
+        0.1, 0.0, 0.5, "s", "state", "time by which the tilt's rate leads it"
     )
 
     def __post_init__(self) -> None:

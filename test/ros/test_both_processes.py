@@ -219,7 +219,7 @@ def test_signal_during_the_start_is_clean_too(probe: Probe, name: str):
     ("name", "arguments", "message"),
     (
         ("gait", ["-p", "preset:=nope"], "gait: parameter preset: .*'nope'; allowed: .*paper"),
-        ("gait", ["-p", "fall_tilt:=9.0"], "gait: fall_tilt: got 9.0; allowed: .* 0.3 to 1.5 rad"),
+        ("gait", ["-p", "fall_tilt:=9.0"], "gait: fall_tilt: got 9.0; allowed: .* 0.2 to 1.5 rad"),
         ("gait", ["-p", "feedback:=3"], "gait: feedback: got 3; allowed: true or false"),
         ("gait", ["-p", "urdf:=/no.urdf"], "gait: parameter urdf: .*'/no.urdf'; allowed: "),
         ("gait", ["--params-file", "/no.yaml"], "gait: .*/no.yaml"),
