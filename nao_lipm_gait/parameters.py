@@ -196,7 +196,8 @@ class GaitParameters:
         0.5, 0.0, 1.5, "", "posture", "the same for its roll"
     )
     tilt_com_gain: float = _parameter(
-        0.45, 0.0, 1.5, "", "posture", "share of that tilt's displacement kept out of the CoM target"
+        0.45, 0.0, 1.5, "", "posture",
+        "share of that tilt's displacement that is kept out of the CoM target",
     )
     tilt_deadband: float = _parameter(
         0.05, 0.0, 0.5, "rad", "posture", "a smaller tilt is left to the swing foot"

@@ -217,7 +217,7 @@ def test_open_loop_hears_neither_gyro_nor_com(robot: RobotDescription) -> None:
             if disturbed:
                 joints = frame.joint_position + 0.02
                 frame = SensorFrame(
-                    frame.stamp, joints, 0.0 * joints, np.array([0.3, -0.3, 0.0]), GRAVITY
+                    frame.stamp, joints, 0.0 * joints, np.array([0.1, -0.1, 0.0]), GRAVITY
                 )
             rows.append(nao.gait.step(frame, FORWARD).position)
             nao.stamp += PERIOD

@@ -163,7 +163,7 @@ def test_bad_options_are_refused(change: dict[str, Any], field: str) -> None:
 
 
 def test_the_ideal_plant_walks_with_the_preset_made_for_it() -> None:
-    task = TASKS["forward"].lasting(2.0)
+    task = find_task("forward=25").lasting(2.0)
     spec = RolloutSpec(
         task, robot_seed=-1, noise_seed=0, plant="ideal", parameters=load_preset("ideal")
     )
