@@ -72,7 +72,7 @@ class GaitParameters:
         0.12, 0.08, 0.2, "m", "stance", "lateral distance between the ankles"
     )
     foot_reference_x: float = _parameter(
-        0.0215, -0.03, 0.06, "m", "stance",
+        0.0205, -0.03, 0.06, "m", "stance",
         "optimal pendulum origin ahead of the ankle (where r_x = 0)",
     )
     torso_pitch: float = _parameter(
@@ -83,7 +83,7 @@ class GaitParameters:
         0.0275, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
     )
     swing_rise: float = _parameter(
-        0.47, 0.1, 0.5, "", "swing",
+        0.43, 0.1, 0.5, "", "swing",
         "share of the step for lifting, and again for lowering; in between the foot stays up",
     )
     swing_travel_end: float = _parameter(
@@ -196,11 +196,11 @@ class GaitParameters:
         0.5, 0.0, 1.5, "", "posture", "the same for its roll"
     )
     tilt_com_gain: float = _parameter(
-        0.45, 0.0, 1.5, "", "posture",
+        0.3, 0.0, 1.5, "", "posture",
         "share of that tilt's displacement that is kept out of the CoM target",
     )
     tilt_deadband: float = _parameter(
-        0.05, 0.0, 0.5, "rad", "posture", "a smaller tilt is left to the swing foot"
+        0.07, 0.0, 0.5, "rad", "posture", "a smaller tilt is left to the swing foot"
     )
     arm_swing: float = _parameter(
         4.0, 0.0, 6.0, "rad/m", "posture",
