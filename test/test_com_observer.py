@@ -53,3 +53,37 @@ def test_smaller_measurement_deviation_trusts_the_sensor_more() -> None:
         return corrected.x
 
     assert 0.0 < pulled(0.05) < pulled(0.02) < pulled(0.002) < 0.01
+
+
+def learned_velocity(push_velocity: float, jump: float, ticks: int, noise: float = 0.0) -> float:
+    """What the observer adds to the velocity when the CoM moves `jump` [m/s] faster at once."""
+    rng = np.random.default_rng(3)
+    observer = ComObserver(*SIGMAS, push_velocity=push_velocity)
+    estimate = state(0.0, 0.0, 0.0, 0.0)
+    for tick in range(ticks):
+        expected = estimate.moved(estimate.x + DT * estimate.vx, 0.0, estimate.vx, 0.0)
+        measured = jump * DT * (tick + 1) + noise * rng.standard_normal()
+        estimate = observer.correct(expected, measured, 0.0, DT)
+    return estimate.vx
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_push_is_heard_within_a_tenth_of_a_second(sign: float) -> None:
+    assert sign * learned_velocity(0.1, 0.5 * sign, 10) > 0.35
+    assert sign * learned_velocity(0.0, 0.5 * sign, 10) < 0.1
+
+
+def test_noise_is_no_push() -> None:
+    heard = learned_velocity(0.1, 0.0, 200, noise=0.001)
+    assert heard == pytest.approx(learned_velocity(0.0, 0.0, 200, noise=0.001), abs=0.02)
+
+
+def test_another_foot_or_a_gap_is_no_push() -> None:
+    for missed, step_count in ((True, 0), (False, 1)):
+        observer = ComObserver(*SIGMAS, push_velocity=0.1)
+        paper = ComObserver(*SIGMAS)
+        observer.correct(state(0.0, 0.0, 0.0, 0.0), 0.0, 0.0, DT)
+        paper.correct(state(0.0, 0.0, 0.0, 0.0), 0.0, 0.0, DT)
+        landed = WalkState(LEFT, 0.0, 0.0, 0.0, 0.0, (0.0, 0.05, 0.0), (0.0, 0.0, 0.0), step_count)
+        one = observer.correct(landed, 0.03, 0.0, DT, missed)
+        assert one.vx == pytest.approx(paper.correct(landed, 0.03, 0.0, DT).vx)

@@ -15,7 +15,7 @@ from gait_lab.bench.compute import compute
 from gait_lab.bench.speed import _rows
 from gait_lab.metrics import Metrics, Trace
 from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
-from gait_lab.tasks import TASKS, Task, find_task, walk
+from gait_lab.tasks import Task, find_task, walk
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand

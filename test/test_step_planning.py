@@ -1,5 +1,7 @@
 """The pendulum origin and the step size: one line against the paper's linear system."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -57,3 +59,32 @@ def test_held_origin_is_kept() -> None:
     plan = plan_sagittal(0.02, 0.25, K, 0.02, -0.6, 0.05, 0.02, -0.1, 0.1, held_origin=0.003)
     assert plan.origin == 0.003
     assert plan.step_size != 0.05
+
+
+@given(speed=st.floats(0.1, 0.6), capture=st.floats(0.0, 1.0), next_begin=st.floats(-0.2, -0.08))
+def test_a_steady_walk_needs_no_capture(
+    speed: float, capture: float, next_begin: float
+) -> None:
+    # Steps of equal length and duration: the CoM passes over r = 0 in mid-step.
+    v = speed
+    end_x, _ = advance(0.0, v, K, -next_begin)
+    step = 2.0 * end_x
+    plan = plan_sagittal(
+        0.0, v, K, -next_begin, phase_tanh(next_begin), step, 0.02, -1.0, 1.0, 0.0, capture
+    )
+    assert plan.step_size == pytest.approx(step, abs=1e-9)
+
+
+def test_full_capture_brings_the_wanted_speed_back_in_one_step() -> None:
+    duration, wanted = 0.22, 0.05
+    begin = -0.5 * duration
+    x, v = 0.03, 0.5
+    plan = plan_sagittal(x, v, K, 0.1, phase_tanh(begin), wanted, 0.02, -1.0, 1.0, 0.0, 1.0)
+    end_x, end_v = advance(x, v, K, 0.1)
+    start = end_x - plan.step_size
+    # At the end of the next, undisturbed phase the divergent component is that of steady walking.
+    last_x, last_v = advance(start, end_v, K, duration)
+    steady = wanted / (math.exp(K * duration) - 1.0) + wanted
+    assert last_x + last_v / K == pytest.approx(steady, abs=1e-9)
+    keeping = plan_sagittal(x, v, K, 0.1, phase_tanh(begin), wanted, 0.02, -1.0, 1.0, 0.0)
+    assert plan.step_size > keeping.step_size > wanted
