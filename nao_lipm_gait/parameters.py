@@ -83,7 +83,7 @@ class GaitParameters:
         0.0275, 0.0, 0.06, "m", "swing", "height of the swing foot at its highest"
     )
     swing_rise: float = _parameter(
-        0.43, 0.1, 0.5, "", "swing",
+        0.46, 0.1, 0.5, "", "swing",
         "share of the step for lifting, and again for lowering; in between the foot stays up",
     )
     swing_travel_end: float = _parameter(
