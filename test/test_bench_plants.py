@@ -52,10 +52,10 @@ def test_rows_name_the_change_the_task_and_the_loop(report: bench.Report) -> Non
     found = values(report)
     assert found["unchanged_forward_median"] == pytest.approx(40.0)
     assert found["stiffness_100_back_median"] == pytest.approx(36.0)
-    assert found["stiffness_50_forward_median"] == pytest.approx(17.5)
+    assert found["stiffness_50_forward_median"] == pytest.approx(28.0)
     assert found["stiffness_50_forward_open_loop_upright"] == 1
     assert found["stiffness_50_forward_open_loop_median"] is None  # a fall: does not count
-    assert found["stiffness_50_forward_open_loop_median_of_upright"] == pytest.approx(17.5)
+    assert found["stiffness_50_forward_open_loop_median_of_upright"] == pytest.approx(28.0)
     assert found["play_deg_5_forward_open_loop_upright"] == 2
     assert len(found) == len(report.rows)
 
