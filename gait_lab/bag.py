@@ -39,6 +39,10 @@ SYNC_PERIOD = 0.5
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 DISCOVERY_PERIOD = 0.5
 """Seconds of wall time between two looks for new topics."""
+CLOCK_PERIOD = 1.5
+"""Seconds of wall time that /clock may be found later than the first other topic,"""
+NOBODY_PERIOD = 8.0
+"""and that are waited for any topic at all."""
 
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
 
@@ -295,7 +299,7 @@ def record(
             say(f"recording to {out} in {'simulated' if simulated_time else 'wall'} time; "
                 "Ctrl-C ends")  # fmt: skip
             try:
-                end = math.inf if duration is None else began + duration
+                end = math.inf if duration is None else time.monotonic() + duration
                 look = 0.0
                 while (now := time.monotonic()) < end:
                     if now >= look:
@@ -316,9 +320,22 @@ def record(
 
 
 def _sees_clock(node: "Node", executor: Any) -> bool:
-    deadline = time.monotonic() + 1.5  # discovery
-    while time.monotonic() < deadline:
+    """Whether somebody publishes /clock; takes its time while nobody publishes anything yet."""
+    patience = time.monotonic() + NOBODY_PERIOD
+    deadline = math.inf
+    while (now := time.monotonic()) < min(deadline, patience):
         executor.spin_once(timeout_sec=0.1)
         if node.count_publishers("/clock"):
             return True
+        if deadline == math.inf and _others_publish(node):
+            deadline = now + CLOCK_PERIOD
     return False
+
+
+def _others_publish(node: "Node") -> bool:
+    own = {topic for topic, _ in node.get_publisher_names_and_types_by_node(
+        node.get_name(), node.get_namespace())}  # fmt: skip
+    return any(
+        node.count_publishers(topic) for topic, _ in node.get_topic_names_and_types()
+        if topic not in own
+    )  # fmt: skip
