@@ -200,7 +200,7 @@ class GaitParameters:
         "share of that tilt's displacement that is kept out of the CoM target",
     )
     tilt_deadband: float = _parameter(
-        0.07, 0.0, 0.5, "rad", "posture", "a smaller tilt is left to the swing foot"
+        0.07, 0.0, 0.5, "rad", "posture", "a smaller tilt is the walk's own and is not answered"
     )
     arm_swing: float = _parameter(
         4.0, 0.0, 6.0, "rad/m", "posture",

@@ -38,14 +38,12 @@ class TiltCompensation:
         """The targets with turned feet; support: +1 left or -1 right; tilt: roll and pitch [rad] of
         the torso beyond what was wanted, at the time of the targets."""
         p = parameters
-        wanted = (
-            -p.tilt_roll_gain * _beyond(tilt[0], p.tilt_deadband),
-            -p.tilt_pitch_gain * _beyond(tilt[1], p.tilt_deadband),
-        )
+        roll, pitch = (_beyond(angle, p.tilt_deadband) for angle in tilt)
+        wanted = -p.tilt_roll_gain * roll, -p.tilt_pitch_gain * pitch
         turns = self._turns
         turns[-support] = _approach(turns[-support], wanted, dt / FOLLOW_TIME)
         turns[support] = _approach(turns[support], (0.0, 0.0), 1.0 - exp(-dt / RELEASE_TIME))
-        if turns[+1] == turns[-1] == (0.0, 0.0):
+        if turns[+1] == turns[-1] == (roll, pitch) == (0.0, 0.0):
             return targets
         left, right = targets.left_sole, targets.right_sole
         if support == LEFT:
@@ -55,8 +53,7 @@ class TiltCompensation:
             left = _turned(_raised(left, right, turns[+1]), turns[+1])
             right = _turned(right, turns[-1])
         x, y, z = targets.com_in_q
-        roll, pitch = (p.tilt_com_gain * _beyond(angle, p.tilt_deadband) for angle in tilt)
-        com = x - z * pitch, y + z * roll, z
+        com = x - z * (p.tilt_com_gain * pitch), y + z * (p.tilt_com_gain * roll), z
         return targets._replace(com_in_q=com, left_sole=left, right_sole=right)
 
 

@@ -62,3 +62,10 @@ def test_a_landed_foot_gives_its_turn_back() -> None:
     assert turned[0] < -0.05
     assert all(a <= b for a, b in zip(turned, turned[1:], strict=False))
     assert turned[-1] == pytest.approx(0.0, abs=0.005)
+
+
+def test_each_gain_works_alone() -> None:
+    alone = P.replace(tilt_pitch_gain=0.0, tilt_roll_gain=0.0)
+    result = TiltCompensation().apply(TARGETS, LEFT, (0.0, 0.3), alone, 0.01)
+    assert result.com_in_q[0] < TARGETS.com_in_q[0]
+    assert (result.left_sole, result.right_sole) == (TARGETS.left_sole, TARGETS.right_sole)

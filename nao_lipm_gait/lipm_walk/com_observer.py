@@ -41,38 +41,37 @@ class CovarianceFilter:
         return gain_position, gain_velocity
 
 
-class AxisFilter:
-    """One axis of the observer: the paper's filter, and an ear for pushes.
+class PushDetector:
+    """An ear for pushes along one axis.
 
     The filter trusts the pendulum, which cannot know of a push, and would take half a second to
     learn its velocity from positions. How fast the innovation grows says it in a few ticks; what
     exceeds `push_velocity` [m/s] is taken over. An extension of the paper.
     """
 
-    def __init__(self, covariance: CovarianceFilter, push_velocity: float):
-        """push_velocity [m/s]; 0 = the paper's filter alone."""
-        self._covariance = covariance
+    def __init__(self, push_velocity: float):
+        """push_velocity [m/s]; 0 = hears nothing."""
         self._push_velocity = push_velocity
         self._left = 0.0
+        """[m] of the last innovation that the correction has left over."""
         self._rate = 0.0
+        """[m/s] at which the innovation grows, averaged."""
 
-    def correct(self, innovation: float, dt: float, anew: bool) -> tuple[float, float]:
-        """What to add to position [m] and velocity [m/s] for an innovation [m]; anew: not
-        comparable with the last one, because it is older than a tick or from another foot."""
-        self._covariance.predict(dt)
-        position_gain, velocity_gain = self._covariance.update()
-        position = position_gain * innovation
-        velocity = velocity_gain * innovation
+    def velocity(self, innovation: float, left: float, dt: float, anew: bool) -> float:
+        """The velocity [m/s] that a push has given, as far as it is taken over in this tick.
+
+        innovation [m]; left [m]: what of it the filter's correction leaves; dt [s]; anew: not
+        comparable with the last one, because it is older than a tick or from another foot.
+        """
+        push = 0.0
         if self._push_velocity > 0.0 and not anew:
             rate = (innovation - self._left) / dt
             self._rate += min(1.0, dt / PUSH_TIME) * (rate - self._rate)
             beyond = max(abs(self._rate) - self._push_velocity, 0.0)
-            if beyond > 0.0:
-                push = PUSH_GAIN * (beyond if self._rate > 0.0 else -beyond)
-                velocity += push
-                self._rate -= push
-        self._left = innovation - position
-        return position, velocity
+            push = PUSH_GAIN * (beyond if self._rate > 0.0 else -beyond)
+            self._rate -= push
+        self._left = left
+        return push
 
 
 class OffsetFilter:
@@ -112,10 +111,11 @@ class ComObserver:
         offset_time: float = 0.0,
         push_velocity: float = 0.0,
     ):
-        """See CovarianceFilter, OffsetFilter and AxisFilter for the arguments."""
-        sigmas = position_sigma, velocity_sigma, measurement_sigma
-        self._x = AxisFilter(CovarianceFilter(*sigmas), push_velocity)
-        self._y = AxisFilter(CovarianceFilter(*sigmas), push_velocity)
+        """See CovarianceFilter, OffsetFilter and PushDetector for the arguments."""
+        # The paper gives both axes the same deviations, so one covariance serves both filters.
+        self._filter = CovarianceFilter(position_sigma, velocity_sigma, measurement_sigma)
+        self._push_x = PushDetector(push_velocity)
+        self._push_y = PushDetector(push_velocity)
         self._offset = OffsetFilter(offset_time)
         self._step_count = 0
 
@@ -131,13 +131,19 @@ class ComObserver:
 
         missed: there was no measurement in the last tick.
         """
-        innovation_x, innovation_y = self._offset.remove(
+        self._filter.predict(dt)
+        position_gain, velocity_gain = self._filter.update()
+        dx, dy = self._offset.remove(
             measured_x - expected.x,  # (11)
             measured_y - expected.y,
             dt,
         )
         anew = missed or self._step_count != expected.step_count
         self._step_count = expected.step_count
-        x, vx = self._x.correct(innovation_x, dt, anew)
-        y, vy = self._y.correct(innovation_y, dt, anew)
-        return expected.moved(expected.x + x, expected.y + y, expected.vx + vx, expected.vy + vy)
+        x, y = position_gain * dx, position_gain * dy
+        return expected.moved(
+            expected.x + x,
+            expected.y + y,
+            expected.vx + (velocity_gain * dx + self._push_x.velocity(dx, dx - x, dt, anew)),
+            expected.vy + (velocity_gain * dy + self._push_y.velocity(dy, dy - y, dt, anew)),
+        )
