@@ -18,6 +18,7 @@ from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
 from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Pace, approach, stride_for
 from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.lipm_walk.support_change import (
+    SupportChange,
     origin_shift_for,
     plan_support_change,
     stride_that_catches,
@@ -166,31 +167,9 @@ class LipmWalk:
     def _plan_single_support(self, state: WalkState) -> None:
         """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
         p, k = self._p, self._k
-        support = state.support
-        swing = -support
-        offset_y = p.pendulum_offset_y
+        swing = -state.support
         wanted = self._stride.of_step(swing, p)
-        stride = 2.0 * offset_y + swing * wanted[1]
-        earliest = 0.0 if self._shifting_weight else p.step_duration_min - self._elapsed
-        earliest = max(earliest, SHORTEST_PIECE)
-        latest = max(earliest, p.step_duration_max - self._elapsed)
-        x = swing * state.y + offset_y
-        v = swing * state.vy
-        change = plan_support_change(x, v, k, stride, p.pendulum_width, earliest, latest)
-        if not (change.feasible or self._shifting_weight) and p.feedback:
-            shift = origin_shift_for(
-                x, v, k, stride, p.pendulum_width, latest, p.pendulum_shift_side_max
-            )
-            if shift > 0.0:
-                offset_y += shift
-                change = plan_support_change(
-                    x + shift, v, k, stride + shift, p.pendulum_width, earliest, latest
-                )
-            caught = stride_that_catches(change.position, change.velocity, k, p.pendulum_width)
-            stride += shift
-            extra = min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
-            stride += extra
-            wanted = (wanted[0], wanted[1] + swing * extra, wanted[2])
+        change, offset_y, stride = self._plan_lateral(state, wanted[1])
         entry = max(stride - change.position, 1e-3)
         phase_tanh = min(max(change.velocity / (k * entry), 0.0), MAX_PHASE_TANH)
         last = self._last_step_size[0]
@@ -209,8 +188,33 @@ class LipmWalk:
             capture=p.step_capture if p.feedback else 0.0,
         )
         self._time_left = change.time
-        self._origin = (sagittal.origin, support * offset_y)
-        self._step_size = (sagittal.step_size, wanted[1], wanted[2])
+        self._origin = (sagittal.origin, state.support * offset_y)
+        side = swing * (stride - offset_y - p.pendulum_offset_y)
+        self._step_size = (sagittal.step_size, side, wanted[2])
+
+    def _plan_lateral(self, state: WalkState, side: float) -> tuple[SupportChange, float, float]:
+        """When the support changes, r_y and D [m], for a wanted s-bar_y `side` [m]; (4)-(6).
+
+        A pushed CoM that no support change in time suits moves r_y outwards and the next foot.
+        """
+        p, k = self._p, self._k
+        swing = -state.support
+        width, offset_y = p.pendulum_width, p.pendulum_offset_y
+        stride = 2.0 * offset_y + swing * side
+        earliest = 0.0 if self._shifting_weight else p.step_duration_min - self._elapsed
+        earliest = max(earliest, SHORTEST_PIECE)
+        latest = max(earliest, p.step_duration_max - self._elapsed)
+        x, v = swing * state.y + offset_y, swing * state.vy
+        change = plan_support_change(x, v, k, stride, width, earliest, latest)
+        if change.feasible or self._shifting_weight or not p.feedback:
+            return change, offset_y, stride
+        shift = origin_shift_for(x, v, k, stride, width, latest, p.pendulum_shift_side_max)
+        stride += shift
+        if shift > 0.0:
+            change = plan_support_change(x + shift, v, k, stride, width, earliest, latest)
+        caught = stride_that_catches(change.position, change.velocity, k, width)
+        stride += min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
+        return change, offset_y + shift, stride
 
     def _is_origin_held(self, time_left: float) -> bool:
         return time_left < ORIGIN_HOLD_TIME and not self._shifting_weight
