@@ -59,7 +59,8 @@ def plan_sagittal(
         keeping = origin * lever + drift
         if capture > 0.0:
             reach = origin + (x - origin) * (c + s) + v * (s + c) / k
-            # tanh(k T / 2) = -next_phase_tanh, hence 1 / (e^(k T) - 1) = (1 - tanh) / (2 tanh).
+            # tanh(k T / 2) = -next_phase_tanh, hence 1 / (e^(k T) - 1) = (1 - tanh) / (2 tanh); a
+            # next phase of no duration (tanh 0) has no steady walk, and gets b = s_w.
             steady = step_size * (1.0 + next_phase_tanh) / (-2.0 * next_phase_tanh or 1.0)
             keeping += capture * (reach - steady - keeping)
         step_size = min(max(keeping, step_min), step_max)
