@@ -1,7 +1,7 @@
 """What a physics engine must offer: four methods. Everything else is shared code."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,8 +21,7 @@ class StartState:
     """(n,) [rad], true angles."""
 
 
-@dataclass(frozen=True, slots=True)
-class TrueState:
+class TrueState(NamedTuple):
     """The exact state of the robot after a physics step."""
 
     torso_position: FloatArray

@@ -9,6 +9,7 @@ import dataclasses
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -88,8 +89,7 @@ class Sole:
     """In the foot link; meets the other leg, never the floor."""
 
 
-@dataclass(frozen=True, slots=True)
-class BodyPose:
+class BodyPose(NamedTuple):
     """Where the body is, by kinematics."""
 
     com: FloatArray

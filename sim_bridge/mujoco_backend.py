@@ -43,6 +43,8 @@ _GEOMS = {
     "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
 }
+_NET_FORCE = 3
+"""How a contact sensor sums up: one force and torque, in the axes of the world."""
 _COLLIDING, _SEEN = 3, 1
 """Groups of shapes; the window shows the second only."""
 
@@ -131,7 +133,7 @@ class MujocoBackend:
         data = self._data
         self._setpoint[:] = setpoint
         if self._line or torque_scale != self._scale:
-            self._limits.span(self._speed[self._motor_v], self._span)
+            self._limits.span(data.qvel[self._motor_v], self._span)
             if torque_scale != 1.0:
                 self._span *= torque_scale
             self._scale = torque_scale
@@ -142,29 +144,31 @@ class MujocoBackend:
             data.xfrc_applied[self._torso, :3] = 0.0
             self._pushed = False
         mujoco.mj_step(self._model, data)
-        if data.ncon and not self._legs_touch:
-            self._legs_touch = any(data.contact.geom1.tolist())  # 0 is the floor
+        if not self._legs_touch and self._contacts[0]:
+            self._legs_touch = True
         if self._viewer is not None:
             self._show(self._viewer)
 
     def observe(self) -> TrueState:
         data = self._data
-        w, x, y, z = data.qpos[3:7].tolist()
-        quaternion = np.array([x, y, z, w])
-        rotation = rotation_of(x, y, z, w)
-        position = data.qpos[:3].copy()
-        angles, speeds = data.qpos[self._motor_q].copy(), data.qvel[self._motor_v].copy()
+        # mj_step leaves the places of the bodies as they were before it.
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        position, velocity = data.qpos.copy(), data.qvel.copy()
+        angles, speeds = position[self._motor_q], velocity[self._motor_v]
         if len(self._play):
-            angles[self._play] += data.qpos[self._play_q]
-            speeds[self._play] += data.qvel[self._play_v]
-        pose = self._body.pose(position, rotation, angles)
+            angles[self._play] += position[self._play_q]
+            speeds[self._play] += velocity[self._play_v]
+        soles, axes = data.site_xpos.copy(), data.site_xmat.reshape(2, 3, 3).copy()
+        pose = BodyPose(data.subtree_com[0].copy(), (soles[0], soles[1]), (axes[0], axes[1]))
+        w, x, y, z = position[3:7].tolist()
         touch, self._legs_touch = self._legs_touch, False
         return TrueState(
-            torso_position=position,
-            torso_rotation=quaternion,
-            torso_matrix=rotation,
-            torso_linear_velocity=data.qvel[:3].copy(),
-            torso_angular_velocity=data.qvel[3:6].copy(),
+            torso_position=position[:3],
+            torso_rotation=np.array((x, y, z, w)),
+            torso_matrix=rotation_of(x, y, z, w),
+            torso_linear_velocity=velocity[:3],
+            torso_angular_velocity=velocity[3:6],
             joint_position=angles,
             joint_velocity=speeds,
             pose=pose,
@@ -186,36 +190,10 @@ class MujocoBackend:
             self._viewer = None
 
     def _sole_wrenches(self, pose: BodyPose) -> tuple[FloatArray, FloatArray]:
-        data, totals = self._data, ([0.0] * 6, [0.0] * 6)
-        origins = pose.sole_position[0].tolist(), pose.sole_position[1].tolist()
-        if data.ncon:
-            contact, forces = data.contact, data.efc_force.tolist()
-            for geom, address, frame, point in zip(
-                contact.geom2.tolist(),
-                contact.efc_address.tolist(),
-                contact.frame.tolist(),
-                contact.pos.tolist(),
-                strict=True,
-            ):
-                side = self._sole_of_geom.get(geom)
-                if side is None or address < 0:
-                    continue
-                normal, first, second = forces[address : address + 3]
-                fx = normal * frame[0] + first * frame[3] + second * frame[6]
-                fy = normal * frame[1] + first * frame[4] + second * frame[7]
-                fz = normal * frame[2] + first * frame[5] + second * frame[8]
-                ox, oy, oz = origins[side]
-                x, y, z = point[0] - ox, point[1] - oy, point[2] - oz
-                total = totals[side]
-                total[0] += fx
-                total[1] += fy
-                total[2] += fz
-                total[3] += y * fz - z * fy
-                total[4] += z * fx - x * fz
-                total[5] += x * fy - y * fx
+        _, *contacts = self._contacts.tolist()
         return (
-            _turned_back(totals[0], pose.sole_rotation[0]),
-            _turned_back(totals[1], pose.sole_rotation[1]),
+            _wrench(contacts[:9], pose.sole_position[0], pose.sole_rotation[0]),
+            _wrench(contacts[9:], pose.sole_position[1], pose.sole_rotation[1]),
         )
 
     def _compile(self) -> mujoco.MjModel:
@@ -258,8 +236,10 @@ class MujocoBackend:
                 sorted(children.get(link.name, []), key=lambda c: self._robot.index(c.joint))
                 + waiting
             )
+        self._add_leg_contact(spec)
         for sole in self._body.soles:
             self._add_sole(bodies[sole.parent], sole)
+            self._add_sole_contact(spec, sole)
         for leader, follower in self._robot.coupled_joints:
             spec.add_equality(
                 name=follower,
@@ -363,6 +343,40 @@ class MujocoBackend:
                 group=_COLLIDING,
             )
         self._geoms[sole.name] = tuple(names)
+        foot.add_site(
+            name=sole.name,
+            pos=sole.position,
+            quat=_quaternion(sole.rotation),
+            group=_COLLIDING,
+        )
+
+    def _add_leg_contact(self, spec: mujoco.MjSpec) -> None:
+        """A sensor for the number of contacts between the legs."""
+        left, right = (
+            next(link.name for link in self._body.links if link.side == side)
+            for side in ("left", "right")
+        )
+        spec.add_sensor(
+            type=mujoco.mjtSensor.mjSENS_CONTACT,
+            objtype=mujoco.mjtObj.mjOBJ_XBODY,  # the body and all that hangs on it
+            objname=left,
+            reftype=mujoco.mjtObj.mjOBJ_XBODY,
+            refname=right,
+            intprm=[1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1],
+        )
+
+    def _add_sole_contact(self, spec: mujoco.MjSpec, sole: Sole) -> None:
+        """A sensor for the sum of all contacts between a foot and the world; see `_wrench`."""
+        field = mujoco.mjtConDataField
+        fields = (field.mjCONDATA_FORCE, field.mjCONDATA_TORQUE, field.mjCONDATA_POS)
+        spec.add_sensor(
+            type=mujoco.mjtSensor.mjSENS_CONTACT,
+            objtype=mujoco.mjtObj.mjOBJ_BODY,
+            objname=sole.parent,
+            reftype=mujoco.mjtObj.mjOBJ_BODY,
+            refname="world",
+            intprm=[sum(1 << int(each) for each in fields), _NET_FORCE, 1],
+        )
 
     def _joints_with_play(self) -> tuple[str, ...]:
         if not self._plant.motor.play:
@@ -407,7 +421,7 @@ class MujocoBackend:
         joints = [model.joint(name) for name in robot.joint_names]
         self._motor_q = _slice([int(joint.qposadr[0]) for joint in joints])
         self._motor_v = _slice([int(joint.dofadr[0]) for joint in joints])
-        self._setpoint, self._speed = self._data.ctrl, self._data.qvel
+        self._setpoint, self._contacts = self._data.ctrl, self._data.sensordata
         self._line = self._limits.depend_on_speed
         play = self._joints_with_play()
         hinges = [model.joint(_play_name(name)) for name in play]
@@ -416,25 +430,31 @@ class MujocoBackend:
         self._play_v = np.array([hinge.dofadr[0] for hinge in hinges], dtype=int)
         self._torso = model.body(robot.torso_frame).id
         self._span = model.actuator_forcerange.T
-        self._sole_of_geom = {
-            model.geom(name).id: side
-            for side, sole in enumerate(self._body.soles)
-            for name in self._geoms[sole.name]
-        }
 
 
-def _turned_back(wrench: list[float], rotation: FloatArray) -> FloatArray:
-    """(6,) a wrench in the world's axes, in those that `rotation` (3, 3) turns to the world."""
+def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> FloatArray:
+    """(6,) force [N] and torque [N m] of the floor on a sole, about its origin and in its axes.
+
+    Args:
+        contact: what the contact sensor says, in the world: force and torque of the sole on the
+            floor, and the point about which the torque is.
+        origin, rotation: (3,) [m] and (3, 3), where the sole is in the world.
+    """
+    fx, fy, fz, tx, ty, tz, x, y, z = contact
+    if not fz:
+        return np.zeros(6)
+    ox, oy, oz = origin.tolist()
+    x, y, z = x - ox, y - oy, z - oz
+    tx, ty, tz = tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rotation.tolist()
-    fx, fy, fz, tx, ty, tz = wrench
     return np.array(
         (
-            fx * ax + fy * bx + fz * cx,
-            fx * ay + fy * by + fz * cy,
-            fx * az + fy * bz + fz * cz,
-            tx * ax + ty * bx + tz * cx,
-            tx * ay + ty * by + tz * cy,
-            tx * az + ty * bz + tz * cz,
+            -fx * ax - fy * bx - fz * cx,
+            -fx * ay - fy * by - fz * cy,
+            -fx * az - fy * bz - fz * cz,
+            -tx * ax - ty * bx - tz * cx,
+            -tx * ay - ty * by - tz * cy,
+            -tx * az - ty * bz - tz * cz,
         )
     )
 

@@ -1,7 +1,7 @@
 """The simulated robot as the outside sees it: joint targets in, delayed sensor frames out."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,7 @@ limit has changed a little by the end of the step."""
 _SECOND = 1_000_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(NamedTuple):
     """One sensor frame with what the gait does not use but a real robot also reports."""
 
     frame: SensorFrame
@@ -37,8 +36,7 @@ class Reading:
     """Left, right (6,): force [N] and torque [N m] on the sole, in the sole frame."""
 
 
-@dataclass(frozen=True, slots=True)
-class SolePose:
+class SolePose(NamedTuple):
     """Where a sole is in the world."""
 
     position: FloatArray
@@ -47,8 +45,7 @@ class SolePose:
     """(3, 3), sole to world."""
 
 
-@dataclass(frozen=True, slots=True)
-class GroundTruth:
+class GroundTruth(NamedTuple):
     """What really happens; for metrics and tests, never for the gait."""
 
     stamp: int
