@@ -60,7 +60,6 @@ def _bench(arguments: argparse.Namespace) -> int:
         "tasks": tuple(arguments.task) or None,
         "window": arguments.seconds,
         "open_loop": arguments.open_loop,
-        "hold_heading": arguments.hold_heading,
         "jobs": arguments.jobs,
         "ingredients": tuple(arguments.ingredient) or None,
         "impulses": tuple(arguments.impulse) or None,
@@ -119,8 +118,6 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         help="suite speed: not also at half of each speed")  # fmt: skip
     parser.add_argument("--open-loop", choices=("beside", "off", "only"),
                         help="open loop beside the closed (default), off, or only")  # fmt: skip
-    parser.add_argument("--hold-heading", action="store_true", default=None,
-                        help="steer straight walks by the gait's own odometry")  # fmt: skip
     parser.add_argument("--jobs", type=int, metavar="N", help="processes (all cores)")
     _add_robot(parser)
     _add_parameters(parser)

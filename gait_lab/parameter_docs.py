@@ -19,6 +19,7 @@ TITLES = {
     "swing": "Swing foot",
     "step": "Step sizes",
     "observer": "CoM observer",
+    "heading": "Heading",
     "orientation": "Torso orientation",
     "posture": "Posture control by the gyro",
     "state": "Start, stop, fall",

@@ -35,10 +35,6 @@ from sim_bridge.simulation import GroundTruth, Simulation
 
 CONTROL_PERIOD = 0.01
 """[s] between two ticks of the gait."""
-HOLD_GAIN = 1.5
-"""Heading hold: yaw rate per heading error [1/s]."""
-HOLD_LIMIT = 0.3
-"""Largest yaw rate of the heading hold [rad/s]."""
 UNKNOWN = (math.nan, math.nan, math.nan)
 PUSH_DURATION = 0.1
 """[s] for which the force of a push acts."""
@@ -73,8 +69,6 @@ class RolloutSpec:
     plant: str = "reference"
     urdf: str = "nao_h21_v33"
     engine: str = "pybullet"
-    hold_heading: bool = False
-    """Steer straight tasks back to their heading, from the gait's odometry alone."""
     keep_trace: bool = False
     plant_options: tuple[PlantOption, ...] = ()
     """Options of the plant that are replaced: (("motor.play", 0.035), ...)."""
@@ -196,10 +190,7 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
     simulation, gait = make_pair(spec)
     recorder = Recorder()
     try:
-        ticks = walk(
-            simulation, gait, task.command_at,
-            hold_heading=spec.hold_heading and task.is_straight, push=spec.push,
-        )  # fmt: skip
+        ticks = walk(simulation, gait, task.command_at, push=spec.push)
         for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
             recorder.add(tick.truth, tick.command, tick.status)
     finally:
@@ -225,7 +216,6 @@ def walk(
     gait: Gait,
     command_at: Callable[[float], VelocityCommand],
     *,
-    hold_heading: bool = False,
     push: Push | None = None,
 ) -> Iterator[Tick]:
     """The robot at rest, then one control period after the other, up to and with a fall.
@@ -235,7 +225,6 @@ def walk(
     began = simulation.time
     targets: JointTargets | None = None
     status: GaitStatus | None = None
-    heading: float | None = None
     push_tick = None if push is None else round(push.time / CONTROL_PERIOD)
 
     truth = simulation.truth()
@@ -247,9 +236,6 @@ def walk(
             simulation.push(force, PUSH_DURATION)
         simulation.step(targets)
         command = command_at((simulation.time - began) * 1e-9)
-        if hold_heading and status is not None:
-            heading = status.base_footprint_in_odom[2] if heading is None else heading
-            command = _steered(command, heading - status.base_footprint_in_odom[2])
         frame = simulation.sense()
         if frame is not None:
             targets = gait.step(frame, command)
@@ -259,15 +245,6 @@ def walk(
         yield Tick(truth, command, status, fallen)
         if fallen:
             return
-
-
-def _steered(command: VelocityCommand, error: float) -> VelocityCommand:
-    """The command with a yaw rate that turns the heading error [rad] away."""
-    if command.is_zero:
-        return command
-    error = math.remainder(error, math.tau)
-    rate = max(-HOLD_LIMIT, min(HOLD_LIMIT, HOLD_GAIN * error))
-    return VelocityCommand(command.x, command.y, rate)
 
 
 def workers(asked: int | None = None) -> int:

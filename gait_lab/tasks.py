@@ -63,10 +63,6 @@ class Task:
         """The asked speed along the measured axis [m/s or rad/s]."""
         return getattr(self.command, self.axis) if self.axis else 0.0
 
-    @property
-    def is_straight(self) -> bool:
-        return self.command.yaw == 0.0 and not self.command.is_zero
-
     def lasting(self, window: float) -> "Task":
         """The same task with another length of the measured window [s]."""
         return self.measured(self.start, self.start + window)

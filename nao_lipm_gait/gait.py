@@ -12,8 +12,10 @@ import numpy as np
 from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
 from nao_lipm_gait.estimation.fall_detection import FallDetector
 from nao_lipm_gait.estimation.odometry import Odometry
+from nao_lipm_gait.estimation.stance_turn import StanceTurn
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
-from nao_lipm_gait.kinematics.body_model import BodyModel
+from nao_lipm_gait.heading_hold import HeadingHold
+from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
 from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.legs import make_legs
@@ -79,6 +81,8 @@ class Gait:
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._odometry = Odometry()
+        self._stance_turn = StanceTurn()
+        self._heading_hold = HeadingHold()
         self._state = GaitState.STAND
         self._stamp: int | None = None
         self._blend_from: FloatArray | None = None
@@ -126,12 +130,13 @@ class Gait:
 
         self._walk.observe(self._measured[0], self._measured[1])
         walking = self._state is not GaitState.STAND and not self._stand_requested
-        self._targets = self._walk.plan(command if walking else STANDSTILL)
-        if self._parameters.feedback and self._state is GaitState.WALK:
+        self._targets = self._walk.plan(self._steered(command) if walking else STANDSTILL)
+        if self._parameters.feedback and self._state in ON_THE_WAY:
+            walks = self._state is GaitState.WALK
             self._targets = self._tilt.apply(
                 self._targets,
                 self._walk.predicted.support,
-                self._unwanted_tilt(frame),
+                self._unwanted_tilt(frame) if walks else (0.0, 0.0),
                 self._parameters,
                 self._dt,
             )
@@ -148,6 +153,12 @@ class Gait:
         self._residual = placed.residual
         self._clipped = self._limits.cut(position)
         return JointTargets(frame.stamp, position)
+
+    def _steered(self, command: VelocityCommand) -> VelocityCommand:
+        p = self._parameters
+        gain = p.heading_gain if p.feedback else 0.0
+        heading = self._odometry.base_footprint_in_odom[2]
+        return self._heading_hold.steered(command, heading, gain, self._dt)
 
     def _unwanted_tilt(self, frame: SensorFrame) -> tuple[float, float]:
         """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""
@@ -176,13 +187,24 @@ class Gait:
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
         roll_rate, pitch_rate, _ = _point(frame.angular_velocity)
-        # The NAO has no yaw gyro; the feet know how fast the torso turns.
+        # Not every robot has a yaw gyro; the feet know how fast the torso turns.
         rate = (roll_rate, pitch_rate, self._odometry.velocity[2])
         normal = None if self._is_down else sole.normal
         self._orientation.update(rate, _point(frame.linear_acceleration), normal, self._dt)
         up = self._orientation.up_in_torso
         self._measured = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
-        self._odometry.update(support, sole, other, up, self._dt)
+        turn = self._turn_of_stance(frame, support, sole) if self._parameters.yaw_gyro else 0.0
+        self._odometry.update(support, sole, other, up, self._dt, turn)
+
+    def _turn_of_stance(self, frame: SensorFrame, support: int, sole: SolePose) -> float:
+        return self._stance_turn.update(
+            support,
+            sole,
+            _point(frame.angular_velocity),
+            self._orientation.up_in_torso,
+            self._dt,
+            at_rest=self._state is GaitState.STAND and self._blend_from is None,
+        )
 
     # -- states ------------------------------------------------------------------------------------
 
@@ -209,6 +231,7 @@ class Gait:
         elif self._state is GaitState.STAND:
             if not command.is_zero and self._blend_from is None and not self._stand_requested:
                 self._walk.start(command)
+                self._tilt = TiltCompensation()
                 self._state = GaitState.WALK
         elif self._walk.finished:
             self._state = GaitState.STAND

@@ -161,6 +161,15 @@ class GaitParameters:
         0.1, 0.0, 1.0, "m/s", "observer",
         "a measured CoM that moves this much faster than expected was pushed; 0 = never",
     )
+    # -- heading -----------------------------------------------------------------------------------
+    heading_gain: float = _parameter(
+        1.5, 0.0, 5.0, "1/s", "heading",
+        "turning rate per heading error while no turn is commanded; 0 = the heading is not held",
+    )
+    yaw_gyro: bool = _switch(
+        False, "heading",
+        "the IMU measures the yaw rate (NAO from V5 on): odometry sees a stance foot that turns",
+    )
     # -- torso orientation -------------------------------------------------------------------------
     tilt_accelerometer_time: float = _parameter(
         4.0, 0.05, 60.0, "s", "orientation", "time constant of the pull towards the accelerometer"

@@ -43,7 +43,7 @@ def test_the_command_on_the_page_gives_the_options_of_the_run(
 def test_every_option_survives_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
     given = {
         "robots": 3, "seed": 10, "engine": "mujoco", "plant": "worn", "urdf": "a b.urdf",
-        "tasks": ("spot", "forward=20"), "window": 2.5, "open_loop": "only", "hold_heading": True,
+        "tasks": ("spot", "forward=20"), "window": 2.5, "open_loop": "only",
         "ingredients": ("friction",), "impulses": (0.75, 2.0), "directions": ("left",),
         "phases": 4, "half_speed": False, "metres": 7.5, "changes": Path("a.yaml"),
         "plant_options": (("motor.play", 0.035), ("variation.friction", (0.2, 0.3))),

@@ -32,7 +32,7 @@ TINY: dict[str, dict[str, Any]] = {
 }
 HEADLINES = {
     "speed": ("forward_worst", "forward_open_loop_median", "forward_half_error_worst",
-              "forward_held_yaw_drift_worst"),
+              "forward_yaw_drift_worst"),
     "error": ("spot_com_y_error_mean", "forward_10_com_y_error_measured_mean",
               "forward_10_speed_median"),
     "push": ("push_spot_left_max", "push_spot_left_0.5_survival",

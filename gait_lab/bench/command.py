@@ -30,8 +30,6 @@ def command_line(
     for name, flag in _REPEATED.items():
         for each in given.get(name, ()):
             words += [flag, option_text(each) if name == "plant_options" else _text(each)]
-    if given.get("hold_heading"):
-        words.append("--hold-heading")
     if given.get("half_speed") is False:
         words.append("--no-half")
     if preset != "default":

@@ -32,7 +32,6 @@ class BenchOptions:
     """Seconds at speed."""
     open_loop: str = "beside"
     """`beside` the closed loop, `off`, or `only`."""
-    hold_heading: bool = False
     jobs: int | None = None
     ingredients: tuple[str, ...] = ()
     """What the suite `plant` varies; empty = every ingredient."""
@@ -93,5 +92,4 @@ class BenchOptions:
         """Robots, plant, engine and model, for the head of a table."""
         last = self.seed + self.robots - 1
         robots = f"robots {self.seed}-{last}" if self.robots > 1 else f"robot {last}"
-        held = ", heading held" if self.hold_heading else ""
-        return f"{robots}, plant {self.plant_title}, {self.engine}, {self.urdf}{held}"
+        return f"{robots}, plant {self.plant_title}, {self.engine}, {self.urdf}"

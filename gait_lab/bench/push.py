@@ -179,7 +179,6 @@ def _spec(kind: Kind, options: BenchOptions, seed: int) -> RolloutSpec:
         plant_options=options.plant_options,
         urdf=options.urdf,
         engine=options.engine,
-        hold_heading=options.hold_heading,
         keep_trace=True,
     )
 

@@ -18,8 +18,6 @@ from sim_bridge.plant import PlantOption, option_text
 
 Pick = Callable[[Iterable[float]], float]
 """max, mean, ..."""
-HELD = "_held"
-"""Ends the name of a task that is walked with its heading held."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +105,6 @@ def labelled_tasks(options: BenchOptions) -> list[Task]:
     return _once([labelled(text).lasting(options.window) for text in options.tasks])
 
 
-def held(task: Task) -> Task:
-    """The same task, to be walked with its heading held."""
-    return replace(task, name=f"{task.name}{HELD}")
-
-
 def tasks_of(options: BenchOptions) -> list[Task]:
     """The tasks of the options over their window, each at most once."""
     return _once([find_task(text).lasting(options.window) for text in options.tasks])
@@ -146,7 +139,6 @@ def walk_all(
             plant_options=(*options.plant_options, *variant.plant),
             urdf=options.urdf,
             engine=options.engine,
-            hold_heading=options.hold_heading or task.name.endswith(HELD),
             urdf_effort=variant.urdf_effort,
         )
         for variant in variants

@@ -8,7 +8,7 @@ from gait_lab.bench.anchors import NAO_SPEED, PAPER_COM_ERROR, PAPER_SPEED, plac
 from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, finite, loop_name, number, table
-from gait_lab.bench.score import HELD, Pick, Score, held, tasks_of, walk_all
+from gait_lab.bench.score import Pick, Score, tasks_of, walk_all
 from gait_lab.metrics import FLIGHT_LIMIT, SLIP_LIMIT
 from gait_lab.tasks import AXES
 
@@ -18,16 +18,13 @@ HALF_WINDOW = 10.0
 
 
 def speed(options: BenchOptions) -> Report:
-    """At speed, at half of it, and forward with the heading held, on the same robots."""
+    """At speed and at half of it, on the same robots."""
     full = tasks_of(options)
-    straight = [
-        held(task) for task in full if task.name == "forward" and not options.hold_heading
-    ]
     halves = [
         task.scaled(0.5, f"{task.name}_half").lasting(min(options.window, HALF_WINDOW))
         for task in full if task.axis and options.half_speed
     ]  # fmt: skip
-    (scores,) = walk_all(options, tasks=[*full, *straight, *halves])
+    (scores,) = walk_all(options, tasks=[*full, *halves])
     names = {task.name for task in halves}
     at_half = [score for score in scores if score.task.name in names]
     at_speed = [score for score in scores if score.task.name not in names]
@@ -129,7 +126,7 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
     lines: list[tuple[str, ...]] = [header, units]
     for score in scores:
         axis, speeds = score.task.axis, score.speeds
-        turn, anchor = axis == "yaw", score.task.name.removesuffix(HELD)
+        turn, anchor = axis == "yaw", score.task.name
         lines.append(
             (
                 score.task.name,

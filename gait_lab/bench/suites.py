@@ -49,7 +49,7 @@ QUICK_ENGINE = "mujoco"
 EVERY_SUITE = frozenset(
     {"robots", "seed", "engine", "plant", "plant_options", "urdf", "open_loop", "jobs", "show"}
 )
-_WALKS = frozenset({"tasks", "window", "hold_heading"})
+_WALKS = frozenset({"tasks", "window"})
 SUITES = {
     "speed": Suite(speed, {}, ({"robots": 3, "window": 5.0},), _WALKS | {"half_speed"}),
     "error": Suite(error, {"tasks": ERROR_TASKS}, ({"robots": 3, "window": 5.0},), _WALKS),
@@ -60,9 +60,9 @@ SUITES = {
             {"robots": 2, "phases": 4, "tasks": ("spot",)},
             {"robots": 2, "phases": 4, "tasks": ("forward=20",), "impulses": (1.25,)},
         ),
-        frozenset({"tasks", "phases", "impulses", "directions", "hold_heading"}),
+        frozenset({"tasks", "phases", "impulses", "directions"}),
     ),
-    "start": Suite(start, {"robots": 20}, ({"robots": 3},), frozenset({"hold_heading"})),
+    "start": Suite(start, {"robots": 20}, ({"robots": 3},), frozenset()),
     "endurance": Suite(
         endurance, {"robots": 20}, ({"robots": 4, "metres": 5.0},), frozenset({"metres"})
     ),

@@ -40,7 +40,6 @@ def spec_for(setting: Setting, task: Task) -> RolloutSpec:
         plant=setting.plant,
         urdf=setting.urdf,
         engine=setting.engine,
-        hold_heading=True,
     )
 
 

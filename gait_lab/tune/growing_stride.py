@@ -10,7 +10,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from gait_lab.metrics import Metrics, Trace, measure
-from gait_lab.rollout import HOLD_GAIN, HOLD_LIMIT
 from gait_lab.tune.measures import Measures, excess_of
 from gait_lab.tune.walker import Setting, walk
 from nao_lipm_gait.signals import STANDSTILL, GaitState, GaitStatus, VelocityCommand
@@ -36,14 +35,13 @@ TAIL = 1.0
 
 
 class StridePilot:
-    """Raises the stride every two steps and holds the heading by the gait's own odometry."""
+    """Raises the stride every two steps."""
 
     def __init__(self, steps: int, first: float, last: float, hold: float) -> None:
         self.steps, self.first, self.last, self.hold = steps, first, last, hold
         self.step_times: list[float] = []
         """[s] of each support change."""
         self.done_at: float | None = None
-        self._heading: float | None = None
 
     def __call__(self, time: float, status: GaitStatus | None) -> VelocityCommand | None:
         if status is None or time < STAND_TIME:
@@ -58,11 +56,7 @@ class StridePilot:
             self.done_at = time
         if self.done_at is not None and time >= self.done_at + self.hold:
             return None
-        yaw = status.base_footprint_in_odom[2]
-        self._heading = yaw if self._heading is None else self._heading
-        error = math.remainder(self._heading - yaw, math.tau)
-        turn = max(-HOLD_LIMIT, min(HOLD_LIMIT, HOLD_GAIN * error))
-        return VelocityCommand(self.stride / self._double_step, 0.0, turn)
+        return VelocityCommand(self.stride / self._double_step, 0.0, 0.0)
 
     @property
     def stride(self) -> float:

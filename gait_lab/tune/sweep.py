@@ -72,7 +72,6 @@ def _sample(call: tuple[str, float, int, Walked]) -> Sample:
         parameters=walked.base.replace(**{name: value}),
         plant=walked.plant,
         engine=walked.engine,
-        hold_heading=True,
         keep_trace=True,
     )
     result = rollout(spec)

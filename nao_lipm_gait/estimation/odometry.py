@@ -32,9 +32,18 @@ class Odometry:
         return self._velocity
 
     def update(
-        self, support: int, support_sole: SolePose, other_sole: SolePose, up: Point3, dt: float
+        self,
+        support: int,
+        support_sole: SolePose,
+        other_sole: SolePose,
+        up: Point3,
+        dt: float,
+        stance_turn: float = 0.0,
     ) -> None:
-        """One tick: support +1 left or -1 right; both soles in the torso frame."""
+        """One tick: support +1 left or -1 right; both soles in the torso frame.
+
+        stance_turn [rad]: by how much the support sole has turned on the ground, where known.
+        """
         other_seen = sole_from_sole(other_sole, support_sole, up)
         if self._support == 0:
             self._sole_in_odom = relative((0.0, 0.0, 0.0), halfway((0.0, 0.0, 0.0), other_seen))
@@ -43,6 +52,8 @@ class Odometry:
             back = relative((0.0, 0.0, 0.0), other_seen)
             self._sole_in_odom = compose(self._sole_in_odom, back)
         self._support = support
+        x, y, yaw = self._sole_in_odom
+        self._sole_in_odom = x, y, yaw + stance_turn
         base = halfway(self._sole_in_odom, compose(self._sole_in_odom, other_seen))
         if self._base is not None:
             moved = relative(base, self._base)

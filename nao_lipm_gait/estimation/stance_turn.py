@@ -1,0 +1,47 @@
+"""How fast the stance sole turns on the ground, which only a yaw gyro can tell.
+
+On a slippery floor the moment of the swing leg turns the stance foot. The joints do not see that:
+they know how the torso turns over the sole, the gyro knows how it turns in the world.
+"""
+
+from math import atan2, remainder, tau
+
+from nao_lipm_gait.estimation.com_measurement import level_heading
+from nao_lipm_gait.kinematics.body_model import SolePose
+from nao_lipm_gait.signals import Point3
+
+BIAS_TIME = 1.0
+"""[s] of the average that learns the gyro's bias while the robot stands."""
+
+
+class StanceTurn:
+    """Turn of the stance sole from yaw gyro and joint angles."""
+
+    def __init__(self) -> None:
+        self._support = 0
+        self._heading = 0.0
+        self._bias = 0.0
+
+    def update(
+        self,
+        support: int,
+        support_sole: SolePose,
+        angular_velocity: Point3,
+        up: Point3,
+        dt: float,
+        at_rest: bool,
+    ) -> float:
+        """The sole's turn [rad] in this tick; zero in the one in which the support changes.
+
+        support +1 left or -1 right; sole, gyro [rad/s] and vertical in the torso frame; at_rest:
+        the robot stands still, so what the gyro shows is its bias.
+        """
+        rate = sum(w * u for w, u in zip(angular_velocity, up, strict=True))
+        if at_rest:
+            self._bias += min(1.0, dt / BIAS_TIME) * (rate - self._bias)
+        forward, left = level_heading(support_sole, up)
+        before, self._heading = self._heading, atan2(left[0], forward[0])
+        if at_rest or support != self._support:
+            self._support = support
+            return 0.0
+        return (rate - self._bias) * dt - remainder(self._heading - before, tau)
