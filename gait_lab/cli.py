@@ -27,8 +27,9 @@ def _say(text: str) -> None:
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("robot and plant")
-    group.add_argument("--urdf", default="nao_h21_v33", metavar="FILE",
-                       help="shipped name or file of a URDF with NAO joint names")  # fmt: skip
+    group.add_argument("--robot", "--urdf", default="nao_h21_v33", metavar="NAME", dest="urdf",
+                       help="shipped robot (nao_h21_v33, nao_h21_v40, bruno) or a URDF file with "
+                       "the joint names of one")  # fmt: skip
     group.add_argument("--plant", default="reference", metavar="P",
                        help="shipped name (reference, ideal, worn) or YAML file")  # fmt: skip
     group.add_argument("--plant-set", action="append", default=[], metavar="OPTION=VALUE",
@@ -181,6 +182,7 @@ def _demo(arguments: argparse.Namespace) -> int:
         plant=arguments.plant,
         robot_seed=arguments.robot_seed,
         preset=arguments.preset,
+        urdf=arguments.urdf,
     )
     return demo.run(options, _say)
 
@@ -199,6 +201,8 @@ def _add_demo(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tour", default="full", metavar="NAME", help="full (default) or short")
     parser.add_argument("--robot-seed", type=int, default=0, metavar="S",
                         help="the individual (0); -1 is the nominal robot")  # fmt: skip
+    parser.add_argument("--robot", "--urdf", default="nao_h21_v33", metavar="NAME", dest="urdf",
+                        help="shipped robot (nao_h21_v33, bruno) or a URDF file")  # fmt: skip
     parser.add_argument("--plant", default="reference", metavar="P",
                         help="shipped name (reference, ideal, worn) or YAML file")  # fmt: skip
     parser.add_argument("--engine", default="pybullet", metavar="E",

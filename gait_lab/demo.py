@@ -44,6 +44,7 @@ class DemoOptions:
     plant: str = "reference"
     robot_seed: int = 0
     preset: str = "default"
+    urdf: str = "nao_h21_v33"
     figures: bool = True
 
     def __post_init__(self) -> None:
@@ -81,7 +82,7 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
             f"{options.robot_seed}) and gait, in ROS domain {domain.domain} of this machine"
         )
         nodes.start("sim_bridge", _bridge_parameters(options))
-        nodes.start("gait", {"preset": options.preset})
+        nodes.start("gait", {"preset": options.preset, "urdf": options.urdf})
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         tour_began: float | None = None
         try:
@@ -138,6 +139,7 @@ def _fresh(out: Path) -> Path:
 
 def _bridge_parameters(options: DemoOptions) -> dict[str, object]:
     return {
+        "urdf": options.urdf,
         "engine": options.engine,
         "plant": options.plant,
         "robot_seed": options.robot_seed,
@@ -325,6 +327,7 @@ def _report(
         {
             "succeeded": result.succeeded,
             "problems": list(result.problems),
+            "urdf": options.urdf,
             "engine": options.engine,
             "plant": options.plant,
             "robot_seed": options.robot_seed,
@@ -348,5 +351,5 @@ def _draw(
 ) -> None:
     from gait_lab.figures import draw_demo
 
-    written = draw_demo(Recording(out / "bag"), TOURS[options.tour], tour_began, out)
+    written = draw_demo(Recording(out / "bag"), TOURS[options.tour], tour_began, out, options.urdf)
     say("Figures: " + ", ".join(path.name for path in written))

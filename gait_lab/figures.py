@@ -46,16 +46,16 @@ _pyplot = pyplot
 
 
 def draw_demo(
-    recording: Recording, tour: Sequence[Phase], tour_began: float, out: Path
+    recording: Recording, tour: Sequence[Phase], tour_began: float, out: Path, urdf: str
 ) -> list[Path]:
-    """All figures of a demo; `tour_began` [s] of simulated time."""
+    """All figures of a demo; `tour_began` [s] of simulated time, `urdf`: the robot that walked."""
     begins = tour_began + np.cumsum([0.0, *(phase.duration for phase in tour)])
     forward = next((i for i, phase in enumerate(tour) if phase.command.x > 0.0), 0)
     return [
         com_figure(recording, float(begins[forward + 1]) - 3.0, out / "com_y.png"),
         path_figure(recording, tour, begins, out / "path.png"),
         speed_figure(recording, tour, begins, out / "speeds.png"),
-        frames_figure(recording, tour, begins, out / "frames.png"),
+        frames_figure(recording, tour, begins, out / "frames.png", urdf),
     ]
 
 
@@ -184,7 +184,7 @@ def _smoothed(values: FloatArray, window: int) -> FloatArray:
 
 
 def frames_figure(
-    recording: Recording, tour: Sequence[Phase], begins: FloatArray, path: Path
+    recording: Recording, tour: Sequence[Phase], begins: FloatArray, path: Path, urdf: str
 ) -> Path:
     """A contact sheet: the robot as it was, drawn from the recorded poses."""
     from gait_lab.render import Stage
@@ -193,7 +193,7 @@ def frames_figure(
     from sim_bridge.plant import load_plant
 
     plt = pyplot()
-    robot = load_robot()
+    robot = load_robot(urdf)
     columns = [recording.joint_names.index(name) for name in robot.joint_names]
     truth, joints = recording.truth, recording.joints
     row_of = {round(1e3 * time): row for row, time in enumerate(joints.time.tolist())}

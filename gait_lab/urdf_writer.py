@@ -1,4 +1,4 @@
-"""Writes the URDF files of the NAO from one table of facts.
+"""Writes the URDF files of the robots, each from its table of facts.
 
 `python -m gait_lab.urdf_writer` writes them; `--check` only compares, and fails on a difference.
 """
@@ -16,16 +16,20 @@ import yaml
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 
-VARIANTS = ("v33", "v40")
+MODELS: dict[str, tuple[str, str]] = {
+    "nao_h21_v33": ("nao_h21_facts.yaml", "v33"),
+    "nao_h21_v40": ("nao_h21_facts.yaml", "v40"),
+    "bruno": ("bruno_facts.yaml", ""),
+}
+"""URDF -> its table of facts, and which of the variants in there."""
 _ALONG = {"x": (0.0, math.pi / 2, 0.0), "y": (-math.pi / 2, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}
 
 Vector = Sequence[float]
 Facts = Mapping[str, Any]
 
 
-def load_facts(path: Path | None = None) -> Facts:
-    """The table behind the URDF files; the shipped one unless a path is given."""
-    path = path or share("urdf", "nao_h21_facts.yaml")
+def load_facts(path: Path) -> Facts:
+    """A table of facts."""
     try:
         facts = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -96,11 +100,20 @@ def _shapes(link: ET.Element, facts: Facts, name: str, mirror: bool) -> None:
             _shape(link, tag, shape, mirror)
 
 
+def _of_block(mass: float, size: Vector) -> tuple[float, ...]:
+    """ixx iyy izz ixy ixz iyz of a solid block about its middle."""
+    x, y, z = (mass * edge * edge / 12.0 for edge in size)
+    return y + z, x + z, x + y, 0.0, 0.0, 0.0
+
+
 def _link(facts: Facts, variant: str, name: str, mirror: bool) -> ET.Element:
     link = ET.Element("link", name=_right(name) if mirror else name)
-    body = facts["links"][name][variant]
+    row = facts["links"][name]
+    body = row.get(variant, row)
     x, y, z = body["com"]
-    ixx, iyy, izz, ixy, ixz, iyz = body["inertia"]
+    ixx, iyy, izz, ixy, ixz, iyz = (
+        body["inertia"] if "inertia" in body else _of_block(body["mass"], body["box"])
+    )
     if mirror:
         y, ixy, iyz = -y, -ixy, -iyz
     _inertial(link, body["mass"], (x, y, z), (ixx, iyy, izz, ixy, ixz, iyz))
@@ -164,7 +177,8 @@ def _elements(facts: Facts, variant: str) -> Iterator[ET.Element]:
         sole = (0.0, 0.0, -facts["foot_height"])
         frames[f"{side}_sole"] = {"parent": f"{side}_ankle", "xyz": sole, "rpy": (0.0, 0.0, 0.0)}
     yield _link(facts, variant, "base_link", mirror=False)
-    yield from _frame(facts, "torso", frames.pop("torso"))
+    if "torso" in frames:  # otherwise a joint moves it
+        yield from _frame(facts, "torso", frames.pop("torso"))
     for mirror in (False, True):
         for name, row in facts["joints"].items():
             if mirror and not _sided(name):
@@ -175,23 +189,25 @@ def _elements(facts: Facts, variant: str) -> Iterator[ET.Element]:
         yield from _frame(facts, name, row)
 
 
-def urdf_text(facts: Facts, variant: str) -> str:
-    """The URDF of one generation of the robot (`v33` or `v40`)."""
-    if variant not in VARIANTS:
-        raise NaoGaitError("variant", variant, f"one of {', '.join(VARIANTS)}")
-    robot = ET.Element("robot", name=f"nao_h21_{variant}")
-    robot.append(ET.Comment(" made by python -m gait_lab.urdf_writer from nao_h21_facts.yaml "))
+def urdf_text(name: str) -> str:
+    """The URDF of a model, as in `urdf_text("nao_h21_v33")`."""
+    if name not in MODELS:
+        raise NaoGaitError("model", name, f"one of {', '.join(MODELS)}")
+    source, variant = MODELS[name]
+    facts = load_facts(share("urdf", source))
+    robot = ET.Element("robot", name=name)
+    robot.append(ET.Comment(f" made by python -m gait_lab.urdf_writer from {source} "))
     robot.extend(_elements(facts, variant))
     ET.indent(robot, space=" ")
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def outdated(folder: Path, facts: Facts, write: bool = False) -> list[Path]:
+def outdated(folder: Path, write: bool = False) -> list[Path]:
     """The files in `folder` that differ from what the facts say; brought up to date if `write`."""
     different = []
-    for variant in VARIANTS:
-        path = folder / f"nao_h21_{variant}.urdf"
-        text = urdf_text(facts, variant)
+    for name in MODELS:
+        path = folder / f"{name}.urdf"
+        text = urdf_text(name)
         if path.is_file() and path.read_text(encoding="utf-8") == text:
             continue
         different.append(path)
@@ -205,9 +221,10 @@ def main(args: Sequence[str] | None = None) -> int:
         prog="python -m gait_lab.urdf_writer", description="Write the URDF files from the facts."
     )
     parser.add_argument("--check", action="store_true", help="compare only; 1 if a file differs")
+    parser.add_argument("--folder", type=Path, metavar="DIR", help="of the files (shipped)")
     options = parser.parse_args(args)
     try:
-        different = outdated(share("urdf"), load_facts(), write=not options.check)
+        different = outdated(options.folder or share("urdf"), write=not options.check)
     except (NaoGaitError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 1

@@ -13,6 +13,7 @@ import yaml
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import find
+from nao_lipm_gait.resources import names as shipped
 from nao_lipm_gait.signals import FloatArray
 
 Pose2 = tuple[float, float]
@@ -83,6 +84,12 @@ class RobotDescription:
     """(leader, follower) pairs that one motor turns to the same angle."""
     shoulder_pitch: tuple[str, str]
     """Left, right: the joints that swing the arms; positive swings an arm back."""
+    shoulder_roll: tuple[str, str] | None
+    """Left, right: the joints that spread the arms, about x; None without them."""
+    waist_pitch: str | None
+    """The joint that leans the upper body over the hips; None without it."""
+    preset: str
+    """The gait preset that was made for this robot."""
     base_frame: str
     torso_frame: str
     imu_frame: str
@@ -122,16 +129,23 @@ class RobotDescription:
             raise NaoGaitError("joint", joint, f"one of {', '.join(self.joint_names)}") from None
 
 
-def load_robot(urdf: str | Path = "nao_h21_v33", robot: str | Path = "nao_h21") -> RobotDescription:
+NAO = "nao_h21"
+"""The robot file of a URDF whose joints no robot file knows; its error says which are missing."""
+
+
+def load_robot(
+    urdf: str | Path = "nao_h21_v33", robot: str | Path | None = None
+) -> RobotDescription:
     """The robot of a URDF (shipped name or path) and a robot file (shipped name or path).
 
-    Joints and links of the URDF that the robot file does not name are left alone. Raises
-    NaoGaitError that names the file and the joint, link or key that is missing or makes no sense.
+    Without a robot file it is the first shipped one whose joints the URDF has. Joints and links of
+    the URDF that the robot file does not name are left alone. Raises NaoGaitError that names the
+    file and the joint, link or key that is missing or makes no sense.
     """
     urdf_path = find("urdf", str(urdf))
     text = _read(urdf_path, "URDF")
-    settings = _Settings.load(find("robots", str(robot)))
     model = _UrdfModel.parse(text, urdf_path)
+    settings = _settings_of(model) if robot is None else _Settings.load(find("robots", str(robot)))
 
     joint_names = settings.joint_names()
     limits = {name: model.limit(name) for name in joint_names}
@@ -155,6 +169,9 @@ def load_robot(urdf: str | Path = "nao_h21_v33", robot: str | Path = "nao_h21") 
         hip=settings.choice("hip", HIPS),
         coupled_joints=settings.coupled(joint_names),
         shoulder_pitch=settings.pair("shoulder_pitch", joint_names),
+        shoulder_roll=settings.optional_pair("shoulder_roll", joint_names),
+        waist_pitch=settings.optional_joint("waist_pitch", joint_names),
+        preset=settings.preset(),
         base_frame=model.frame(settings.frame("base")),
         torso_frame=torso,
         imu_frame=model.frame(settings.frame("imu")),
@@ -256,6 +273,9 @@ class _UrdfModel:
                 return name
         raise NaoGaitError(f"link {' or '.join(names)} in {self._path}", "missing", "a link")
 
+    def has_joint(self, name: str) -> bool:
+        return name in self._joints
+
     def limit(self, name: str) -> JointLimit:
         where = f"joint {name} in {self._path}"
         allowed = "a revolute joint with finite limits, lower < upper, velocity and effort over 0"
@@ -307,6 +327,7 @@ _KEYS = tuple(
     "name joints hip left_leg right_leg coupled_joints shoulder_pitch frames stand_pose "
     "sole_outline sole_corners ankle_limits motors".split()
 )
+_OPTIONAL_KEYS = ("shoulder_roll", "waist_pitch", "preset")
 _FRAMES = ("base", "torso", "imu", "left_sole", "right_sole")
 
 
@@ -325,7 +346,7 @@ class _Settings:
             reason = " ".join(str(error).split())
             raise NaoGaitError(f"robot file {path}", reason, "a readable YAML file") from error
         settings = cls(path, {})
-        settings._values = settings._mapping("robot file", values, _KEYS)
+        settings._values = settings._mapping("robot file", values, _KEYS, _OPTIONAL_KEYS)
         return settings
 
     def pair(self, key: str, joint_names: tuple[str, ...]) -> tuple[str, str]:
@@ -342,13 +363,29 @@ class _Settings:
     def where(self, key: str) -> str:
         return f"{key} in {self._path}"
 
-    def _mapping(self, key: str, value: object, keys: tuple[str, ...]) -> Mapping[str, Any]:
-        """A mapping with exactly these keys."""
+    def optional_pair(self, key: str, joint_names: tuple[str, ...]) -> tuple[str, str] | None:
+        return None if self._values.get(key) is None else self.pair(key, joint_names)
+
+    def optional_joint(self, key: str, joint_names: tuple[str, ...]) -> str | None:
+        value = self._values.get(key)
+        return None if value is None else self._joint(key, value, joint_names)
+
+    def preset(self) -> str:
+        return self.text("preset") if "preset" in self._values else "default"
+
+    def has_joints_of(self, model: _UrdfModel) -> bool:
+        """Whether the URDF knows every joint of this file."""
+        return all(model.has_joint(name) for name in self.joint_names())
+
+    def _mapping(
+        self, key: str, value: object, keys: tuple[str, ...], optional: tuple[str, ...] = ()
+    ) -> Mapping[str, Any]:
+        """A mapping with exactly these keys, and perhaps some of the optional ones."""
         allowed = f"a mapping of {', '.join(keys)}"
         if not isinstance(value, dict):
             raise NaoGaitError(self.where(key), type(value).__name__, allowed)
         for name in value:
-            if name not in keys:
+            if name not in keys and name not in optional:
                 raise NaoGaitError(self.where(key), f"unknown key {name}", allowed)
         for name in keys:
             if name not in value:
@@ -471,3 +508,10 @@ class _Settings:
         if missing:
             raise NaoGaitError(self.where("motors"), f"none for {', '.join(missing)}", "all joints")
         return motors
+
+
+def _settings_of(model: _UrdfModel) -> _Settings:
+    """The shipped robot file that fits the joints of a URDF."""
+    files = {name: _Settings.load(find("robots", name)) for name in shipped("robots")}
+    fitting = [settings for settings in files.values() if settings.has_joints_of(model)]
+    return fitting[0] if fitting else files[NAO]

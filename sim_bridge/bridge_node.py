@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from nao_lipm_gait.ros.stop_request import StopRequest
 
 NAME = "sim_bridge"
-DESCRIPTION = "Simulate a NAO: joint_command in; joint_states, imu/data and ground truth out."
+DESCRIPTION = "Simulate a robot: joint_command in; joint_states, imu/data and ground truth out."
 
 
 def main(args: Sequence[str] | None = None) -> int:

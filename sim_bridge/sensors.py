@@ -12,7 +12,7 @@ from sim_bridge.plant import Plant
 
 
 class SensorModel:
-    """Samples the sensors once per control period. No sensor of a NAO tells the orientation."""
+    """Samples the sensors once per control period. No sensor tells the orientation."""
 
     def __init__(
         self, plant: Plant, individual: Individual, body: Body, noise_seed: int, period: float

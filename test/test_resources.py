@@ -31,9 +31,9 @@ def test_shipped_names(kind: str, name: str, path: str) -> None:
 
 
 def test_names_are_those_of_the_files() -> None:
-    assert resources.names("gait") == ("default", "ideal", "paper")
+    assert resources.names("gait") == ("bruno", "default", "ideal", "paper")
     assert resources.names("plants") == ("ideal", "reference", "worn")
-    assert resources.names("urdf") == ("nao_h21_v33", "nao_h21_v40")  # not the table of facts
+    assert resources.names("urdf") == ("bruno", "nao_h21_v33", "nao_h21_v40")
 
 
 def test_share_finds_files_and_folders() -> None:

@@ -262,35 +262,32 @@ def test_files_are_up_to_date(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_check_sees_an_edit_and_writing_repairs_it(tmp_path: Path) -> None:
-    facts = urdf_writer.load_facts()
-    paths = [tmp_path / f"{name}.urdf" for name in ROBOTS]
-    assert urdf_writer.outdated(tmp_path, facts) == paths
+    paths = [tmp_path / f"{name}.urdf" for name in (*ROBOTS, "bruno")]
+    assert urdf_writer.outdated(tmp_path) == paths
     assert not any(path.exists() for path in paths), "checking must not write"
-    assert urdf_writer.outdated(tmp_path, facts, write=True) == paths
-    assert urdf_writer.outdated(tmp_path, facts) == []
+    assert urdf_writer.outdated(tmp_path, write=True) == paths
+    assert urdf_writer.outdated(tmp_path) == []
     edited = paths[1].read_text().replace("0.16184", "0.16185")
     paths[1].write_text(edited)
-    assert urdf_writer.outdated(tmp_path, facts) == [paths[1]]
+    assert urdf_writer.outdated(tmp_path) == [paths[1]]
     assert paths[1].read_text() == edited
-    urdf_writer.outdated(tmp_path, facts, write=True)
+    urdf_writer.outdated(tmp_path, write=True)
     assert paths[1].read_text() == find("urdf", ROBOTS[1]).read_text()
 
 
 def test_check_fails_and_names_the_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    facts = urdf_writer.load_facts()
-    monkeypatch.setattr(urdf_writer, "share", lambda *_: tmp_path)
-    monkeypatch.setattr(urdf_writer, "load_facts", lambda: facts)
-    assert urdf_writer.main(["--check"]) == 1
+    folder = ["--folder", str(tmp_path)]
+    assert urdf_writer.main(["--check", *folder]) == 1
     assert f"differs: {tmp_path / 'nao_h21_v33.urdf'}" in capsys.readouterr().out
-    assert urdf_writer.main([]) == 0
-    assert urdf_writer.main(["--check"]) == 0
+    assert urdf_writer.main(folder) == 0
+    assert urdf_writer.main(["--check", *folder]) == 0
 
 
-def test_bad_facts_and_variants_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(NaoGaitError, match="v50"):
-        urdf_writer.urdf_text(urdf_writer.load_facts(), "v50")
+def test_bad_facts_and_models_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(NaoGaitError, match="nao_h21_v50"):
+        urdf_writer.urdf_text("nao_h21_v50")
     bad = tmp_path / "facts.yaml"
     with pytest.raises(NaoGaitError, match=r"facts\.yaml"):
         urdf_writer.load_facts(bad)

@@ -27,7 +27,8 @@ from gait_lab.bench.speed import speed
 from gait_lab.bench.start import start
 from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
+from nao_lipm_gait.parameters import BY_NAME, GaitParameters
+from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot_description import load_robot
 from sim_bridge.plant import load_plant, with_options
 
@@ -155,11 +156,10 @@ def run(
 
     `asked`: the options of `BenchOptions` that shall not be the suite's usual ones.
     """
-    parameters = overridden(load_preset(preset), settings)
     planned = runs(suite, asked)
+    parameters = overridden(preset_for(load_robot(planned[0].options.urdf), preset), settings)
     # What is wrong with the input shall be said before the work, not after it.
     for each in planned:
-        load_robot(each.options.urdf)
         with_options(load_plant(each.options.plant), each.options.plant_options)
         for task in each.options.tasks:
             find_task(task)

@@ -16,7 +16,7 @@ from nao_lipm_gait.signals import FloatArray
 def robot_of(walk: Walk) -> tuple[RobotDescription | None, str]:
     """The robot of a bag, from its own URDF or the shipped one, and a word about which.
 
-    None with the reason where its joints are not those of a NAO.
+    None with the reason where its joints are not those of the robot.
     """
     if not walk.joint_names:
         return None, "no joint states"
@@ -39,7 +39,7 @@ def robot_of(walk: Walk) -> tuple[RobotDescription | None, str]:
 def _knowing(walk: Walk, robot: RobotDescription) -> RobotDescription:
     unknown = [name for name in robot.joint_names if name not in walk.joint_names]
     if unknown:
-        raise NaoGaitError("joint_states", f"no {', '.join(unknown)}", "the joints of a NAO")
+        raise NaoGaitError("joint_states", f"no {', '.join(unknown)}", "the joints of the robot")
     return robot
 
 

@@ -28,7 +28,9 @@ SMOOTHING = 0.5
 """[s] over which speeds are averaged: about two steps."""
 COM_WINDOW = 4.0
 """[s] of the CoM shown at a time: the paper's figures show 3 to 5."""
-LEG_JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+LEG_JOINTS = (
+    "HipYawPitch", "HipYaw", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll"
+)  # fmt: skip
 HEAT_COLUMNS = 700
 LEFT_COLOR, RIGHT_COLOR = "#c8553d", "#2f7f5f"
 

@@ -13,8 +13,10 @@ import yaml
 
 from gait_lab.tune.protocols import find_protocol
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
+from nao_lipm_gait.parameters import BY_NAME, GaitParameters
+from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.resources import share
+from nao_lipm_gait.robot_description import load_robot
 from sim_bridge.engines import ENGINES
 from sim_bridge.plant import load_plant
 
@@ -156,7 +158,10 @@ def parse_study(values: Mapping[str, Any], name: str = "study", source: str = ""
             raise NaoGaitError(f"study.{key}", "nothing", "must be given")
     ranges = _ranges(values["parameters"])
     preset = str(values.get("preset", "default"))
-    start = load_preset(preset).replace(**_mapping("start", values.get("start", {})))
+    urdf = str(values.get("urdf", "nao_h21_v33"))
+    start = preset_for(load_robot(urdf), preset).replace(
+        **_mapping("start", values.get("start", {}))
+    )
     for r in ranges:
         at = float(getattr(start, r.name))
         if not r.low <= at <= r.high:
@@ -190,7 +195,7 @@ def parse_study(values: Mapping[str, Any], name: str = "study", source: str = ""
         unseen=unseen,
         engine=place.engine,
         plant=place.plant,
-        urdf=str(values.get("urdf", "nao_h21_v33")),
+        urdf=urdf,
         trials=_whole("trials", values.get("trials", 74), 1, TRIALS_MAX),
         confirm_options={**options, **protocol.checked("confirm.options", {
             **options, **confirm_options})},

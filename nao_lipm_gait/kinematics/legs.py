@@ -5,10 +5,12 @@ from collections.abc import Callable
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.kinematics.leg_kinematics import LegKinematics
 from nao_lipm_gait.kinematics.shared_hip_legs import SharedHipLegs
+from nao_lipm_gait.kinematics.yaw_hip_legs import YawHipLegs
 from nao_lipm_gait.robot_description import RobotDescription
 
 KINEMATICS: dict[str, Callable[[RobotDescription], LegKinematics]] = {
     "shared_yaw_pitch": SharedHipLegs,
+    "yaw": YawHipLegs,
 }
 
 

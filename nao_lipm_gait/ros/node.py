@@ -22,7 +22,8 @@ from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters, load_preset
+from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
+from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.diagnostics import SILENCE, Health, diagnostics
 from nao_lipm_gait.ros.frame_assembly import FrameAssembler, ImuSample, JointSample
@@ -54,7 +55,9 @@ from nao_lipm_gait.ros.velocity_input import VelocityInput
 from nao_lipm_gait.signals import GaitState, JointTargets, SensorFrame
 
 URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
-PRESET = NodeParameter("preset", "default", "gait parameters: a shipped name or a YAML file")
+PRESET = NodeParameter(
+    "preset", "default", "gait parameters: a shipped name (default: the robot's own) or a YAML file"
+)
 CONTROL_PERIOD = NodeParameter(
     "control_period", 0.01, "distance of two joint states", "s", 0.002, 0.05
 )
@@ -85,7 +88,9 @@ class GaitNode(Node):
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
         self._robot = used_as(URDF, load_robot, text(declare(self, URDF)))
-        preset = used_as(PRESET, load_preset, text(declare(self, PRESET)))
+        preset = used_as(
+            PRESET, partial(preset_for, self._robot), text(declare(self, PRESET))
+        )
         period = of_type(declare(self, CONTROL_PERIOD), float)
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
