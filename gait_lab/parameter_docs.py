@@ -14,6 +14,8 @@ from nao_lipm_gait.parameters import PARAMETERS, Parameter
 from nao_lipm_gait.resources import share
 
 TITLES = {
+    "walk": "Which walk",
+    "zmp": "ZMP walk",
     "pendulum": "Pendulum",
     "stance": "Stance",
     "swing": "Swing foot",
@@ -26,7 +28,9 @@ TITLES = {
 }
 
 
-def _value(parameter: Parameter, value: float | bool) -> str:
+def _value(parameter: Parameter, value: float | bool | str) -> str:
+    if isinstance(value, str):
+        return value
     if parameter.is_switch:
         return "true" if value else "false"
     text = f"{value:.10g}"
@@ -36,6 +40,8 @@ def _value(parameter: Parameter, value: float | bool) -> str:
 def _range(parameter: Parameter) -> str:
     if parameter.is_switch:
         return "true, false"
+    if parameter.choices:
+        return ", ".join(parameter.choices)
     return f"{parameter.minimum:g} to {parameter.maximum:g}"
 
 

@@ -19,7 +19,6 @@ from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
 from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.legs import make_legs
-from nao_lipm_gait.lipm_walk.lipm_walk import LipmWalk
 from nao_lipm_gait.lipm_walk.walk_state import LEFT
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.planar import compose, relative
@@ -39,6 +38,7 @@ from nao_lipm_gait.signals import (
 )
 from nao_lipm_gait.tilt_compensation import TiltCompensation
 from nao_lipm_gait.walk import BodyTargets, SoleTarget
+from nao_lipm_gait.walks import make_walk
 
 MISSED_TICKS_MAX = 20
 """A longer gap between two frames is a time jump: the gait starts anew."""
@@ -72,7 +72,7 @@ class Gait:
     def reset(self) -> None:
         """Forget everything; the next frame begins a stand from whatever pose it shows."""
         p = self._parameters
-        self._walk = LipmWalk(p, self._dt)
+        self._walk = make_walk(p, self._dt)
         self._placement = BodyPlacement(self.robot, self._body, make_legs(self.robot))
         self._orientation = TorsoOrientation(
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
@@ -102,7 +102,7 @@ class Gait:
         self._relax_requested = True
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """Change parameters between two ticks; the feedback delay needs a reset to change."""
+        """Change parameters between two ticks; `NEEDS_RESET` ones take effect at the next reset."""
         self._parameters = parameters
         self._walk.set_parameters(parameters)
         self._orientation.set_times(

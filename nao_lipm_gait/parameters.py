@@ -36,10 +36,30 @@ def _switch(default: bool, group: str, meaning: str) -> Any:
     return _parameter(default, 0, 1, "", group, meaning)
 
 
+def _choice(choices: tuple[str, ...], group: str, meaning: str) -> Any:
+    """One of some words; the first is the default."""
+    return dataclasses.field(
+        default=choices[0],
+        metadata={
+            "minimum": 0,
+            "maximum": 0,
+            "unit": "",
+            "group": group,
+            "meaning": meaning,
+            "choices": choices,
+        },
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class GaitParameters:
     """Everything that can be tuned; SI units. Each field carries its unit, range and meaning."""
 
+    # -- walk --------------------------------------------------------------------------------------
+    walk: str = _choice(
+        ("lipm", "zmp"), "walk",
+        "which walk: lipm = the first paper's observed pendulum, zmp = the second's trajectories",
+    )
     # -- pendulum ----------------------------------------------------------------------------------
     pendulum_height: float = _parameter(
         0.24, 0.1, 0.6, "m", "pendulum", "assumed height h of the pendulum; sets k = sqrt(g/h)"
@@ -63,6 +83,20 @@ class GaitParameters:
     )
     step_duration_max: float = _parameter(
         0.45, 0.1, 2.0, "s", "pendulum", "no single support longer than this"
+    )
+    # -- ZMP walk ----------------------------------------------------------------------------------
+    zmp_step_duration: float = _parameter(
+        0.35, 0.1, 2.0, "s", "zmp", "T/2: duration of a half stride, that is of one step"
+    )
+    zmp_offset_y: float = _parameter(
+        0.05, 0.0, 0.12, "m", "zmp", "y_ZMP: distance of the desired ZMP from Q"
+    )
+    zmp_double_support: float = _parameter(
+        0.268, 0.0, 0.9, "", "zmp",
+        "share of a step with both feet on the ground: 1 - cos(c_3), with the paper's c_3 = 0.75",
+    )
+    zmp_foot_roll: float = _parameter(
+        0.0, -0.3, 0.3, "rad", "zmp", "how far the swing foot is rolled outwards at its highest"
     )
     # -- stance ------------------------------------------------------------------------------------
     com_height: float = _parameter(
@@ -235,7 +269,7 @@ class GaitParameters:
         """The same parameters with some changed; an unknown or bad one raises NaoGaitError."""
         return GaitParameters.from_mapping({**self.as_dict(), **changes})
 
-    def as_dict(self) -> dict[str, float | bool]:
+    def as_dict(self) -> dict[str, float | bool | str]:
         return {parameter.name: getattr(self, parameter.name) for parameter in PARAMETERS}
 
     @classmethod
@@ -256,24 +290,36 @@ class Parameter:
 
     name: str
     unit: str
-    default: float | bool
+    default: float | bool | str
     minimum: float
     maximum: float
     meaning: str
     group: str
+    choices: tuple[str, ...] = ()
+    """The words that it can be; empty where it is no word."""
 
     @property
     def is_switch(self) -> bool:
         return isinstance(self.default, bool)
 
     @property
+    def is_number(self) -> bool:
+        return not self.is_switch and not self.choices
+
+    @property
     def allowed(self) -> str:
         if self.is_switch:
             return "true or false"
+        if self.choices:
+            return f"one of {', '.join(self.choices)}"
         return f"a number from {self.minimum:g} to {self.maximum:g} {self.unit}".rstrip()
 
-    def check(self, value: Any) -> float | bool:
+    def check(self, value: Any) -> float | bool | str:
         """The value in its own type; NaoGaitError when it is of the wrong type or out of range."""
+        if self.choices:
+            if isinstance(value, str) and value in self.choices:
+                return value
+            raise NaoGaitError(self.name, value, self.allowed)
         if self.is_switch:
             if isinstance(value, bool):
                 return value
@@ -290,6 +336,10 @@ PARAMETERS: tuple[Parameter, ...] = tuple(
     for field in dataclasses.fields(GaitParameters)
 )
 BY_NAME: Mapping[str, Parameter] = {parameter.name: parameter for parameter in PARAMETERS}
+
+
+NEEDS_RESET = ("walk", "feedback_delay")
+"""Parameters that a gait takes up only when it begins anew; they cannot change while it walks."""
 
 
 def load_preset(name_or_path: str | Path) -> GaitParameters:

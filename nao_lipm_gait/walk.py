@@ -2,6 +2,7 @@
 
 from typing import NamedTuple, Protocol
 
+from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.signals import Point3, Pose2, VelocityCommand
 
 
@@ -39,8 +40,46 @@ class Expectation(NamedTuple):
     """The sole that the measured CoM is to be referred to."""
 
 
+class WalkView(Protocol):
+    """Where a walk is at some time, for those who watch it."""
+
+    @property
+    def support(self) -> int:
+        """+1 left, -1 right."""
+
+    @property
+    def x(self) -> float:
+        """CoM in Q [m]."""
+
+    @property
+    def y(self) -> float: ...
+
+    @property
+    def sole_in_q(self) -> Pose2:
+        """The sole of the supporting foot."""
+
+    @property
+    def q_in_odom(self) -> Pose2:
+        """Where the walk believes its Q to be; only differences of it mean anything."""
+
+    @property
+    def step_count(self) -> int:
+        """Support changes since the walk began."""
+
+
 class Walk(Protocol):
-    """One gait tick is expect -> observe -> plan."""
+    """One gait tick is expect -> observe -> plan.
+
+    Made by `walks.make_walk`, standing. Three times matter: what is measured now (`expected`, and
+    corrected by the measurement `estimated`) was commanded a delay ago; what is commanded now takes
+    effect later (`predicted`).
+    """
+
+    def stand_at(self, q_in_odom: Pose2) -> None:
+        """Forget all motion: both feet side by side, the CoM at rest between them."""
+
+    def set_parameters(self, parameters: GaitParameters) -> None:
+        """New parameters between two ticks; `walk` and the delay are fixed at construction."""
 
     def start(self, command: VelocityCommand) -> None:
         """Begin from a stand with the CoM at rest in the middle of Q."""
@@ -57,3 +96,31 @@ class Walk(Protocol):
     @property
     def finished(self) -> bool:
         """True once a stop has brought the CoM to rest between the feet."""
+
+    @property
+    def stopping(self) -> bool:
+        """Both feet stay on the ground from now on."""
+
+    @property
+    def expected(self) -> WalkView:
+        """Before the correction, at the time of the measurement."""
+
+    @property
+    def estimated(self) -> WalkView:
+        """After it."""
+
+    @property
+    def predicted(self) -> WalkView:
+        """At the time at which the targets of the last plan take effect."""
+
+    @property
+    def origin_in_q(self) -> tuple[float, float]:
+        """Where the walk wants the ground to push: pendulum origin or ZMP [m]."""
+
+    @property
+    def step_size(self) -> Pose2:
+        """The pose of the next Q in this one."""
+
+    @property
+    def time_left(self) -> float:
+        """[s] until the support changes."""

@@ -84,7 +84,7 @@ class Variant:
 
     plant: tuple[PlantOption, ...] = ()
     """Options of the plant that are replaced."""
-    parameters: Mapping[str, float | bool] = field(default_factory=dict)
+    parameters: Mapping[str, float | bool | str] = field(default_factory=dict)
     """Parameters of the gait that are replaced."""
     urdf_effort: bool = False
     """See `RolloutSpec`."""

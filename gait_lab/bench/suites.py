@@ -123,7 +123,7 @@ def options_for(name: str, given: Mapping[str, Any]) -> BenchOptions:
 
 def overridden(parameters: GaitParameters, settings: Iterable[str]) -> GaitParameters:
     """Parameters with `name=value` settings applied, as typed on a command line."""
-    changes: dict[str, float | bool] = {}
+    changes: dict[str, float | bool | str] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
         parameter = BY_NAME.get(name)
@@ -134,6 +134,8 @@ def overridden(parameters: GaitParameters, settings: Iterable[str]) -> GaitParam
             if text.lower() not in words:
                 raise NaoGaitError(name, text, parameter.allowed)
             changes[name] = words[text.lower()]
+        elif parameter.choices:
+            changes[name] = text
         else:
             try:
                 changes[name] = float(text)

@@ -22,7 +22,7 @@ def write_preset(
         text += f"\n# -- {title}\n"
         for name in names:
             value = values[name]
-            written = value if isinstance(value, bool) else round(value, 7)
+            written = value if isinstance(value, bool | str) else round(value, 7)
             unit = f" # [{BY_NAME[name].unit}]" if BY_NAME[name].unit else ""
             text += yaml.safe_dump({name: written}).strip() + unit + "\n"
     path.write_text(text, encoding="utf-8")

@@ -215,7 +215,7 @@ def _ranges(given: Any) -> tuple[Range, ...]:
         parameter = BY_NAME.get(name)
         if parameter is None:
             raise NaoGaitError(f"parameters.{name}", ends, f"one of {', '.join(BY_NAME)}")
-        if parameter.is_switch:
+        if not parameter.is_number:
             raise NaoGaitError(f"parameters.{name}", ends, "a parameter that is a number")
         allowed = f"[low, high] inside {parameter.minimum:g} to {parameter.maximum:g}"
         if not isinstance(ends, list) or len(ends) != 2:

@@ -22,7 +22,7 @@ from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
+from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.diagnostics import SILENCE, Health, diagnostics
@@ -332,7 +332,7 @@ class GaitNode(Node):
         changed = self._with(parameters)
         if changed == self._gait_parameters:
             return
-        needs_reset = changed.feedback_delay != self._gait_parameters.feedback_delay
+        needs_reset = bool(self._needing_reset(changed))
         self._gait_parameters = changed
         self._gait.set_parameters(changed)
         if needs_reset:
@@ -347,11 +347,19 @@ class GaitNode(Node):
         }
         changed = self._gait_parameters.replace(**changes)
         moving = self._gait.state in (GaitState.WALK, GaitState.STOP)
-        if moving and changed.feedback_delay != self._gait_parameters.feedback_delay:
+        needing = self._needing_reset(changed)
+        if moving and needing:
             raise NaoGaitError(
-                "feedback_delay", changed.feedback_delay, "no change while walking; stand first"
+                needing[0], getattr(changed, needing[0]), "no change while walking; stand first"
             )
         return changed
+
+    def _needing_reset(self, changed: GaitParameters) -> list[str]:
+        return [
+            name
+            for name in NEEDS_RESET
+            if getattr(changed, name) != getattr(self._gait_parameters, name)
+        ]
 
     # -- watching ----------------------------------------------------------------------------------
 

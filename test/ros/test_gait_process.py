@@ -290,14 +290,17 @@ def test_preset_override_and_change_of_parameters(probe: Probe):
     got = probe.call(GetParameters, "gait/get_parameters", GetParameters.Request(names=names))
     expected = load_preset("paper").as_dict() | {"com_height": 0.25, "swing_lift": 0.0}
     for name, value in zip(names, got.values, strict=True):
-        is_switch = value.type == ParameterType.PARAMETER_BOOL
-        assert (value.bool_value if is_switch else value.double_value) == expected[name], name
+        kinds = {
+            ParameterType.PARAMETER_BOOL: value.bool_value,
+            ParameterType.PARAMETER_STRING: value.string_value,
+        }
+        assert kinds.get(value.type, value.double_value) == expected[name], name
     described = probe.call(
         DescribeParameters, "gait/describe_parameters", DescribeParameters.Request(names=names)
     )
     for parameter, descriptor in zip(PARAMETERS, described.descriptors, strict=True):
         assert parameter.meaning in descriptor.description
-        if not parameter.is_switch:
+        if parameter.is_number:
             (limits,) = descriptor.floating_point_range
             assert (limits.from_value, limits.to_value) == (parameter.minimum, parameter.maximum)
 
