@@ -29,7 +29,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import GaitStatus, JointTargets, Pose2, VelocityCommand
+from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.simulation import GroundTruth, Simulation
 
@@ -84,14 +84,26 @@ class RolloutResult:
     trace: Trace | None = None
 
 
+_COLUMNS = {
+    "stamp": 1, "torso_position": 3, "torso_quaternion": 4, "torso_velocity": 3, "com": 3,
+    "sole_position": 6, "sole_yaw": 2, "sole_force": 2, "sole_slip": 2, "legs_touch": 1,
+    "saturated": 1, "command": 3, "alarm": 1, "odometry": 3, "status_stamp": 1, "support": 1,
+    "support_sole_in_q": 3, "com_expected_in_q": 3, "com_measured_in_q": 3, "com_estimated_in_q": 3,
+}  # fmt: skip
+"""Numbers per tick of each column of a `Trace`, in the order in which they are recorded."""
+_UNSEEN = (False, *UNKNOWN, -1, DOUBLE, *UNKNOWN, *UNKNOWN, *UNKNOWN, *UNKNOWN)
+"""The columns of the gait, from `alarm` on, as long as it has not seen a frame."""
+
+
 class Recorder:
-    """Collects one row per control tick; the columns are made at the end, all rows at a time."""
+    """Collects one row of numbers per control tick.
+
+    Plain tuples of numbers: objects that are kept by the thousand cost time, because Python's
+    garbage collector looks through them again and again.
+    """
 
     def __init__(self) -> None:
-        self._truths: list[GroundTruth] = []
-        self._commands: list[VelocityCommand] = []
-        self._statuses: list[GaitStatus | None] = []
-        self._soles_in_q: list[Pose2] = []
+        self._rows: list[tuple[float, ...]] = []
         self._phase: tuple[str, int] | None = None
         self._sole_in_q = UNKNOWN
 
@@ -99,48 +111,54 @@ class Recorder:
         self, truth: GroundTruth, command: VelocityCommand, status: GaitStatus | None = None
     ) -> None:
         """Append a tick; `status` is None as long as the gait has not seen a frame."""
-        self._truths.append(truth)
-        self._commands.append(command)
-        self._statuses.append(status)
-        self._soles_in_q.append(UNKNOWN if status is None else self._support_sole_in_q(status))
+        left, right = truth.soles
+        self._rows.append((
+            truth.stamp,
+            *truth.torso_position.tolist(),
+            *truth.torso_quaternion.tolist(),
+            *truth.torso_linear_velocity_in_torso.tolist(),
+            *truth.com.tolist(),
+            *left.position.tolist(), *right.position.tolist(),
+            _yaw(left.rotation), _yaw(right.rotation),
+            *truth.sole_force.tolist(),
+            *truth.sole_slip.tolist(),
+            truth.legs_touch,
+            truth.torque_saturated,
+            command.x, command.y, command.yaw,
+            *(_UNSEEN if status is None else self._seen(status)),
+        ))  # fmt: skip
 
-    def _support_sole_in_q(self, status: GaitStatus) -> tuple[float, float, float]:
+    def _seen(self, status: GaitStatus) -> tuple[float, ...]:
         # Soles are given as commanded, ahead of the measurement by the delay: at the end of a phase
         # the support sole already swings there. So it is kept as it was when the phase began.
         phase = (status.support, status.step_count)
         if phase != self._phase:
             self._phase = phase
             self._sole_in_q = _support_sole_in_q(status)
-        return self._sole_in_q
+        return (
+            status.state.value in ALARM_STATES,
+            *status.base_footprint_in_odom,
+            status.stamp,
+            SUPPORT_CODES[status.support],
+            *self._sole_in_q,
+            *status.com_expected_in_q,
+            *status.com_measured_in_q,
+            *status.com_estimated_in_q,
+        )
 
     def trace(self) -> Trace:
-        truths, statuses = self._truths, self._statuses
-
-        def seen(value: Callable[[GaitStatus], Any], unseen: Any) -> np.ndarray:
-            return np.array([unseen if each is None else value(each) for each in statuses])
-
-        return Trace(
-            stamp=np.array([t.stamp for t in truths]),
-            torso_position=np.array([t.torso_position for t in truths]),
-            torso_quaternion=np.array([t.torso_quaternion for t in truths]),
-            torso_velocity=np.array([t.torso_linear_velocity_in_torso for t in truths]),
-            com=np.array([t.com for t in truths]),
-            sole_position=np.array([[sole.position for sole in t.soles] for t in truths]),
-            sole_yaw=np.array([[_yaw(sole.rotation) for sole in t.soles] for t in truths]),
-            sole_force=np.array([t.sole_force for t in truths]),
-            sole_slip=np.array([t.sole_slip for t in truths]),
-            legs_touch=np.array([t.legs_touch for t in truths]),
-            saturated=np.array([t.torque_saturated for t in truths]),
-            alarm=seen(lambda s: s.state.value in ALARM_STATES, False),
-            command=np.array([(c.x, c.y, c.yaw) for c in self._commands]),
-            odometry=seen(lambda s: s.base_footprint_in_odom, UNKNOWN),
-            status_stamp=seen(lambda s: s.stamp, -1),
-            support=seen(lambda s: SUPPORT_CODES[s.support], DOUBLE),
-            support_sole_in_q=np.array(self._soles_in_q),
-            com_expected_in_q=seen(lambda s: s.com_expected_in_q, UNKNOWN),
-            com_measured_in_q=seen(lambda s: s.com_measured_in_q, UNKNOWN),
-            com_estimated_in_q=seen(lambda s: s.com_estimated_in_q, UNKNOWN),
-        )
+        table = np.array(self._rows, dtype=float).reshape(-1, sum(_COLUMNS.values()))
+        ends = np.cumsum(list(_COLUMNS.values()))
+        columns = dict(zip(_COLUMNS, np.split(table, ends[:-1], axis=1), strict=True))
+        for name, width in _COLUMNS.items():
+            if width == 1:
+                columns[name] = columns[name][:, 0]
+        columns["sole_position"] = columns["sole_position"].reshape(-1, 2, 3)
+        for name in ("stamp", "saturated", "status_stamp", "support"):
+            columns[name] = columns[name].astype(np.int64)
+        for name in ("legs_touch", "alarm"):
+            columns[name] = columns[name].astype(bool)
+        return Trace(**columns)
 
 
 def _yaw(rotation: np.ndarray) -> float:

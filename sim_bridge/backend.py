@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.body import BodyPose
 
@@ -69,27 +67,3 @@ class Backend(Protocol):
 
     def close(self) -> None:
         """Free the engine; allowed more than once."""
-
-
-def rotation_matrix(quaternion: FloatArray) -> FloatArray:
-    """(3, 3) of a unit quaternion x y z w."""
-    return rotation_of(*quaternion.tolist())
-
-
-def rotation_of(x: float, y: float, z: float, w: float) -> FloatArray:
-    """(3, 3) of the unit quaternion x y z w."""
-    # One flat row and a reshape: nested lists take numpy twice as long.
-    return np.array(
-        (
-            1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
-            2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
-            2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y),
-        )
-    ).reshape(3, 3)  # fmt: skip
-
-
-def cross(first: FloatArray, second: FloatArray) -> FloatArray:
-    """(3,) cross product; numpy's own takes ten times as long for one pair."""
-    a, b, c = first.tolist()
-    x, y, z = second.tolist()
-    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.backend import StartState, TrueState, rotation_of
+from sim_bridge.backend import StartState, TrueState
 from sim_bridge.body import CONTACT_RADIUS, Body, BodyPose, Link, Shape, Sole
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
+from sim_bridge.vectors import cross, rows_of, turned_back
 
 _FLOOR, _LEFT_LEG = 1, 2
 """Collision bits: the floor meets what has the first, the left leg what has the second."""
@@ -43,6 +44,7 @@ _GEOMS = {
     "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
 }
+_LEG_CONTACT = "leg_contact"
 _NET_FORCE = 3
 """How a contact sensor sums up: one force and torque, in the axes of the world."""
 _COLLIDING, _SEEN = 3, 1
@@ -144,7 +146,7 @@ class MujocoBackend:
             data.xfrc_applied[self._torso, :3] = 0.0
             self._pushed = False
         mujoco.mj_step(self._model, data)
-        if not self._legs_touch and self._contacts[0]:
+        if not self._legs_touch and self._leg_contacts[0]:
             self._legs_touch = True
         if self._viewer is not None:
             self._show(self._viewer)
@@ -159,14 +161,18 @@ class MujocoBackend:
         if len(self._play):
             angles[self._play] += position[self._play_q]
             speeds[self._play] += velocity[self._play_v]
-        soles, axes = data.site_xpos.copy(), data.site_xmat.reshape(2, 3, 3).copy()
-        pose = BodyPose(data.subtree_com[0].copy(), (soles[0], soles[1]), (axes[0], axes[1]))
+        (left, left_axes), (right, right_axes) = self._sole_views
+        pose = BodyPose(
+            com=self._com_view.copy(),
+            sole_position=(left.copy(), right.copy()),
+            sole_rotation=(left_axes.copy(), right_axes.copy()),
+        )
         w, x, y, z = position[3:7].tolist()
         touch, self._legs_touch = self._legs_touch, False
         return TrueState(
             torso_position=position[:3],
             torso_rotation=np.array((x, y, z, w)),
-            torso_matrix=rotation_of(x, y, z, w),
+            torso_matrix=self._torso_view.copy(),
             torso_linear_velocity=velocity[:3],
             torso_angular_velocity=velocity[3:6],
             joint_position=angles,
@@ -190,10 +196,10 @@ class MujocoBackend:
             self._viewer = None
 
     def _sole_wrenches(self, pose: BodyPose) -> tuple[FloatArray, FloatArray]:
-        _, *contacts = self._contacts.tolist()
+        left, right = self._sole_contacts
         return (
-            _wrench(contacts[:9], pose.sole_position[0], pose.sole_rotation[0]),
-            _wrench(contacts[9:], pose.sole_position[1], pose.sole_rotation[1]),
+            _wrench(left.tolist(), pose.sole_position[0], pose.sole_rotation[0]),
+            _wrench(right.tolist(), pose.sole_position[1], pose.sole_rotation[1]),
         )
 
     def _compile(self) -> mujoco.MjModel:
@@ -357,6 +363,7 @@ class MujocoBackend:
             for side in ("left", "right")
         )
         spec.add_sensor(
+            name=_LEG_CONTACT,
             type=mujoco.mjtSensor.mjSENS_CONTACT,
             objtype=mujoco.mjtObj.mjOBJ_XBODY,  # the body and all that hangs on it
             objname=left,
@@ -370,6 +377,7 @@ class MujocoBackend:
         field = mujoco.mjtConDataField
         fields = (field.mjCONDATA_FORCE, field.mjCONDATA_TORQUE, field.mjCONDATA_POS)
         spec.add_sensor(
+            name=sole.name,
             type=mujoco.mjtSensor.mjSENS_CONTACT,
             objtype=mujoco.mjtObj.mjOBJ_BODY,
             objname=sole.parent,
@@ -417,11 +425,11 @@ class MujocoBackend:
             )
 
     def _find_addresses(self) -> None:
-        model, robot = self._model, self._robot
+        model, data, robot = self._model, self._data, self._robot
         joints = [model.joint(name) for name in robot.joint_names]
         self._motor_q = _slice([int(joint.qposadr[0]) for joint in joints])
         self._motor_v = _slice([int(joint.dofadr[0]) for joint in joints])
-        self._setpoint, self._contacts = self._data.ctrl, self._data.sensordata
+        self._setpoint = data.ctrl
         self._line = self._limits.depend_on_speed
         play = self._joints_with_play()
         hinges = [model.joint(_play_name(name)) for name in play]
@@ -430,6 +438,13 @@ class MujocoBackend:
         self._play_v = np.array([hinge.dofadr[0] for hinge in hinges], dtype=int)
         self._torso = model.body(robot.torso_frame).id
         self._span = model.actuator_forcerange.T
+        # Views of MuJoCo's own memory, which follow every step.
+        self._com_view = data.subtree_com[self._torso]
+        self._torso_view = data.xmat[self._torso].reshape(3, 3)
+        sites = [data.site(sole.name) for sole in self._body.soles]
+        self._sole_views = [(site.xpos, site.xmat.reshape(3, 3)) for site in sites]
+        self._leg_contacts = data.sensor(_LEG_CONTACT).data
+        self._sole_contacts = [data.sensor(sole.name).data for sole in self._body.soles]
 
 
 def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> FloatArray:
@@ -444,19 +459,10 @@ def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> F
     if not fz:
         return np.zeros(6)
     ox, oy, oz = origin.tolist()
-    x, y, z = x - ox, y - oy, z - oz
-    tx, ty, tz = tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rotation.tolist()
-    return np.array(
-        (
-            -fx * ax - fy * bx - fz * cx,
-            -fx * ay - fy * by - fz * cy,
-            -fx * az - fy * bz - fz * cz,
-            -tx * ax - ty * bx - tz * cx,
-            -tx * ay - ty * by - tz * cy,
-            -tx * az - ty * bz - tz * cz,
-        )
-    )
+    mx, my, mz = cross((x - ox, y - oy, z - oz), (fx, fy, fz))
+    axes = rows_of(rotation)
+    force = turned_back(axes, (-fx, -fy, -fz))
+    return np.array(force + turned_back(axes, (-tx - mx, -ty - my, -tz - mz)))
 
 
 def _rotor_inertia(robot: RobotDescription, plant: Plant) -> FloatArray:

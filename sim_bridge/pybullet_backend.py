@@ -14,11 +14,12 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.backend import StartState, TrueState, cross, rotation_matrix
+from sim_bridge.backend import StartState, TrueState
 from sim_bridge.body import Body, BodyPose, simulation_urdf
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
+from sim_bridge.vectors import cross, rotation_matrix
 
 _C_LIBRARY = ctypes.CDLL(None)
 """For its output buffers."""
@@ -175,7 +176,7 @@ class PyBulletBackend:
             torso_position=position,
             torso_rotation=np.array(quaternion),
             torso_matrix=rotation,
-            torso_linear_velocity=np.array(linear) - cross(spin, offset),
+            torso_linear_velocity=np.array(linear) - cross(angular, offset.tolist()),
             torso_angular_velocity=rotation.T @ spin,
             joint_position=angles,
             joint_velocity=np.array([state[_VELOCITY] for state in states]),

@@ -8,7 +8,7 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
-from sim_bridge.backend import StartState, TrueState, rotation_matrix
+from sim_bridge.backend import StartState, TrueState
 from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines import make_backend
@@ -16,6 +16,7 @@ from sim_bridge.individual import draw_individual
 from sim_bridge.motors import Setpoints, TorqueLimits, paired
 from sim_bridge.plant import Plant
 from sim_bridge.sensors import SensorModel
+from sim_bridge.vectors import rotation_matrix
 
 START_STATES = ("stand", "lying_front", "lying_back")
 LOADED = 1.0

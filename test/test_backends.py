@@ -20,12 +20,13 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
 from nao_lipm_gait.signals import FloatArray, JointTargets
 from sim_bridge import engines
-from sim_bridge.backend import Backend, StartState, TrueState, rotation_matrix
+from sim_bridge.backend import Backend, StartState, TrueState
 from sim_bridge.body import Body
 from sim_bridge.individual import NOMINAL, draw_individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.simulation import Simulation
+from sim_bridge.vectors import rotation_matrix
 
 G = 9.81
 STILL = np.zeros(3)

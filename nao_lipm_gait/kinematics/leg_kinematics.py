@@ -31,5 +31,8 @@ class LegSolution(NamedTuple):
 class LegKinematics(Protocol):
     """Position and sole normal are met exactly wherever they are in reach."""
 
-    def solve(self, left: SolePose, right: SolePose) -> LegSolution:
-        """Joint angles for two soles given in the torso frame."""
+    def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
+        """Joint angles for two soles given in the torso frame.
+
+        again: for the same tick as the last call; may be used for a good first guess.
+        """

@@ -53,12 +53,15 @@ class SharedHipLegs:
                 f"leg offsets of {straight:.6f} m",
                 "hip axes that meet in one point, above knee, ankle and sole in the zero pose",
             )
-        self._last_hip_angle = 0.0
+        self._last_hip_angle = self._hip_angle_before = 0.0
         self._last_slope = -2.0 * SQRT_HALF
 
-    def solve(self, left: SolePose, right: SolePose) -> LegSolution:
-        """See LegKinematics; warm-started from the last call's hip angle and its sensitivity."""
+    def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
+        """See LegKinematics; begins where the hip angle goes, with its last sensitivity."""
         angle = self._last_hip_angle
+        if not again:
+            angle = 2.0 * self._last_hip_angle - self._hip_angle_before
+            self._hip_angle_before = self._last_hip_angle
         slope = self._last_slope
         solution = self._with_hip_angle(angle, left, right)
         previous: tuple[float, float] | None = None
