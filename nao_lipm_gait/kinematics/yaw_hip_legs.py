@@ -31,7 +31,7 @@ class YawHipLegs:
         self._left_hip = geometry.left_hip
         self._right_hip = geometry.right_hip
 
-    def solve(self, left: SolePose, right: SolePose) -> LegSolution:
+    def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
         """See LegKinematics; the turn of each sole is met too."""
         left_angles, left_reach = self._leg(left, self._left_hip)
         right_angles, right_reach = self._leg(right, self._right_hip)
