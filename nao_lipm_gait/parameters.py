@@ -231,6 +231,12 @@ class GaitParameters:
     gyro_hip_share: float = _parameter(
         0.0, -1.0, 1.0, "", "posture", "share of these corrections that the support hip gets too"
     )
+    gyro_waist_share: float = _parameter(
+        0.0, -5.0, 5.0, "", "posture", "the same for the waist's pitch, on robots that have one"
+    )
+    gyro_shoulder_share: float = _parameter(
+        0.0, -20.0, 20.0, "", "posture", "the same for pitch and roll of both shoulders"
+    )
     tilt_pitch_gain: float = _parameter(
         0.8, 0.0, 1.5, "", "posture",
         "share of the torso's unwanted pitch by which the swing foot is turned back and raised",
