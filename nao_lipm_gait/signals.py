@@ -5,6 +5,7 @@ Joint arrays follow `RobotDescription.joint_names`. Stamps are integer nanosecon
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,8 +82,7 @@ Pose6 = tuple[float, float, float, float, float, float]
 """x, y, z [m], roll, pitch, yaw [rad]."""
 
 
-@dataclass(frozen=True, slots=True)
-class GaitStatus:
+class GaitStatus(NamedTuple):
     """A snapshot of the gait after a tick, for topics, bags and figures.
 
     The three CoM positions belong to the stamp of the frame that was answered and are relative to

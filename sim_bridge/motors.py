@@ -75,6 +75,8 @@ class TorqueLimits:
         self._line = plant.motor.torque_speed_line
         self._inverse_no_load_speed = 1.0 / no_load_speed
         self._slope = self.standstill / no_load_speed
+        self._stall: list[float] = self.standstill.tolist()
+        self._loss: list[float] = (self._slope if self._line else none).tolist()
         self.top_speed: FloatArray = no_load_speed if self._line else np.full(len(motors), np.inf)
         """(n,) [rad/s] that no motor can drive a joint beyond."""
 
@@ -101,6 +103,20 @@ class TorqueLimits:
     def depend_on_speed(self) -> bool:
         """Whether the limits change from step to step."""
         return self._line
+
+    def saturated(self, velocity: FloatArray, torque: FloatArray, share: float) -> int:
+        """How many motors put out more than `share` of what they can at most, the way they push.
+
+        Args: (n,) joint velocity [rad/s] and motor torque [N m].
+        """
+        count = 0
+        for speed, now, most, slope in zip(
+            velocity.tolist(), torque.tolist(), self._stall, self._loss, strict=True
+        ):
+            limit = most - slope * (speed if now > 0.0 else -speed)
+            if abs(now) > share * min(max(limit, 0.0), most):
+                count += 1
+        return count
 
     def span(self, velocity: FloatArray, out: FloatArray) -> None:
         """Writes lowest and highest torque [N m] at `velocity` (n,) [rad/s] to `out` (2, n).

@@ -13,7 +13,7 @@ from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines import make_backend
 from sim_bridge.individual import draw_individual
-from sim_bridge.motors import Setpoints, TorqueLimits, paired
+from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.sensors import SensorModel
 from sim_bridge.vectors import rotation_matrix
@@ -133,7 +133,6 @@ class Simulation:
         )
         self._time = 0
         self._idle = np.zeros(3)
-        self._span = paired(*np.zeros((2, len(robot.joint_names))))
         self.reset()
 
     @property
@@ -205,10 +204,8 @@ class Simulation:
     def truth(self) -> GroundTruth:
         """The exact state now."""
         state, pose = self._state, self._state.pose
-        span, torque = self._span, state.joint_torque
-        self._limits.span(state.joint_velocity, span)
-        span *= SATURATED * self._stiffness
-        saturated = (torque < span[0]) | (torque > span[1])
+        left = SolePose(pose.sole_position[0], pose.sole_rotation[0])
+        right = SolePose(pose.sole_position[1], pose.sole_rotation[1])
         return GroundTruth(
             stamp=self._time,
             torso_position=state.torso_position,
@@ -216,16 +213,15 @@ class Simulation:
             torso_linear_velocity_in_torso=state.torso_linear_velocity @ state.torso_matrix,
             torso_angular_velocity_in_torso=state.torso_angular_velocity,
             com=pose.com,
-            soles=(
-                SolePose(pose.sole_position[0], pose.sole_rotation[0]),
-                SolePose(pose.sole_position[1], pose.sole_rotation[1]),
-            ),
+            soles=(left, right),
             sole_force=np.array([_normal_force(state, 0), _normal_force(state, 1)]),
             sole_slip=self._slip,
             legs_touch=state.legs_touch,
             joint_position=state.joint_position,
             joint_torque=state.joint_torque,
-            torque_saturated=int(np.count_nonzero(saturated)),
+            torque_saturated=self._limits.saturated(
+                state.joint_velocity, state.joint_torque, SATURATED * self._stiffness
+            ),
         )
 
     def close(self) -> None:

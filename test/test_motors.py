@@ -187,3 +187,19 @@ def test_the_span_holds_the_same_limits(
                 braking = velocity * torque < 0.0
                 expected = np.where(braking, model.standstill, model.driving(velocity))
             assert sign * span[row] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("line", [True, False])
+def test_motors_at_their_limits_are_counted(
+    robot: RobotDescription, plant: Plant, nominal: Individual, line: bool
+) -> None:
+    model = limits(robot, plant, nominal, torque_speed_line=line)
+    random, span, counts = np.random.default_rng(6), np.empty((2, 22)), []
+    for velocity in random.uniform(-9.0, 9.0, (50, 22)):
+        model.span(velocity, span)
+        torque = random.uniform(*span)
+        beyond = (torque < 0.8 * span[0]) | (torque > 0.8 * span[1])
+        counts.append(model.saturated(velocity, torque, 0.8))
+        assert counts[-1] == np.count_nonzero(beyond)
+    assert len(set(counts)) > 3
+    assert model.saturated(velocity, np.zeros(22), 0.8) == 0

@@ -44,13 +44,6 @@ def rotation_rows(roll: float, pitch: float, yaw: float) -> Rows:
     )
 
 
-def _into(rows: Rows, vector: Point3) -> Point3:
-    """R^T v."""
-    x, y, z = vector
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rows
-    return ax * x + bx * y + cx * z, ay * x + by * y + cy * z, az * x + bz * y + cz * z
-
-
 class PlacedBody(NamedTuple):
     """Joint angles for a body target."""
 
@@ -146,9 +139,12 @@ def _sole_axes(sole: SoleTarget) -> tuple[Point3, Point3]:
 def _in_torso(
     rows: Rows, torso: Point3, sole: SoleTarget, axes: tuple[Point3, Point3]
 ) -> SolePose:
-    forward, normal = axes
+    """A sole of Q seen from a torso at `torso`, which the rotation of `rows` turns into Q."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rows
+    (fx, fy, fz), (nx, ny, nz) = axes
+    x, y, z = sole.x - torso[0], sole.y - torso[1], sole.z - torso[2]
     return SolePose(
-        _into(rows, (sole.x - torso[0], sole.y - torso[1], sole.z - torso[2])),
-        _into(rows, forward),
-        _into(rows, normal),
+        (ax * x + bx * y + cx * z, ay * x + by * y + cy * z, az * x + bz * y + cz * z),
+        (ax * fx + bx * fy + cx * fz, ay * fx + by * fy + cy * fz, az * fx + bz * fy + cz * fz),
+        (ax * nx + bx * ny + cx * nz, ay * nx + by * ny + cy * nz, az * nx + bz * ny + cz * nz),
     )

@@ -1,5 +1,7 @@
 """Joint limits, with the ankle's: how far it rolls depends on how far it is pitched."""
 
+import operator
+
 from nao_lipm_gait.robot_description import LegJoints, RobotDescription
 from nao_lipm_gait.signals import FloatArray
 
@@ -8,7 +10,8 @@ class JointLimits:
     """Cuts joint targets at what the joints can do."""
 
     def __init__(self, robot: RobotDescription):
-        self._ranges = tuple(zip(robot.lower.tolist(), robot.upper.tolist(), strict=True))
+        self._lower: list[float] = robot.lower.tolist()
+        self._upper: list[float] = robot.upper.tolist()
         self._ankles = [
             _AnkleLimit(robot, leg, robot.ankle_limits[side])
             for side, leg in (("left", robot.left_leg), ("right", robot.right_leg))
@@ -17,15 +20,14 @@ class JointLimits:
 
     def cut(self, position: FloatArray) -> int:
         """Cut (n,) [rad] in place; the number of joints that were beyond a limit."""
-        beyond = 0
-        for joint, value in enumerate(position.tolist()):
-            lower, upper = self._ranges[joint]
-            if not lower <= value <= upper:
-                position[joint] = min(max(value, lower), upper)
-                beyond += 1
+        values = position.tolist()
+        cut = list(map(min, map(max, values, self._lower), self._upper))
         for ankle in self._ankles:
-            beyond += ankle.cut(position)
-        return beyond
+            ankle.cut(cut)
+        if cut == values:
+            return 0
+        position[:] = cut
+        return sum(map(operator.ne, cut, values))
 
 
 class _AnkleLimit:
@@ -39,13 +41,9 @@ class _AnkleLimit:
         self._rows = rows
         self._pieces = tuple(zip(rows, rows[1:], strict=False))
 
-    def cut(self, position: FloatArray) -> int:
-        lower, upper = self._range(float(position[self._pitch]))
-        roll = float(position[self._roll])
-        if lower <= roll <= upper:
-            return 0
-        position[self._roll] = min(max(roll, lower), upper)
-        return 1
+    def cut(self, position: list[float]) -> None:
+        lower, upper = self._range(position[self._pitch])
+        position[self._roll] = min(max(position[self._roll], lower), upper)
 
     def _range(self, pitch: float) -> tuple[float, float]:
         rows = self._rows
