@@ -48,11 +48,6 @@ class Setpoints:
         return iter(setpoints)
 
 
-def paired(lowest: FloatArray, highest: FloatArray) -> FloatArray:
-    """(2, n) with the two numbers of a motor side by side in memory, as MuJoCo keeps them."""
-    return np.asfortranarray(np.array([lowest, highest]))
-
-
 class TorqueLimits:
     """The largest torque that each motor can put out now.
 
@@ -68,15 +63,11 @@ class TorqueLimits:
         for _, follower in robot.coupled_joints:
             self.standstill[robot.index(follower)] = 0.0
         no_load_speed = np.array([motor.no_load_speed for motor in motors])
-        none = np.zeros_like(self.standstill)
-        self._extremes = paired(-self.standstill, self.standstill)
-        self._lowest = paired(-self.standstill, none)
-        self._highest = paired(none, self.standstill)
         self._line = plant.motor.torque_speed_line
         self._inverse_no_load_speed = 1.0 / no_load_speed
-        self._slope = self.standstill / no_load_speed
-        self._stall: list[float] = self.standstill.tolist()
-        self._loss: list[float] = (self._slope if self._line else none).tolist()
+        self.loss: FloatArray = self.standstill / no_load_speed * self._line
+        """(n,) [N m s/rad] of torque lost with speed while driving."""
+        self._laws = tuple(zip(self.standstill.tolist(), self.loss.tolist(), strict=True))
         self.top_speed: FloatArray = no_load_speed if self._line else np.full(len(motors), np.inf)
         """(n,) [rad/s] that no motor can drive a joint beyond."""
 
@@ -99,34 +90,24 @@ class TorqueLimits:
         brakes = (velocity * torque < 0.0) | (velocity * (wanted_velocity - velocity) < 0.0)
         return np.where(brakes, self.standstill, self.driving(velocity))
 
-    @property
-    def depend_on_speed(self) -> bool:
-        """Whether the limits change from step to step."""
-        return self._line
-
     def saturated(self, velocity: FloatArray, torque: FloatArray, share: float) -> int:
         """How many motors put out more than `share` of what they can at most, the way they push.
 
         Args: (n,) joint velocity [rad/s] and motor torque [N m].
         """
         count = 0
-        for speed, now, most, slope in zip(
-            velocity.tolist(), torque.tolist(), self._stall, self._loss, strict=True
+        for speed, now, (most, loss) in zip(
+            velocity.tolist(), torque.tolist(), self._laws, strict=True
         ):
-            limit = most - slope * (speed if now > 0.0 else -speed)
+            limit = most - loss * (speed if now > 0.0 else -speed)
             if abs(now) > share * min(max(limit, 0.0), most):
                 count += 1
         return count
 
-    def span(self, velocity: FloatArray, out: FloatArray) -> None:
-        """Writes lowest and highest torque [N m] at `velocity` (n,) [rad/s] to `out` (2, n).
+    def span(self, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest torque (n,) [N m] at `velocity` (n,) [rad/s].
 
-        The same limits as `now`, for engines that take one for each direction: a motor drives
-        where torque and velocity have one sign. Twice as fast with an `out` laid out by `paired`.
+        The same limits as `now`: a motor drives where torque and velocity have one sign.
         """
-        if self._line:
-            np.subtract(self._extremes, velocity * self._slope, out=out)
-            np.maximum(out, self._lowest, out=out)
-            np.minimum(out, self._highest, out=out)
-        else:
-            out[:] = self._extremes
+        most, lost = self.standstill, self.loss * velocity
+        return np.clip(-most - lost, -most, 0.0), np.clip(most - lost, 0.0, most)

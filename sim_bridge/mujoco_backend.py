@@ -127,17 +127,15 @@ class MujocoBackend:
         data.qpos[:3] = start.torso_position
         data.qpos[3:7] = np.roll(start.torso_rotation, 1)
         data.qpos[self._motor_q] = start.joint_position
-        data.ctrl[:] = start.joint_position
+        self._setpoint[:] = start.joint_position
         self._legs_touch = self._pushed = False
         self._scale = None
 
     def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
         data = self._data
         self._setpoint[:] = setpoint
-        if self._line or torque_scale != self._scale:
-            self._limits.span(data.qvel[self._motor_v], self._span)
-            if torque_scale != 1.0:
-                self._span *= torque_scale
+        if torque_scale is not self._scale:
+            self._allow(torque_scale)
             self._scale = torque_scale
         if any(push_force.tolist()):
             data.xfrc_applied[self._torso, :3] = push_force
@@ -178,10 +176,20 @@ class MujocoBackend:
             joint_position=angles,
             joint_velocity=speeds,
             pose=pose,
-            joint_torque=data.actuator_force.copy(),
+            joint_torque=data.qfrc_actuator[self._motor_v].copy(),
             sole_wrench=self._sole_wrenches(pose),
             legs_touch=touch,
         )
+
+    def _allow(self, share: float | FloatArray) -> None:
+        """Lets the motors use this share of their torques, of all or (n,) of each."""
+        model, count = self._model, len(self._setpoint)
+        most, loss = share * self._limits.standstill, share * self._limits.loss
+        cut = np.stack((-most, most), axis=1)
+        model.actuator_forcerange[:count] = cut
+        model.jnt_actfrcrange[self._motors] = cut
+        model.actuator_biasprm[:count, 2] = loss - self._damping
+        model.actuator_biasprm[count:, 2] = -loss
 
     def _show(self, viewer: Any) -> None:
         if self._data.time < self._shown:  # after a reset
@@ -254,19 +262,34 @@ class MujocoBackend:
                 name2=leader,
                 data=[0.0, 1.0] + [0.0] * 10,
             )
-        for joint, gain, damping in zip(self._robot.joint_names, *self._servos(), strict=True):
+        self._add_motors(spec)
+        return spec.compile()
+
+    def _add_motors(self, spec: mujoco.MjSpec) -> None:
+        """Two actuators per joint: what the servo asks for, and what speed takes from it.
+
+        With the largest torque M and its loss per speed s = M/w0, the torque of a motor is
+
+            cut(cut(servo + s w) - s w),   servo = k (setpoint - q) - k lag w,   cut at -M and M:
+
+        at most M - s w while it drives, M while it brakes. `_allow` sets M and s.
+        """
+        gains, self._damping = self._servos()
+        joints = self._robot.joint_names
+        servos = [(name, name, gain, True) for name, gain in zip(joints, gains, strict=True)]
+        losses = [(f"{name}_loss", name, 0.0, False) for name in joints]
+        for name, joint, gain, limited in servos + losses:
             spec.add_actuator(
-                name=joint,
+                name=name,
                 target=joint,
                 trntype=mujoco.mjtTrn.mjTRN_JOINT,
                 gaintype=mujoco.mjtGain.mjGAIN_FIXED,
                 gainprm=[gain] + [0.0] * 9,
                 biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-                biasprm=[0.0, -gain, -damping] + [0.0] * 7,
-                forcelimited=True,
-                forcerange=[-1.0, 1.0],  # set anew in every step
+                biasprm=[0.0, -gain] + [0.0] * 8,
+                forcelimited=limited,
+                forcerange=[-1.0, 1.0],
             )
-        return spec.compile()
 
     def _servos(self) -> tuple[FloatArray, FloatArray]:
         """(n,) stiffness [N m/rad] and (n,) damping [N m s/rad] of the servos."""
@@ -293,7 +316,8 @@ class MujocoBackend:
                 axis=link.axis,
                 limited=True,
                 range=[link.lower, link.upper],
-                actfrclimited=False,
+                actfrclimited=True,
+                actfrcrange=[-1.0, 1.0],
                 armature=self._rotors[index],
                 frictionloss=motor.friction if link.side else 0.0,
             )
@@ -429,15 +453,14 @@ class MujocoBackend:
         joints = [model.joint(name) for name in robot.joint_names]
         self._motor_q = _slice([int(joint.qposadr[0]) for joint in joints])
         self._motor_v = _slice([int(joint.dofadr[0]) for joint in joints])
-        self._setpoint = data.ctrl
-        self._line = self._limits.depend_on_speed
+        self._motors = [joint.id for joint in joints]
+        self._setpoint = data.ctrl[: len(joints)]
         play = self._joints_with_play()
         hinges = [model.joint(_play_name(name)) for name in play]
         self._play = np.array([robot.index(name) for name in play], dtype=int)
         self._play_q = np.array([hinge.qposadr[0] for hinge in hinges], dtype=int)
         self._play_v = np.array([hinge.dofadr[0] for hinge in hinges], dtype=int)
         self._torso = model.body(robot.torso_frame).id
-        self._span = model.actuator_forcerange.T
         # Views of MuJoCo's own memory, which follow every step.
         self._com_view = data.subtree_com[self._torso]
         self._torso_view = data.xmat[self._torso].reshape(3, 3)

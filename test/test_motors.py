@@ -169,7 +169,7 @@ def test_without_the_line_speed_does_not_matter(
     assert np.array_equal(model.driving(velocity), model.standstill)
     assert np.array_equal(model.now(velocity, velocity, velocity), model.standstill)
     assert np.isinf(model.top_speed).all()
-    assert not model.depend_on_speed and limits(robot, plant, nominal).depend_on_speed
+    assert not model.loss.any() and limits(robot, plant, nominal).loss.any()
 
 
 @pytest.mark.parametrize("line", [True, False])
@@ -177,9 +177,8 @@ def test_the_span_holds_the_same_limits(
     robot: RobotDescription, plant: Plant, nominal: Individual, line: bool
 ) -> None:
     model = limits(robot, plant, nominal, torque_speed_line=line)
-    span = np.empty((2, 22))
     for velocity in np.random.default_rng(5).uniform(-9.0, 9.0, (50, 22)):
-        model.span(velocity, span)
+        span = model.span(velocity)
         for row, sign in ((0, -1.0), (1, 1.0)):
             torque = sign * np.ones(22)
             expected = model.now(velocity, torque, velocity + 100.0 * torque)
@@ -194,9 +193,9 @@ def test_motors_at_their_limits_are_counted(
     robot: RobotDescription, plant: Plant, nominal: Individual, line: bool
 ) -> None:
     model = limits(robot, plant, nominal, torque_speed_line=line)
-    random, span, counts = np.random.default_rng(6), np.empty((2, 22)), []
+    random, counts = np.random.default_rng(6), []
     for velocity in random.uniform(-9.0, 9.0, (50, 22)):
-        model.span(velocity, span)
+        span = model.span(velocity)
         torque = random.uniform(*span)
         beyond = (torque < 0.8 * span[0]) | (torque > 0.8 * span[1])
         counts.append(model.saturated(velocity, torque, 0.8))

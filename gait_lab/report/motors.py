@@ -64,11 +64,10 @@ def motor_use(walk: Walk, robot: RobotDescription) -> MotorUse:
     plant = load_plant("reference")
     limits = TorqueLimits(robot, plant, draw_individual(plant, robot, -1))
     torque = np.full(effort.shape, np.nan)
-    span = np.zeros((2, len(columns)))
     leaders = dict((follower, leader) for leader, follower in robot.coupled_joints)
     for row in range(len(effort)):
-        limits.span(np.nan_to_num(velocity[row]), span)
-        limit = np.where(effort[row] < 0.0, -span[0], span[1])
+        lowest, highest = limits.span(np.nan_to_num(velocity[row]))
+        limit = np.where(effort[row] < 0.0, -lowest, highest)
         torque[row] = np.abs(effort[row]) / np.where(limit > 0.0, limit, np.nan)
     period = max(1, walk.period) * 1e-9
     joints = []
