@@ -1,0 +1,1 @@
+"""Motions made of keyframes: files, checks, and playing them."""

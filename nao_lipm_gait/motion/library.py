@@ -1,0 +1,62 @@
+"""All motions of a robot: the files in config/motions/<robot>/ and their mirror images."""
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.motion.keyframes import Motion, Posture
+from nao_lipm_gait.motion.motion_file import load_motions
+from nao_lipm_gait.resources import share
+from nao_lipm_gait.robot_description import RobotDescription
+
+
+class MotionLibrary:
+    """Motions by name."""
+
+    def __init__(self, motions: Iterable[Motion] = ()) -> None:
+        self._motions: dict[str, Motion] = {}
+        for motion in motions:
+            self.add(motion)
+
+    def add(self, motion: Motion) -> None:
+        """Refuses a name that is taken."""
+        if motion.name in self._motions:
+            raise NaoGaitError("motion", motion.name, "each name once")
+        self._motions[motion.name] = motion
+
+    @property
+    def motions(self) -> Mapping[str, Motion]:
+        return self._motions
+
+    def find(self, name: str) -> Motion:
+        """NaoGaitError that lists the names."""
+        motion = self._motions.get(name)
+        if motion is None:
+            names = ", ".join(sorted(self._motions)) or "none for this robot"
+            raise NaoGaitError("motion", name, f"one of {names}")
+        return motion
+
+    def between(self, starts: Posture, ends: Posture) -> Motion | None:
+        """The first motion (by name) that leads from one posture to the other."""
+        for name in sorted(self._motions):
+            motion = self._motions[name]
+            if motion.starts is starts and motion.ends is ends:
+                return motion
+        return None
+
+
+def load_library(folder: Path, robot: RobotDescription) -> MotionLibrary:
+    """Every *.yaml of a folder; the first bad file raises NaoGaitError."""
+    if not folder.is_dir():
+        raise NaoGaitError("motions", str(folder), "a folder of motion files")
+    return MotionLibrary(
+        motion for path in sorted(folder.glob("*.yaml")) for motion in load_motions(path, robot)
+    )
+
+
+@lru_cache(maxsize=8)
+def shipped_library(robot: RobotDescription) -> MotionLibrary:
+    """The motions that come with the package; none for a robot without a folder of them."""
+    folder = share("config") / "motions" / robot.name
+    return load_library(folder, robot) if folder.is_dir() else MotionLibrary()
