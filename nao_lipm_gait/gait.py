@@ -11,6 +11,7 @@ import numpy as np
 
 from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
 from nao_lipm_gait.estimation.fall_detection import FallDetector
+from nao_lipm_gait.estimation.lying import LyingDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.stance_turn import StanceTurn
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
@@ -20,6 +21,9 @@ from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.legs import make_legs
 from nao_lipm_gait.lipm_walk.walk_state import LEFT
+from nao_lipm_gait.motion.conductor import ATTEMPTS, Conductor
+from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
+from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.posture_feedback import PostureFeedback
@@ -49,16 +53,25 @@ UPRIGHT_TIME = 0.5
 NOWHERE: Pose2 = (0.0, 0.0, 0.0)
 DOWN = (GaitState.FALLEN, GaitState.RELAXED)
 ON_THE_WAY = (GaitState.WALK, GaitState.STOP)
+IN_MOTION = (GaitState.MOTION, GaitState.GETTING_UP)
+STOOD_UP_TILT = 0.4
+"""[rad] below which a get-up that has come to its end counts as done."""
 
 
 class Gait:
     """Makes one robot walk; see the module for its stages."""
 
     def __init__(
-        self, robot: RobotDescription, parameters: GaitParameters, control_period: float = 0.01
+        self,
+        robot: RobotDescription,
+        parameters: GaitParameters,
+        control_period: float = 0.01,
+        motions: MotionLibrary | None = None,
     ):
-        """control_period [s]: the distance of two sensor frames."""
+        """control_period [s]: the distance of two sensor frames; motions: None = the shipped ones
+        of this robot, which are read when the first of them is asked for."""
         self.robot = robot
+        self._motions = motions
         self._parameters = parameters
         self._dt = control_period
         self._period = round(control_period * 1e9)
@@ -83,6 +96,10 @@ class Gait:
         self._odometry = Odometry()
         self._stance_turn = StanceTurn()
         self._heading_hold = HeadingHold()
+        self._conductor = Conductor(self.robot, self._motions)
+        self._lying = LyingDetector()
+        self._side: Posture | None = None
+        self._last_position: FloatArray | None = None
         self._state = GaitState.STAND
         self._stamp: int | None = None
         self._blend_from: FloatArray | None = None
@@ -100,6 +117,13 @@ class Gait:
     def request_relax(self) -> None:
         """Take the torque off all joints at the next tick."""
         self._relax_requested = True
+
+    def request_motion(self, name: str) -> None:
+        """Run a motion, or `get_up`: at once, or when the walk or another motion has ended.
+
+        NaoGaitError, with what is possible, for a motion that is unknown or cannot begin here.
+        """
+        self._conductor.request(name, self._posture_ahead)
 
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Change parameters between two ticks; `NEEDS_RESET` ones take effect at the next reset."""
@@ -127,9 +151,11 @@ class Gait:
         self._change_state(frame, command)
         if self._is_down:
             return self._relaxed(frame)
+        if self._state in IN_MOTION:
+            return self._moved(frame, missed + 1)
 
         self._walk.observe(self._measured[0], self._measured[1])
-        walking = self._state is not GaitState.STAND and not self._stand_requested
+        walking = self._state is not GaitState.STAND and not self._stops
         self._targets = self._walk.plan(self._steered(command) if walking else STANDSTILL)
         if self._parameters.feedback and self._state in ON_THE_WAY:
             walks = self._state is GaitState.WALK
@@ -152,6 +178,7 @@ class Gait:
             )
         self._residual = placed.residual
         self._clipped = self._limits.cut(position)
+        self._last_position = position
         return JointTargets(frame.stamp, position)
 
     def _steered(self, command: VelocityCommand) -> VelocityCommand:
@@ -190,9 +217,15 @@ class Gait:
         # Not every robot has a yaw gyro; the feet know how fast the torso turns.
         rate = (roll_rate, pitch_rate, self._odometry.velocity[2])
         normal = None if self._is_down else sole.normal
+        if self._is_down or self._state in IN_MOTION:
+            # The feet need not stand still: they say nothing about the torso.
+            normal, rate = None, _point(frame.angular_velocity)
+            self._side = self._lying.update(_point(frame.linear_acceleration), self._dt)
         self._orientation.update(rate, _point(frame.linear_acceleration), normal, self._dt)
         up = self._orientation.up_in_torso
         self._measured = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
+        if self._state in IN_MOTION:
+            return
         turn = self._turn_of_stance(frame, support, sole) if self._parameters.yaw_gyro else 0.0
         self._odometry.update(support, sole, other, up, self._dt, turn)
 
@@ -206,7 +239,82 @@ class Gait:
             at_rest=self._state is GaitState.STAND and self._blend_from is None,
         )
 
+    # -- motions -----------------------------------------------------------------------------------
+
+    @property
+    def _posture_ahead(self) -> Posture | None:
+        """The robot's posture once the running motion has ended; None while it falls or is limp."""
+        running = self._conductor.running
+        if self._state in IN_MOTION and running is not None:
+            return running.ends
+        return self._side if self._is_down else Posture.STANDING
+
+    @property
+    def _stops(self) -> bool:
+        return self._stand_requested or self._conductor.waiting is not None
+
+    def _begin_motion(self, motion: Motion, start: FloatArray) -> None:
+        self._walk.stand_at(NOWHERE)
+        for _ in range(2):  # the placement leads the CoM by its last way; the second time at rest
+            placed = self._placement.place(self._walk.plan(STANDSTILL))
+        self._limits.cut(placed.position)
+        self._conductor.begin(motion, start, placed.position)
+        self._state = GaitState.GETTING_UP if motion.gets_up else GaitState.MOTION
+        self._lying.restart()
+
+    def _moved(self, frame: SensorFrame, ticks: int) -> JointTargets:
+        """Targets of the running motion."""
+        targets = self._conductor.advance(ticks * self._dt, _point(frame.angular_velocity))
+        self._residual = 0.0
+        self._clipped = self._limits.cut(targets.position)
+        self._last_position = targets.position
+        lowest = float(targets.stiffness.min())
+        uniform = lowest == float(targets.stiffness.max())
+        return JointTargets(
+            frame.stamp, targets.position, lowest, None if uniform else targets.stiffness
+        )
+
+    def _change_in_motion(self, frame: SensorFrame) -> None:
+        conductor = self._conductor
+        running, position = conductor.running, self._last_position
+        if running is None or position is None or not conductor.finished:
+            return
+        if running.ends in LYING or running.gets_up and self._lies(frame):
+            conductor.end()
+            self._state = GaitState.FALLEN
+            self._upright_time = 0.0
+        elif conductor.waiting is not None:
+            self._begin_motion(conductor.waiting, position)
+        elif running.ends is Posture.STANDING:
+            conductor.stop()
+            self._begin_stand(frame)
+            self._blend_from = position.copy()
+        elif self._stand_requested:
+            way_up = conductor.library.between(running.ends, Posture.STANDING)
+            if way_up is not None:
+                self._begin_motion(way_up, position)
+
+    def _lies(self, frame: SensorFrame) -> bool:
+        """After a get-up; the accelerometer takes the tilt over, which the gyros lost by then."""
+        self._orientation.reset(self._lying.force)
+        return self._orientation.tilt > STOOD_UP_TILT
+
+    def _get_up_motion(self) -> Motion | None:
+        """What a fallen robot begins now, if anything."""
+        conductor = self._conductor
+        if conductor.waiting is not None:
+            return conductor.waiting
+        wanted = conductor.get_up_wanted or self._parameters.get_up and not self._relaxed_by_hand
+        if self._side is None or not wanted or conductor.attempts >= ATTEMPTS:
+            return None
+        conductor.attempts += 1
+        return conductor.get_up_from(self._side)
+
     # -- states ------------------------------------------------------------------------------------
+
+    @property
+    def _relaxed_by_hand(self) -> bool:
+        return self._state is GaitState.RELAXED
 
     @property
     def _is_down(self) -> bool:
@@ -215,7 +323,13 @@ class Gait:
     def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
         if self._relax_requested:
             self._state = GaitState.RELAXED
+            self._conductor.stop()
+        elif self._state is GaitState.GETTING_UP:
+            self._change_in_motion(frame)
+        elif self._is_down and (motion := self._get_up_motion()) is not None:
+            self._begin_motion(motion, self._measured_pose(frame))
         elif self._falls(frame):
+            self._conductor.forget_if_upright()
             if self._state is not GaitState.RELAXED or self._stand_requested:
                 # A lying robot that shall stand does so once it is upright again.
                 self._state = GaitState.FALLEN
@@ -228,8 +342,17 @@ class Gait:
             self._upright_time = self._upright_time + self._dt if upright else 0.0
             if self._upright_time > UPRIGHT_TIME:
                 self._begin_stand(frame)
+        elif self._state is GaitState.MOTION:
+            self._change_in_motion(frame)
         elif self._state is GaitState.STAND:
-            if not command.is_zero and self._blend_from is None and not self._stand_requested:
+            waiting = self._conductor.waiting
+            if waiting is not None and self._blend_from is None:
+                position = self._last_position
+                self._begin_motion(
+                    waiting, self._measured_pose(frame) if position is None else position
+                )
+            elif not command.is_zero and self._blend_from is None and not self._stops:
+                self._conductor.attempts = 0
                 self._walk.start(command)
                 self._tilt = TiltCompensation()
                 self._state = GaitState.WALK
@@ -238,7 +361,7 @@ class Gait:
         else:
             self._state = GaitState.STOP if self._walk.stopping else GaitState.WALK
         self._relax_requested = False
-        if self._state not in ON_THE_WAY:
+        if self._state not in (*ON_THE_WAY, *IN_MOTION):
             self._stand_requested = False
 
     def _falls(self, frame: SensorFrame) -> bool:
@@ -250,6 +373,11 @@ class Gait:
             p.fall_tilt,
             p.fall_horizon,
         )
+
+    def _measured_pose(self, frame: SensorFrame) -> FloatArray:
+        pose = np.array(frame.joint_position, dtype=float)
+        self._limits.cut(pose)
+        return pose
 
     def _begin_stand(self, frame: SensorFrame) -> None:
         self._state = GaitState.STAND
@@ -320,6 +448,7 @@ class Gait:
             torso_pitch=self._orientation.pitch,
             ik_residual=self._residual,
             clipped_joints=self._clipped,
+            motion=running.name if (running := self._conductor.running) is not None else "",
         )
 
 

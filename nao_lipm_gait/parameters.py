@@ -266,6 +266,10 @@ class GaitParameters:
     fall_horizon: float = _parameter(
         0.1, 0.0, 0.5, "s", "state", "time by which the tilt's rate leads it"
     )
+    get_up: bool = _switch(
+        False, "state",
+        "get up by itself after a fall; false = stay limp until `~/get_up` or a person",
+    )
 
     def __post_init__(self) -> None:
         for parameter in PARAMETERS:

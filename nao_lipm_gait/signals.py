@@ -63,6 +63,8 @@ class JointTargets:
     """(n,) [rad], inside the joint limits."""
     stiffness: float = 1.0
     """Share of the motors' torque that may be used, 0 (relaxed) to 1."""
+    joint_stiffness: FloatArray | None = None
+    """(n,) the same for each joint, where they differ; `stiffness` is then the smallest."""
 
 
 class GaitState(StrEnum):
@@ -71,6 +73,9 @@ class GaitState(StrEnum):
     STAND = "stand"
     WALK = "walk"
     STOP = "stop"
+    MOTION = "motion"
+    """A motion of keyframes runs, or its last pose is held."""
+    GETTING_UP = "getting_up"
     FALLEN = "fallen"
     RELAXED = "relaxed"
 
@@ -116,3 +121,5 @@ class GaitStatus(NamedTuple):
     """Largest distance of a sole from its target [m]; 0 when in reach."""
     clipped_joints: int
     """Targets that were cut at a joint limit this tick."""
+    motion: str = ""
+    """The motion that runs; empty when none does."""

@@ -53,12 +53,15 @@ class Backend(Protocol):
     def reset(self, start: StartState) -> None:
         """Put the robot there, at rest, with no memory of what was before."""
 
-    def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
+    def step(
+        self, setpoint: FloatArray, torque_scale: float | FloatArray, push_force: FloatArray
+    ) -> None:
         """Advance by one physics step.
 
         Args:
             setpoint: (n,) [rad] true joint angles that the servos aim at.
-            torque_scale: share of the motors' torque limits that may be used, 0 to 1.
+            torque_scale: share of the motors' torque limits that may be used, 0 to 1; for all
+                motors, or (n,) for each.
             push_force: (3,) [N] in the world frame, on the centre of mass of the torso link.
         """
 

@@ -22,13 +22,13 @@ class CommandReader:
         self._robot = robot
         self._index = {name: index for index, name in enumerate(robot.joint_names)}
         self._position = robot.stand_pose.copy()
-        self._stiffness = 1.0
+        self._shares = np.ones(len(robot.joint_names))
         self._names: list[str] | None = None
         self._places = np.zeros(0, dtype=np.intp)
 
     def reset(self) -> None:
         self._position = self._robot.stand_pose.copy()
-        self._stiffness = 1.0
+        self._shares = np.ones(len(self._position))
 
     def read(
         self,
@@ -41,10 +41,10 @@ class CommandReader:
 
         Args:
             stamp: of the sensors that are answered [ns].
-            names: joints in any order; joints that are not named keep their targets.
+            names: joints in any order; joints that are not named keep targets and torque.
             position: [rad], one for each name.
             effort: share of the motor torque that may be used, 0 to 1, one for each name, or
-                empty for all of it. The robot has one stiffness: the smallest share counts.
+                empty for all of it.
 
         Raises NaoGaitError, and keeps the last targets, for anything else.
         """
@@ -77,8 +77,11 @@ class CommandReader:
             )
         self._position = self._position.copy()
         self._position[places] = cut
-        self._stiffness = float(shares.min()) if len(shares) else 1.0
-        return JointTargets(stamp, self._position, self._stiffness), remark
+        self._shares = self._shares.copy()
+        self._shares[places] = shares if len(shares) else 1.0
+        lowest = float(self._shares.min())
+        each = None if lowest == float(self._shares.max()) else self._shares
+        return JointTargets(stamp, self._position, lowest, each), remark
 
     def _places_of(self, names: Sequence[str]) -> np.ndarray:
         if names == self._names:

@@ -117,7 +117,7 @@ class MujocoBackend:
         self._find_addresses()
         self._legs_touch = False
         self._pushed = False
-        self._scale: float | None = None
+        self._scale: float | FloatArray | None = None
         self._shown = 0.0
         self._viewer = _open_viewer(self._model, self._data) if gui else None
 
@@ -131,7 +131,9 @@ class MujocoBackend:
         self._legs_touch = self._pushed = False
         self._scale = None
 
-    def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
+    def step(
+        self, setpoint: FloatArray, torque_scale: float | FloatArray, push_force: FloatArray
+    ) -> None:
         data = self._data
         self._setpoint[:] = setpoint
         if torque_scale is not self._scale:

@@ -124,7 +124,9 @@ class PyBulletBackend:
         self._torque_limits = np.zeros(len(self._joints))
         self._legs_touch = False
 
-    def step(self, setpoint: FloatArray, torque_scale: float, push_force: FloatArray) -> None:
+    def step(
+        self, setpoint: FloatArray, torque_scale: float | FloatArray, push_force: FloatArray
+    ) -> None:
         client, model = self._client, self._model
         states = self._joint_states()
         position, velocity, torque = (

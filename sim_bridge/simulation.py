@@ -150,7 +150,7 @@ class Simulation:
         self._backend.reset(self._start)
         self._setpoints.reset(self._start.joint_position - self.individual.joint_zero)
         self._target = self._setpoints.current.copy()
-        self._stiffness = 1.0
+        self._stiffness: float | FloatArray = 1.0
         self._push_force = np.zeros(3)
         self._push_steps = 0
         self._sensors.reset()
@@ -244,11 +244,21 @@ class Simulation:
             raise NaoGaitError("targets.stiffness", targets.stiffness, "0 to 1")
         self._target = position
         self._stiffness = float(targets.stiffness)
+        if targets.joint_stiffness is not None:
+            self._stiffness = _shares(targets.joint_stiffness, len(position))
 
     def _record(self) -> None:
         frame = self._sensors.sample(self._time, self._state)
         reading = Reading(frame, self._state.joint_torque, self._state.sole_wrench)
         self._line.put(self._time, reading)
+
+
+def _shares(stiffness: FloatArray, count: int) -> FloatArray:
+    shares = np.array(stiffness, dtype=float)
+    if shares.shape != (count,) or not ((shares >= 0.0) & (shares <= 1.0)).all():
+        allowed = f"{count} shares, 0 to 1"
+        raise NaoGaitError("targets.joint_stiffness", shares.tolist(), allowed)
+    return shares
 
 
 def _nanoseconds(seconds: float) -> int:

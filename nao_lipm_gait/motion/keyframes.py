@@ -15,8 +15,8 @@ class Posture(StrEnum):
     LYING_BACK = "lying_back"
     LYING_LEFT = "lying_left"
     LYING_RIGHT = "lying_right"
-    ANY = "any"
-    """As a start: it can begin from everywhere."""
+    UPRIGHT = "upright"
+    """As a start: standing or sitting."""
 
 
 LYING = (Posture.LYING_FRONT, Posture.LYING_BACK, Posture.LYING_LEFT, Posture.LYING_RIGHT)
@@ -89,4 +89,13 @@ class Motion:
     @property
     def upright(self) -> bool:
         """On its feet from start to end: a tilt is then a fall."""
-        return self.starts in (Posture.STANDING, Posture.SITTING) and self.ends not in LYING
+        return self.starts not in LYING and self.ends not in LYING
+
+    @property
+    def gets_up(self) -> bool:
+        return self.starts in LYING
+
+    def begins_from(self, posture: Posture) -> bool:
+        if self.starts is Posture.UPRIGHT:
+            return posture in (Posture.STANDING, Posture.SITTING)
+        return self.starts is posture

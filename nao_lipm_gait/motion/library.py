@@ -41,7 +41,7 @@ class MotionLibrary:
         """The first motion (by name) that leads from one posture to the other."""
         for name in sorted(self._motions):
             motion = self._motions[name]
-            if motion.starts is starts and motion.ends is ends:
+            if motion.begins_from(starts) and motion.ends is ends:
                 return motion
         return None
 

@@ -62,8 +62,8 @@ class _File:
             keyframes=self._keyframes(),
             balance=self._balance(),
         )
-        if motion.ends is Posture.ANY:
-            raise NaoGaitError(self._where("ends"), "any", "one posture")
+        if motion.ends is Posture.UPRIGHT:
+            raise NaoGaitError(self._where("ends"), motion.ends.value, "one posture")
         check_motion(motion, self._robot)
         if "mirrored_as" not in self._values:
             return (motion,)

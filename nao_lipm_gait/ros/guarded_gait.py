@@ -65,7 +65,12 @@ class GuardedGait:
         stiffness = targets.stiffness
         if not 0.0 <= stiffness <= 1.0:
             return self._hold(frame, f"stiffness {stiffness}")
-        self._good = JointTargets(frame.stamp, inside, stiffness)
+        each = targets.joint_stiffness
+        if each is not None and (
+            each.shape != inside.shape or not ((each >= 0.0) & (each <= 1.0)).all()
+        ):
+            return self._hold(frame, f"stiffness {each.tolist()}")
+        self._good = JointTargets(frame.stamp, inside, stiffness, each)
         return Answer(self._good, held=False, fault=fault)
 
     def _hold(self, frame: SensorFrame, reason: str) -> Answer:
@@ -73,10 +78,11 @@ class GuardedGait:
         position: FloatArray
         if good is None:
             position, stiffness = np.clip(frame.joint_position, self._lower, self._upper), 1.0
+            each = None
         else:
-            position, stiffness = good.position, good.stiffness
+            position, stiffness, each = good.position, good.stiffness, good.joint_stiffness
         return Answer(
-            JointTargets(frame.stamp, position, stiffness),
+            JointTargets(frame.stamp, position, stiffness, each),
             held=True,
             fault=f"{reason}; frame {frame.stamp * 1e-9:.3f} s; holding the last good targets",
         )

@@ -63,7 +63,9 @@ class JointStateWriter(CommandWriter):
     def write(self, targets: JointTargets) -> JointState:
         self._message.header.stamp = to_time(targets.stamp)
         self._message.position = to_doubles(targets.position)
-        self._message.effort = array("d", [targets.stiffness]) * self._count
+        each = targets.joint_stiffness
+        shares = array("d", [targets.stiffness]) * self._count if each is None else to_doubles(each)
+        self._message.effort = shares
         return self._message
 
 
