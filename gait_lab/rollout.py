@@ -176,11 +176,11 @@ def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
 
 
 @lru_cache(maxsize=4)
-def _robot(urdf: str) -> RobotDescription:
+def loaded_robot(urdf: str) -> RobotDescription:
     return load_robot(urdf)
 
 
-def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
+def with_urdf_effort(robot: RobotDescription) -> RobotDescription:
     motors = {
         name: replace(motor, stall_torque=robot.limits[name].effort)
         for name, motor in robot.motors.items()
@@ -190,9 +190,9 @@ def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
 
 def make_pair(spec: RolloutSpec) -> tuple[Simulation, Gait]:
     """The robot of a rollout and its gait; the simulation is the caller's to close."""
-    robot = _robot(spec.urdf)
+    robot = loaded_robot(spec.urdf)
     simulation = Simulation(
-        _with_urdf_effort(robot) if spec.urdf_effort else robot,
+        with_urdf_effort(robot) if spec.urdf_effort else robot,
         with_options(load_plant(spec.plant), spec.plant_options),
         robot_seed=spec.robot_seed,
         noise_seed=spec.noise_seed,

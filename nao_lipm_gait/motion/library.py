@@ -60,3 +60,8 @@ def shipped_library(robot: RobotDescription) -> MotionLibrary:
     """The motions that come with the package; none for a robot without a folder of them."""
     folder = share("config") / "motions" / robot.name
     return load_library(folder, robot) if folder.is_dir() else MotionLibrary()
+
+
+def library_of(robot: RobotDescription, folder: str = "") -> MotionLibrary:
+    """The motions of a folder; of an empty name, the shipped ones."""
+    return load_library(Path(folder).expanduser(), robot) if folder else shipped_library(robot)

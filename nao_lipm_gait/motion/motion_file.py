@@ -166,16 +166,20 @@ class _File:
 
     def _stiffness(self, key: str, value: object, before: FloatArray) -> FloatArray:
         stiffness = before.copy()
+        shares = []
         for name, share in self._mapping(key, value, None).items():
-            amount = self._number(f"{key}.{name}", share, 0.0, 1.0, "")
             if name in self._groups:
-                stiffness[self._groups[name]] = amount
-                continue
-            if name not in self._robot.joint_names:
+                joints = self._groups[name]
+            elif name in self._robot.joint_names:
+                joints = [self._robot.index(name)]
+            else:
                 raise NaoGaitError(
                     self._where(key), name, f"a joint or one of {', '.join(self._groups)}"
                 )
-            stiffness[self._robot.index(name)] = amount
+            shares.append((joints, self._number(f"{key}.{name}", share, 0.0, 1.0, "")))
+        # A part goes before the whole, in whatever order they are written.
+        for joints, amount in sorted(shares, key=lambda each: -len(each[0])):
+            stiffness[joints] = amount
         return stiffness
 
     def _balance(self) -> Balance:

@@ -77,6 +77,7 @@ def _walk(
     ]
     values = {
         "state": status.state.value,
+        "motion": status.motion,
         "support": status.support,
         "steps": str(status.step_count),
         "ticks per second": str(ticks.count if ticks else 0),

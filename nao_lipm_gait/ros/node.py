@@ -22,6 +22,8 @@ from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.motion.conductor import GET_UP
+from nao_lipm_gait.motion.library import library_of
 from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot_description import load_robot
@@ -71,7 +73,10 @@ INTERFACE = NodeParameter(
     "message type of joint_command",
     choices=tuple(COMMAND_WRITERS),
 )
-NODE_PARAMETERS = (URDF, PRESET, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE)
+MOTIONS = NodeParameter(
+    "motions", "", "folder of motion files; empty = those that are shipped for this robot"
+)
+NODE_PARAMETERS = (URDF, PRESET, MOTIONS, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE)
 
 WATCHDOG_PERIOD = 0.25
 MARKER_TICKS = 10
@@ -91,13 +96,14 @@ class GaitNode(Node):
         preset = used_as(
             PRESET, partial(preset_for, self._robot), text(declare(self, PRESET))
         )
+        motions = used_as(MOTIONS, partial(library_of, self._robot), text(declare(self, MOTIONS)))
         period = of_type(declare(self, CONTROL_PERIOD), float)
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
         interface = text(declare(self, INTERFACE))
         self._gait_parameters = self._declare_table(preset)
 
-        self._gait = Gait(self._robot, self._gait_parameters, control_period=period)
+        self._gait = Gait(self._robot, self._gait_parameters, period, motions)
         self._guarded = GuardedGait(self._gait, self._robot)
         self._joints = JointReader(self._robot, "joint_states")
         self._assembler = FrameAssembler()
@@ -161,7 +167,9 @@ class GaitNode(Node):
         self._sensors = self._subscribe(
             JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
         )
+        self._subscribe(String, "~/motion", self._on_motion, 10)
         self.create_service(Trigger, "~/stand", self._on_stand)
+        self.create_service(Trigger, "~/get_up", self._on_get_up)
         self.create_service(Trigger, "~/relax", self._on_relax)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, partial(self._fenced, "diagnostics", self._diagnose), clock=steady)
@@ -318,6 +326,19 @@ class GaitNode(Node):
         self._gait.request_relax()
         response.success = True
         response.message = "relaxed from the next tick on; ~/stand makes it stiff again"
+        return response
+
+    def _on_motion(self, message: String) -> None:
+        self._gait.request_motion(message.data)
+
+    def _on_get_up(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
+        try:
+            self._gait.request_motion(GET_UP)
+            response.success = True
+            response.message = "getting up once the robot has come to rest"
+        except NaoGaitError as error:
+            response.success = False
+            response.message = str(error)
         return response
 
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
