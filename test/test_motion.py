@@ -150,7 +150,9 @@ def test_a_mirrored_motion_has_the_other_support_and_the_other_side(tmp_path: Pa
     one_leg = changed(
         mirrored_as="nod_right",
         poses={"down": {"LKneePitch": 0.9, "RKneePitch": 0.4, "RHipRoll": -0.1}},
-        keyframes=[{"pose": "down", "time": 1.0, "support": "right", "stiffness": {"LElbowYaw": 0}}],
+        keyframes=[
+            {"pose": "down", "time": 1.0, "support": "right", "stiffness": {"LElbowYaw": 0}}
+        ],
     )
     left, right = load_motions(written(tmp_path, one_leg), ROBOT)
     assert (left.name, right.name) == ("nod", "nod_right")
