@@ -67,6 +67,7 @@ def _bench(arguments: argparse.Namespace) -> int:
         "directions": tuple(arguments.direction) or None,
         "phases": arguments.phases,
         "metres": arguments.metres,
+        "attempts": arguments.attempts,
         "half_speed": arguments.half_speed,
         "changes": arguments.changes,
     }
@@ -86,10 +87,10 @@ def _bench(arguments: argparse.Namespace) -> int:
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
-                        "delay, robust, compute, plant (its ingredients one by one), ablation (the "
+                        "delay, robust, getup, compute, plant (its ingredients one by one), ablation (the "
                         "gait's extensions one by one), or all in a quick form")  # fmt: skip
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
-                        "ablation: 5; start, endurance, robust: 20; delay: 4; plant: 2)")
+                        "ablation: 5; start, endurance, robust, getup: 20; delay: 4; plant: 2)")
     parser.add_argument("--seed", type=int, metavar="S",
                         help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
@@ -113,6 +114,8 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         help="suite push: pushes per gait cycle (8)")  # fmt: skip
     parser.add_argument("--metres", type=float, metavar="M",
                         help="suite endurance: what each robot walks (50)")  # fmt: skip
+    parser.add_argument("--attempts", type=int, metavar="N",
+                        help="suites getup (from each side) and kick: of each robot (5)")
     parser.add_argument("--changes", type=Path, metavar="FILE",
                         help="suite ablation: YAML list of changes (config/bench/ablation.yaml)")
     parser.add_argument("--no-half", dest="half_speed", action="store_false", default=None,

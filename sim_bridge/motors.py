@@ -90,17 +90,20 @@ class TorqueLimits:
         brakes = (velocity * torque < 0.0) | (velocity * (wanted_velocity - velocity) < 0.0)
         return np.where(brakes, self.standstill, self.driving(velocity))
 
-    def saturated(self, velocity: FloatArray, torque: FloatArray, share: float) -> int:
+    def saturated(
+        self, velocity: FloatArray, torque: FloatArray, share: float | FloatArray
+    ) -> int:
         """How many motors put out more than `share` of what they can at most, the way they push.
 
-        Args: (n,) joint velocity [rad/s] and motor torque [N m].
+        Args: (n,) joint velocity [rad/s] and motor torque [N m]; the share for all or for each.
         """
         count = 0
-        for speed, now, (most, loss) in zip(
-            velocity.tolist(), torque.tolist(), self._laws, strict=True
+        shares = [share] * len(self._laws) if isinstance(share, float) else share.tolist()
+        for speed, now, (most, loss), part in zip(
+            velocity.tolist(), torque.tolist(), self._laws, shares, strict=True
         ):
             limit = most - loss * (speed if now > 0.0 else -speed)
-            if abs(now) > share * min(max(limit, 0.0), most):
+            if abs(now) > part * min(max(limit, 0.0), most):
                 count += 1
         return count
 

@@ -9,7 +9,7 @@ from sim_bridge.plant import option_text
 _SINGLE = {
     "robots": "--robots", "seed": "--seed", "engine": "--engine", "plant": "--plant",
     "urdf": "--urdf", "window": "--seconds", "open_loop": "--open-loop", "phases": "--phases",
-    "metres": "--metres", "changes": "--changes",
+    "metres": "--metres", "attempts": "--attempts", "changes": "--changes",
 }  # fmt: skip
 _REPEATED = {
     "tasks": "--task", "ingredients": "--ingredient", "impulses": "--impulse",

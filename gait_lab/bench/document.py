@@ -20,6 +20,7 @@ TITLES = {
     "endurance": "Endurance",
     "delay": "Late sensors",
     "robust": "Harder plants",
+    "getup": "Getting up",
     "compute": "Cost of control",
     "plant": "One ingredient of the plant at a time",
     "ablation": "One extension of the gait at a time",

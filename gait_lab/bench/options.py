@@ -47,6 +47,8 @@ class BenchOptions:
     """Suite `endurance`: what each robot walks."""
     changes: Path | None = None
     """Suite `ablation`: a list of changes of the gait; None = the shipped one."""
+    attempts: int = 5
+    """Suites `getup` (from each side) and `kick`: attempts of each robot."""
     show: bool = True
     """Show a progress bar (on a terminal)."""
 
@@ -61,6 +63,8 @@ class BenchOptions:
             raise NaoGaitError("open-loop", self.open_loop, "beside, off or only")
         if not 1 <= self.phases <= 100:
             raise NaoGaitError("phases", self.phases, "1 to 100")
+        if not 1 <= self.attempts <= 1000:
+            raise NaoGaitError("attempts", self.attempts, "1 to 1000")
         if not 0.0 < self.metres <= 1e5:
             raise NaoGaitError("metres", self.metres, "over 0 to 100000 m")
         for impulse in self.impulses:

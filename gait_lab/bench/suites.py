@@ -16,6 +16,7 @@ from gait_lab.bench.document import Section, write
 from gait_lab.bench.endurance import endurance
 from gait_lab.bench.error import TASKS as ERROR_TASKS
 from gait_lab.bench.error import error
+from gait_lab.bench.getup import getup
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.plants import sweep
 from gait_lab.bench.push import TASKS as PUSH_TASKS
@@ -75,6 +76,9 @@ SUITES = {
     ),
     "robust": Suite(
         robust, {"robots": 20, "tasks": ROBUST_TASKS}, ({"robots": 3, "window": 5.0},), _WALKS
+    ),
+    "getup": Suite(
+        getup, {"robots": 20}, ({"robots": 3, "attempts": 2},), frozenset({"attempts"})
     ),
     "compute": Suite(compute, {"robots": 1}, ({"window": 10.0},), frozenset({"window"})),
     "plant": Suite(
