@@ -87,8 +87,8 @@ def _bench(arguments: argparse.Namespace) -> int:
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
-                        "delay, robust, getup, compute, plant (its ingredients one by one), ablation (the "
-                        "gait's extensions one by one), or all in a quick form")  # fmt: skip
+                        "delay, robust, getup, compute, plant (its ingredients one by one), "
+                        "ablation (the gait's extensions one by one), or all in a quick form")
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
                         "ablation: 5; start, endurance, robust, getup: 20; delay: 4; plant: 2)")
     parser.add_argument("--seed", type=int, metavar="S",
