@@ -12,6 +12,7 @@ from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.backend import StartState, TrueState
 from sim_bridge.body import CONTACT_RADIUS, Body, BodyPose, Link, Shape, Sole
+from sim_bridge.encoders import Encoders
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
@@ -110,6 +111,7 @@ class MujocoBackend:
         _refuse(plant, robot)
         self._rotors = _shared(robot, _rotor_inertia(robot, plant))
         self._limits = TorqueLimits(robot, plant, individual)
+        self._encoders = Encoders(plant, individual) if plant.motor.encoder_feedback else None
         self._geoms: dict[str, tuple[str, ...]] = {}
         self._model = self._compile()
         self._set_springs()
@@ -136,6 +138,8 @@ class MujocoBackend:
     ) -> None:
         data = self._data
         self._setpoint[:] = setpoint
+        if self._encoders is not None:
+            self._setpoint += self._encoder_error(self._encoders)
         if torque_scale is not self._scale:
             self._allow(torque_scale)
             self._scale = torque_scale
@@ -157,9 +161,8 @@ class MujocoBackend:
         mujoco.mj_kinematics(self._model, data)
         mujoco.mj_comPos(self._model, data)
         position, velocity = data.qpos.copy(), data.qvel.copy()
-        angles, speeds = position[self._motor_q], velocity[self._motor_v]
+        angles, speeds = self._angles(position), velocity[self._motor_v]
         if len(self._play):
-            angles[self._play] += position[self._play_q]
             speeds[self._play] += velocity[self._play_v]
         (left, left_axes), (right, right_axes) = self._sole_views
         pose = BodyPose(
@@ -182,6 +185,20 @@ class MujocoBackend:
             sole_wrench=self._sole_wrenches(pose),
             legs_touch=touch,
         )
+
+    def _angles(self, position: FloatArray) -> FloatArray:
+        """(n,) [rad] true joint angles, play included."""
+        angles: FloatArray = position[self._motor_q]
+        if len(self._play):
+            angles[self._play] += position[self._play_q]
+        return angles
+
+    def _encoder_error(self, encoders: Encoders) -> FloatArray:
+        """(n,) [rad] by which the motors are ahead of what the encoders say."""
+        position = self._data.qpos.copy()
+        seen = encoders.read(self._angles(position)) + self._individual.joint_zero
+        error: FloatArray = position[self._motor_q] - seen
+        return error
 
     def _allow(self, share: float | FloatArray) -> None:
         """Lets the motors use this share of their torques, of all or (n,) of each."""

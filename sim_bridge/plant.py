@@ -141,6 +141,9 @@ class MotorPlant(_Checked):
     """Dry friction of each leg joint."""
     play: float = _number(0.0, 0.2, "rad")
     """Free play of the pitch joints of the legs, end to end."""
+    encoder_feedback: bool = _switch()
+    """The servos aim the encoders at their setpoints: behind the play and in encoder steps. False:
+    they see the exact angle on the motor's side of the play."""
 
 
 @dataclass(frozen=True, slots=True)

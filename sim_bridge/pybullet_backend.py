@@ -371,6 +371,7 @@ def _refuse(plant: Plant) -> None:
         ("armature", motor.armature is None, "null with engine pybullet"),
         ("friction", motor.friction == 0.0, "0 with engine pybullet"),
         ("play", motor.play == 0.0, "0 with engine pybullet"),
+        ("encoder_feedback", not motor.encoder_feedback, "false with engine pybullet"),
     ):
         if not honoured:
             raise NaoGaitError(f"{plant.name}: motor.{key}", getattr(motor, key), allowed)

@@ -488,10 +488,16 @@ def test_rigid_floor_does_not_give_way(
 
 @pytest.mark.parametrize(
     ("option", "value"),
-    [("stiffness", 150.0), ("armature", 1.0), ("friction", 0.3), ("play", 0.02)],
+    [
+        ("stiffness", 150.0),
+        ("armature", 1.0),
+        ("friction", 0.3),
+        ("play", 0.02),
+        ("encoder_feedback", True),
+    ],
 )
 def test_pybullet_refuses_what_it_cannot_honour(
-    robot: RobotDescription, reference: Plant, option: str, value: float
+    robot: RobotDescription, reference: Plant, option: str, value: float | bool
 ) -> None:
     plant = changed(reference, motor={option: value})
     with pytest.raises(NaoGaitError, match=rf"motor\.{option}: got {value}; .*pybullet"):
@@ -612,6 +618,47 @@ def test_inside_the_play_the_motor_feels_nothing(
         state = bench.step()
     moved = state.joint_position[index] - before.joint_position[index]
     assert 0.05 - 0.021 < moved < 0.05 + 0.021  # taken along, and free to coast
+
+
+@pytest.mark.usefixtures("mujoco_only")
+@pytest.mark.parametrize("encoder_feedback", [False, True])
+def test_a_servo_that_sees_the_encoder_takes_up_the_play(
+    robot: RobotDescription, reference: Plant, encoder_feedback: bool
+) -> None:
+    """A knee under load rests at one end of its play; what it carries tells the servo's error."""
+    motor = {"stiffness": 150.0, "play": 0.04, "encoder_feedback": encoder_feedback}
+    plant = changed(reference, motor=motor)
+    knees = [robot.index(joint) for joint in ("LKneePitch", "RKneePitch")]
+    with Simulation(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
+        for _ in range(300):
+            simulation.step(None)
+        truth = simulation.truth()
+    error = (robot.stand_pose - truth.joint_position)[knees]
+    left = np.abs(error - truth.joint_torque[knees] / 150.0)
+    assert np.abs(truth.joint_torque[knees]).min() > 0.3
+    if encoder_feedback:
+        assert left.max() < math.tau / 2**12
+    else:
+        assert left == pytest.approx(0.02, abs=1e-3)
+
+
+@pytest.mark.usefixtures("mujoco_only")
+@pytest.mark.parametrize("encoder_feedback", [False, True])
+def test_encoder_steps_reach_the_servo(
+    robot: RobotDescription, reference: Plant, encoder_feedback: bool
+) -> None:
+    """With 64 steps per turn no reading says 0.03 rad: the joint goes to where the reading changes
+    from too little to too much, half a step from 0."""
+    plant = changed(
+        weightless(reference),
+        motor={"encoder_feedback": encoder_feedback},
+        sensors={"encoder_bits": 6},
+    )
+    bench = mujoco_bench(robot, plant)
+    index = bench.set("HeadYaw", 0.03)
+    angles = [bench.step().joint_position[index] for _ in range(400)][200:]
+    expected = math.tau / 64 / 2.0 if encoder_feedback else 0.03
+    assert np.mean(angles) == pytest.approx(expected, abs=0.003)
 
 
 @pytest.mark.usefixtures("mujoco_only")

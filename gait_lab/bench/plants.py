@@ -54,6 +54,7 @@ INGREDIENTS: Mapping[str, Ingredient] = {
         Ingredient("torque_fraction", "motor.torque_fraction", "", (0.6, 0.5, 0.4, 0.3)),
         Ingredient("stiffness", "motor.stiffness", "N m/rad", (300.0, 150.0, 100.0, 75.0, 50.0)),
         Ingredient("play_deg", "motor.play", "deg", (1.2, 2.0, 3.0, 5.0), _DEGREE),
+        Ingredient("encoder_feedback", "motor.encoder_feedback", "", (True,)),
         Ingredient("friction", "motor.friction", "N m", (0.3, 1.0, 2.0, 3.0)),
         Ingredient("armature", "motor.armature", "", (2.0, 3.0, 4.0)),
         Ingredient("delay_ms", "sensors.delay", "ms", (60.0, 80.0, 100.0, 120.0), 1e-3),
