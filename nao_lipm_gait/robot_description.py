@@ -90,6 +90,10 @@ class RobotDescription:
     """The joint that leans the upper body over the hips; None without it."""
     preset: str
     """The gait preset that was made for this robot."""
+    gyro_axes: int | None
+    """3 where the robot has a yaw gyro; None = as in the plant."""
+    encoder_bits: int | None
+    """Counts of an encoder per turn = 2^bits; None = as in the plant."""
     base_frame: str
     torso_frame: str
     imu_frame: str
@@ -172,6 +176,8 @@ def load_robot(
         shoulder_roll=settings.optional_pair("shoulder_roll", joint_names),
         waist_pitch=settings.optional_joint("waist_pitch", joint_names),
         preset=settings.preset(),
+        gyro_axes=settings.optional_whole("gyro_axes", 2, 3),
+        encoder_bits=settings.optional_whole("encoder_bits", 1, 24),
         base_frame=model.frame(settings.frame("base")),
         torso_frame=torso,
         imu_frame=model.frame(settings.frame("imu")),
@@ -327,7 +333,7 @@ _KEYS = tuple(
     "name joints hip left_leg right_leg coupled_joints shoulder_pitch frames stand_pose "
     "sole_outline sole_corners ankle_limits motors".split()
 )
-_OPTIONAL_KEYS = ("shoulder_roll", "waist_pitch", "preset")
+_OPTIONAL_KEYS = ("shoulder_roll", "waist_pitch", "preset", "gyro_axes", "encoder_bits")
 _FRAMES = ("base", "torso", "imu", "left_sole", "right_sole")
 
 
@@ -369,6 +375,14 @@ class _Settings:
     def optional_joint(self, key: str, joint_names: tuple[str, ...]) -> str | None:
         value = self._values.get(key)
         return None if value is None else self._joint(key, value, joint_names)
+
+    def optional_whole(self, key: str, low: int, high: int) -> int | None:
+        value = self._values.get(key)
+        if value is None:
+            return None
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise NaoGaitError(self.where(key), value, f"a whole number from {low} to {high}")
+        return value
 
     def preset(self) -> str:
         return self.text("preset") if "preset" in self._values else "default"

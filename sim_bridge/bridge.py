@@ -110,7 +110,7 @@ class BridgeNode(Node):
         self.awaited: int | None = None
         """Stamp of the reading whose answer lockstep waits for [ns]."""
         self._throttle = Throttle()
-        self._readings = ReadingWriter(self._robot, plant.sensors)
+        self._readings = ReadingWriter(self._robot, self._simulation.plant.sensors)
         self._truths = TruthWriter(self._robot)
         self._make_publishers()
         self._make_subscriptions()

@@ -15,6 +15,7 @@ import yaml
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import find
+from nao_lipm_gait.robot_description import RobotDescription
 
 
 def _number(
@@ -214,6 +215,16 @@ class Plant:
     contact: Contact
     sensors: Sensors
     variation: Variation
+
+
+def with_sensors_of(plant: Plant, robot: RobotDescription) -> Plant:
+    """The plant with what the robot's own sensors tell better or worse; exact ones stay exact."""
+    sensors = plant.sensors
+    axes = max(sensors.gyro_axes, robot.gyro_axes or 0)
+    bits = sensors.encoder_bits
+    if robot.encoder_bits is not None:
+        bits = min(bits, robot.encoder_bits)
+    return with_options(plant, (("sensors.gyro_axes", axes), ("sensors.encoder_bits", bits)))
 
 
 _SECTIONS: dict[str, type] = {

@@ -14,7 +14,7 @@ from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines import make_backend
 from sim_bridge.individual import draw_individual
 from sim_bridge.motors import Setpoints, TorqueLimits
-from sim_bridge.plant import Plant
+from sim_bridge.plant import Plant, with_sensors_of
 from sim_bridge.sensors import SensorModel
 from sim_bridge.vectors import rotation_matrix
 
@@ -102,6 +102,7 @@ class Simulation:
             gui: open the engine's own window.
             start_state: `stand`, `lying_front` or `lying_back`.
         """
+        plant = with_sensors_of(plant, robot)
         if start_state not in START_STATES:
             raise NaoGaitError("start_state", start_state, ", ".join(START_STATES))
         if isinstance(noise_seed, bool) or not isinstance(noise_seed, int) or noise_seed < 0:

@@ -11,6 +11,7 @@ import yaml
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from sim_bridge.plant import load_plant, with_sensors_of
 
 FACTS = yaml.safe_load(share("urdf", "bruno_facts.yaml").read_text(encoding="utf-8"))
 PAPER = FACTS["paper"]
@@ -124,3 +125,11 @@ def test_standing_the_weight_is_over_the_feet(robot: RobotDescription, model: pi
     front, back = robot.sole_corners[0][0], robot.sole_corners[2][0]
     ahead = float(com[0] - sole.translation[0])
     assert back + 0.04 < ahead < front - 0.04
+
+
+def test_its_own_sensors_replace_those_of_the_plant(robot: RobotDescription) -> None:
+    plant = load_plant("reference")
+    fitted = with_sensors_of(plant, robot).sensors
+    assert (fitted.gyro_axes, fitted.encoder_bits) == (3, 10)
+    assert with_sensors_of(plant, load_robot()) == plant
+    assert with_sensors_of(load_plant("ideal"), robot).sensors.encoder_bits == 0, "exact"
