@@ -200,5 +200,6 @@ def test_motors_at_their_limits_are_counted(
         beyond = (torque < 0.8 * span[0]) | (torque > 0.8 * span[1])
         counts.append(model.saturated(velocity, torque, 0.8))
         assert counts[-1] == np.count_nonzero(beyond)
+        assert model.saturated(velocity, torque, np.full(22, 0.8)) == counts[-1]
     assert len(set(counts)) > 3
     assert model.saturated(velocity, np.zeros(22), 0.8) == 0
