@@ -142,6 +142,11 @@ class Simulation:
         return self._time
 
     @property
+    def start(self) -> StartState:
+        """Where a reset puts the robot."""
+        return self._start
+
+    @property
     def control_period(self) -> int:
         """[ns]."""
         return self._period

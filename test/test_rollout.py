@@ -141,6 +141,11 @@ def test_compute_measures_ticks_and_rollouts() -> None:
     rows = {row.metric: row.value for row in report.rows}
     assert rows["tick_p50"] is not None and 1.0 < rows["tick_p50"] <= rows["tick_p99"]
     assert 0.1 < rows["rollout_share"] < 1.5
+    parts = [rows[f"{name}_time"] for name in ("engine", "plant", "gait", "truth")]
+    assert min(parts) > 0.0
+    assert sum(parts) == pytest.approx(rows["rollout_time"])
+    assert rows["rollout_speed"] == pytest.approx(1e4 / rows["rollout_time"])
+    assert rows["rollout_speed"] < rows["loop_speed"] < rows["physics_speed"]
 
 
 def test_settings_are_typed_and_checked() -> None:

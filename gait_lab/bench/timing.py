@@ -1,0 +1,169 @@
+"""One walk, timed three times: the whole rollout, its simulation alone, its physics steps alone."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, TypeVar
+
+import numpy as np
+
+from gait_lab.bench.options import BenchOptions
+from gait_lab.rollout import CONTROL_PERIOD, Recorder, walk
+from gait_lab.tasks import Task
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame, VelocityCommand
+from sim_bridge.backend import StartState
+from sim_bridge.body import Body
+from sim_bridge.engines import make_backend
+from sim_bridge.individual import draw_individual
+from sim_bridge.motors import Setpoints
+from sim_bridge.plant import Plant, load_plant, with_options
+from sim_bridge.simulation import Simulation
+
+BLOCK = 100
+"""Ticks for which one of the three runs before the next has its turn: what else the machine does
+slows all of them alike."""
+_NO_PUSH = np.zeros(3)
+_Simulation = TypeVar("_Simulation", bound=Simulation)
+
+
+@dataclass(slots=True)
+class WalkTiming:
+    """Where the time of a rollout went; CPU time but for the single ticks."""
+
+    ticks: int = 0
+    """Control periods that were walked."""
+    rollout: int = 0
+    """[ns] simulation, gait, ground truth and metrics."""
+    simulation: int = 0
+    """[ns] `Simulation.step` of the rollout."""
+    gait: int = 0
+    """[ns] `Gait.step` of the rollout."""
+    simulation_alone: int = 0
+    """[ns] the same simulation with nothing between its steps: from warm caches it is faster."""
+    engine_alone: int = 0
+    """[ns] the same physics steps with nothing between them."""
+    gait_ticks: tuple[int, ...] = ()
+    """[ns] every `Gait.step`, by the wall clock."""
+
+    def per_tick(self, span: int) -> float:
+        """[us]."""
+        return span / max(1, self.ticks) / 1000.0
+
+    def speed(self, span: int) -> float:
+        """Simulated seconds per second."""
+        return self.ticks * CONTROL_PERIOD / (span * 1e-9)
+
+
+def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
+    """Walk the task on one robot, up to a fall."""
+    robot = load_robot(options.urdf)
+    plant = with_options(load_plant(options.plant), options.plant_options)
+
+    def simulation(kind: type[_Simulation]) -> _Simulation:
+        return kind(
+            robot, plant, options.seed, engine=options.engine, control_period=CONTROL_PERIOD
+        )
+
+    walking, alone = simulation(_TimedSimulation), simulation(Simulation)
+    engine = _PhysicsSteps(robot, plant, options, alone.start)
+    gait, recorder, timing = _TimedGait(robot, options.parameters), Recorder(), WalkTiming()
+    try:
+        rollout = walk(walking, gait, task.command_at)
+        next(rollout)  # the robot at rest, before the first control period
+        targets: list[JointTargets | None] = []
+
+        def walk_on(count: int) -> None:
+            for tick in islice(rollout, count):
+                targets.append(gait.before)
+                gait.before = gait.sent
+                recorder.add(tick.truth, tick.command, tick.status)
+
+        def repeat() -> None:
+            for each in targets:
+                alone.step(each)
+
+        ticks = round((task.start + options.window) / CONTROL_PERIOD)
+        while timing.ticks < ticks:
+            targets.clear()
+            timing.rollout += _cpu_time(walk_on, min(BLOCK, ticks - timing.ticks))
+            if not targets:
+                break
+            timing.simulation_alone += _cpu_time(repeat)
+            timing.engine_alone += _cpu_time(engine.run, engine.setpoints(targets))
+            timing.ticks += len(targets)
+    finally:
+        walking.close()
+        alone.close()
+        engine.close()
+    timing.simulation, timing.gait = walking.cpu, gait.cpu
+    timing.gait_ticks = tuple(gait.spans)
+    return timing
+
+
+class _TimedSimulation(Simulation):
+    """Keeps the CPU time of its steps [ns]."""
+
+    cpu = 0
+
+    def step(self, targets: JointTargets | None) -> None:
+        self.cpu += _cpu_time(super().step, targets)
+
+
+class _TimedGait(Gait):
+    """Keeps the time of its ticks [ns], and the targets that it has sent."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)  # type: ignore[arg-type]
+        self.spans: list[int] = []
+        self.cpu = 0
+        self.sent: JointTargets | None = None
+        self.before: JointTargets | None = None
+        """What had been sent before the last control period."""
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        cpu, begin = time.process_time_ns(), time.perf_counter_ns()
+        self.sent = super().step(frame, command)
+        self.spans.append(time.perf_counter_ns() - begin)
+        self.cpu += time.process_time_ns() - cpu
+        return self.sent
+
+
+class _PhysicsSteps:
+    """The engine of a simulation, with nothing around it."""
+
+    def __init__(
+        self, robot: RobotDescription, plant: Plant, options: BenchOptions, start: StartState
+    ) -> None:
+        individual = draw_individual(plant, robot, options.seed)
+        body = Body(robot, individual)
+        self._backend = make_backend(options.engine, robot, plant, individual, body)
+        self._backend.reset(start)
+        steps = round(CONTROL_PERIOD / plant.physics.step)
+        self._setpoints = Setpoints(robot, plant, individual, steps)
+        self._setpoints.reset(start.joint_position - individual.joint_zero)
+        self._target = self._setpoints.current
+
+    def setpoints(self, targets: Sequence[JointTargets | None]) -> list[FloatArray]:
+        """(n,) [rad] for every physics step of these control periods."""
+        rows: list[FloatArray] = []
+        for each in targets:
+            self._target = self._target if each is None else each.position
+            rows += self._setpoints.advance(self._target)
+        return rows
+
+    def run(self, setpoints: Sequence[FloatArray]) -> None:
+        for setpoint in setpoints:
+            self._backend.step(setpoint, 1.0, _NO_PUSH)
+
+    def close(self) -> None:
+        self._backend.close()
+
+
+def _cpu_time(work: Callable[..., None], *arguments: Any) -> int:
+    """[ns]."""
+    begin = time.process_time_ns()
+    work(*arguments)
+    return time.process_time_ns() - begin
