@@ -102,8 +102,9 @@ class TorqueLimits:
         for speed, now, (most, loss), part in zip(
             velocity.tolist(), torque.tolist(), self._laws, shares, strict=True
         ):
-            limit = most - loss * (speed if now > 0.0 else -speed)
-            if abs(now) > part * min(max(limit, 0.0), most):
+            driving = speed * now > 0.0
+            limit = max(most - loss * abs(speed), 0.0) if driving else most
+            if abs(now) > part * limit:
                 count += 1
         return count
 

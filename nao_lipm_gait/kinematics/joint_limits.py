@@ -1,7 +1,5 @@
 """Joint limits, with the ankle's: how far it rolls depends on how far it is pitched."""
 
-import operator
-
 from nao_lipm_gait.robot_description import LegJoints, RobotDescription
 from nao_lipm_gait.signals import FloatArray
 
@@ -10,8 +8,7 @@ class JointLimits:
     """Cuts joint targets at what the joints can do."""
 
     def __init__(self, robot: RobotDescription):
-        self._lower: list[float] = robot.lower.tolist()
-        self._upper: list[float] = robot.upper.tolist()
+        self._ranges = tuple(zip(robot.lower.tolist(), robot.upper.tolist(), strict=True))
         self._ankles = [
             _AnkleLimit(robot, leg, robot.ankle_limits[side])
             for side, leg in (("left", robot.left_leg), ("right", robot.right_leg))
@@ -20,14 +17,16 @@ class JointLimits:
 
     def cut(self, position: FloatArray) -> int:
         """Cut (n,) [rad] in place; the number of joints that were beyond a limit."""
-        values = position.tolist()
-        cut = list(map(min, map(max, values, self._lower), self._upper))
+        beyond = 0
+        for joint, (value, (lower, upper)) in enumerate(
+            zip(position.tolist(), self._ranges, strict=True)
+        ):
+            if not lower <= value <= upper:
+                position[joint] = min(max(value, lower), upper)
+                beyond += 1
         for ankle in self._ankles:
-            ankle.cut(cut)
-        if cut == values:
-            return 0
-        position[:] = cut
-        return sum(map(operator.ne, cut, values))
+            beyond += ankle.cut(position)
+        return beyond
 
 
 class _AnkleLimit:
@@ -41,9 +40,13 @@ class _AnkleLimit:
         self._rows = rows
         self._pieces = tuple(zip(rows, rows[1:], strict=False))
 
-    def cut(self, position: list[float]) -> None:
-        lower, upper = self._range(position[self._pitch])
-        position[self._roll] = min(max(position[self._roll], lower), upper)
+    def cut(self, position: FloatArray) -> int:
+        lower, upper = self._range(position.item(self._pitch))
+        roll = position.item(self._roll)
+        if lower <= roll <= upper:
+            return 0
+        position[self._roll] = min(max(roll, lower), upper)
+        return 1
 
     def _range(self, pitch: float) -> tuple[float, float]:
         rows = self._rows
