@@ -70,6 +70,11 @@ def _bench(arguments: argparse.Namespace) -> int:
         "attempts": arguments.attempts,
         "half_speed": arguments.half_speed,
         "changes": arguments.changes,
+        "runs": arguments.runs,
+        "faults": tuple(arguments.fault) or None,
+        "loss": arguments.loss,
+        "ticks": arguments.ticks,
+        "minutes": arguments.minutes,
     }
     # What was not given is the suite's to choose.
     asked = {name: value for name, value in given.items() if value is not None}
@@ -88,7 +93,9 @@ def _bench(arguments: argparse.Namespace) -> int:
 def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
                         "delay, robust, getup, compute, plant (its ingredients one by one), "
-                        "ablation (the gait's extensions one by one), or all in a quick form")
+                        "ablation (the gait's extensions one by one), faults (what goes wrong in "
+                        "the middle of a walk), loss (of messages), fuzz, soak, realtime, or all "
+                        "in a quick form")
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
                         "ablation: 5; start, endurance, robust, getup: 20; delay: 4; plant: 2)")
     parser.add_argument("--seed", type=int, metavar="S",
@@ -118,11 +125,21 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         help="suites getup (from each side) and kick: of each robot (5)")
     parser.add_argument("--changes", type=Path, metavar="FILE",
                         help="suite ablation: YAML list of changes (config/bench/ablation.yaml)")
+    parser.add_argument("--runs", type=int, metavar="N",
+                        help="suite faults: walks with a fault each (2000)")  # fmt: skip
+    parser.add_argument("--fault", action="append", default=[], metavar="NAME",
+                        help="suite faults: only this class, e.g. imu_outage; may be given often")
+    parser.add_argument("--loss", type=float, metavar="P",
+                        help="suite loss: share of all messages that are lost, in %% (10)")
+    parser.add_argument("--ticks", type=int, metavar="N", help="suite fuzz: ticks (1000000)")
+    parser.add_argument("--minutes", type=float, metavar="M",
+                        help="suite soak: simulated minutes in one process (30)")  # fmt: skip
     parser.add_argument("--no-half", dest="half_speed", action="store_false", default=None,
                         help="suite speed: not also at half of each speed")  # fmt: skip
     parser.add_argument("--open-loop", choices=("beside", "off", "only"),
                         help="open loop beside the closed (default), off, or only")  # fmt: skip
-    parser.add_argument("--jobs", type=int, metavar="N", help="processes (all cores)")
+    parser.add_argument("--jobs", "--workers", type=int, metavar="N", dest="jobs",
+                        help="processes (all cores)")  # fmt: skip
     _add_robot(parser)
     _add_parameters(parser)
     parser.set_defaults(run=_bench)

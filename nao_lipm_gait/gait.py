@@ -48,6 +48,8 @@ MISSED_TICKS_MAX = 20
 """A longer gap between two frames is a time jump: the gait starts anew."""
 UPRIGHT_TILT = 0.2
 """[rad] below which a fallen robot counts as put back on its feet."""
+LYING_TILT = 1.0
+"""[rad] of a torso at rest beyond which the robot lies."""
 UPRIGHT_TIME = 0.5
 """[s] for which it must stay there."""
 NOWHERE: Pose2 = (0.0, 0.0, 0.0)
@@ -77,6 +79,7 @@ class Gait:
         self._period = round(control_period * 1e9)
         self._body = BodyModel(robot)
         self._limits = JointLimits(robot)
+        self._pending: GaitParameters | None = None
         self._stand_requested = self._relax_requested = False
         self.reset()
 
@@ -84,13 +87,15 @@ class Gait:
 
     def reset(self) -> None:
         """Forget everything; the next frame begins a stand from whatever pose it shows."""
-        p = self._parameters
+        p = self._parameters = self._pending or self._parameters
+        self._pending = None
         self._walk = make_walk(p, self._dt)
         self._placement = BodyPlacement(self.robot, self._body, make_legs(self.robot))
         self._orientation = TorsoOrientation(
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
         )
         self._fall = FallDetector()
+        self._fall_told = False
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._odometry = Odometry()
@@ -110,6 +115,15 @@ class Gait:
         self._clipped = 0
         self._targets: BodyTargets | None = None
 
+    def go_on_at(self, stamp: int) -> None:
+        """The clock of the frames has changed and nothing else: the next one is of this stamp."""
+        if self._stamp is not None:
+            self._stamp = stamp - self._period
+
+    def believe_fallen(self) -> None:
+        """Somebody else knows: the next tick is that of a fallen robot."""
+        self._fall_told = True
+
     def request_stand(self) -> None:
         """Stop if walking; get stiff and stand if relaxed."""
         self._stand_requested = True
@@ -126,7 +140,17 @@ class Gait:
         self._conductor.request(name, self._posture_ahead)
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """Change parameters between two ticks; `NEEDS_RESET` ones take effect at the next reset."""
+        """Change parameters, of a walk where it next changes its support foot.
+
+        `NEEDS_RESET` ones take effect at the next reset.
+        """
+        if self._state in ON_THE_WAY:
+            self._pending = parameters
+        else:
+            self._take_over(parameters)
+
+    def _take_over(self, parameters: GaitParameters) -> None:
+        self._pending = None
         self._parameters = parameters
         self._walk.set_parameters(parameters)
         self._orientation.set_times(
@@ -156,7 +180,12 @@ class Gait:
 
         self._walk.observe(self._measured[0], self._measured[1])
         walking = self._state is not GaitState.STAND and not self._stops
+        before = self._walk.predicted.support
         self._targets = self._walk.plan(self._steered(command) if walking else STANDSTILL)
+        if self._pending is not None and (
+            self._walk.predicted.support != before or self._state not in ON_THE_WAY
+        ):
+            self._take_over(self._pending)
         if self._parameters.feedback and self._state in ON_THE_WAY:
             walks = self._state is GaitState.WALK
             self._targets = self._tilt.apply(
@@ -205,6 +234,8 @@ class Gait:
         self.reset()
         self._orientation.reset(_point(frame.linear_acceleration))
         self._begin_stand(frame)
+        if self._orientation.tilt > LYING_TILT:
+            self._state = GaitState.FALLEN
         return 0
 
     def _sense(self, frame: SensorFrame, support: int, sole_in_q: Pose2) -> None:
@@ -366,7 +397,8 @@ class Gait:
 
     def _falls(self, frame: SensorFrame) -> bool:
         p, orientation = self._parameters, self._orientation
-        return self._fall.falls(
+        told, self._fall_told = self._fall_told, False
+        return told or self._fall.falls(
             orientation.up_in_torso,
             orientation.tilt,
             _point(frame.angular_velocity),
@@ -406,6 +438,11 @@ class Gait:
         return JointTargets(frame.stamp, position, stiffness=0.0)
 
     # -- what is shown -----------------------------------------------------------------------------
+
+    @property
+    def mass(self) -> float:
+        """[kg] of the robot."""
+        return self._body.total_mass
 
     @property
     def state(self) -> GaitState:

@@ -5,7 +5,6 @@ all made from `PARAMETERS`.
 """
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.resources import find
 
 
@@ -336,7 +335,7 @@ class Parameter:
             raise NaoGaitError(self.name, value, self.allowed)
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise NaoGaitError(self.name, value, self.allowed)
-        if not math.isfinite(value) or not self.minimum <= value <= self.maximum:
+        if not is_number(value) or not self.minimum <= value <= self.maximum:
             raise NaoGaitError(self.name, value, self.allowed)
         return float(value)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.resources import find
 from nao_lipm_gait.resources import names as shipped
 from nao_lipm_gait.signals import FloatArray
@@ -205,10 +205,6 @@ def _read(path: Path, what: str) -> str:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise NaoGaitError(f"{what} {path}", str(error), "a readable UTF-8 file") from error
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _inside(
@@ -410,7 +406,7 @@ class _Settings:
         if (
             not isinstance(value, list)
             or len(value) != count
-            or not all(_is_number(item) for item in value)
+            or not all(is_number(item) for item in value)
         ):
             raise NaoGaitError(self.where(key), value, f"{count} numbers")
         return tuple(float(item) for item in value)
@@ -478,7 +474,7 @@ class _Settings:
             raise NaoGaitError(self.where("stand_pose"), pose, "a mapping of joints to angles")
         for name, angle in pose.items():
             self._joint("stand_pose", name, joint_names)
-            if not _is_number(angle):
+            if not is_number(angle):
                 raise NaoGaitError(self.where(f"stand_pose: {name}"), angle, "an angle in rad")
         return {name: float(angle) for name, angle in pose.items()}
 
@@ -508,7 +504,7 @@ class _Settings:
         for entry in self._list("motors"):
             row = self._mapping("motors", entry, ("joints", *numbers))
             for number in numbers:
-                if not _is_number(row[number]) or row[number] <= 0.0:
+                if not is_number(row[number]) or row[number] <= 0.0:
                     where = self.where(f"motors: {number}")
                     raise NaoGaitError(where, row[number], "a number over 0")
             if not isinstance(row["joints"], list):

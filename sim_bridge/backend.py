@@ -1,4 +1,4 @@
-"""What a physics engine must offer: four methods. Everything else is shared code."""
+"""What a physics engine must offer: four methods, and one for faults. All else is shared code."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -67,6 +67,14 @@ class Backend(Protocol):
 
     def observe(self) -> TrueState:
         """The state now."""
+
+    def disturb(self, torque_share: FloatArray, friction: float | None) -> None:
+        """Let something break, until the next call; a reset repairs nothing.
+
+        Args:
+            torque_share: (n,) of each motor's torque that is left, 0 to 1.
+            friction: of both soles on the floor; None = the individual's own.
+        """
 
     def close(self) -> None:
         """Free the engine; allowed more than once."""

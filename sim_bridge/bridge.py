@@ -34,7 +34,8 @@ from nao_lipm_gait.ros.readings import stamp_of
 from nao_lipm_gait.ros.stop_request import StopRequest
 from nao_lipm_gait.ros.throttle import Throttle
 from nao_lipm_gait.signals import JointTargets
-from sim_bridge.commands import CommandReader, read_push
+from sim_bridge.command_input import CommandInput
+from sim_bridge.commands import read_push
 from sim_bridge.engines import ENGINES
 from sim_bridge.messages import ReadingWriter, TruthWriter
 from sim_bridge.pacing import Pacer
@@ -102,11 +103,10 @@ class BridgeNode(Node):
             start_state=text(declare(self, START_STATE)),
         )
         self.control_period = self._simulation.control_period
-        self._reader = CommandReader(self._robot)
+        self._commands = CommandInput(self._robot)
         self._targets: JointTargets | None = None
         self._sent: Reading | None = None
         self._silent_until = 0
-        self._commands_from = 0
         self.awaited: int | None = None
         """Stamp of the reading whose answer lockstep waits for [ns]."""
         self._throttle = Throttle()
@@ -201,13 +201,15 @@ class BridgeNode(Node):
                 "in lockstep, the stamp of the last joint_states"
                 + ("" if self.awaited is None else f", {self.awaited * 1e-9:.3f} s"),
             )
+        self._commands.admit(message.header.frame_id, time.monotonic())
         if answers:
             # Even if refused below: the world goes on with the last good targets.
             self.awaited = None
-        if 0 < stamp < self._commands_from:
-            return  # an answer to what was before the reset
-        targets, remark = self._reader.read(stamp, message.name, message.position, message.effort)
-        self._targets = targets
+        targets, remark = self._commands.read(
+            stamp, message.name, message.position, message.effort
+        )
+        if targets is not None:
+            self._targets = targets
         if remark is not None:
             self._warn("limits", remark)
 
@@ -220,11 +222,10 @@ class BridgeNode(Node):
 
     def _on_reset(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
         self._simulation.reset()
-        self._reader.reset()
+        self._commands.reset(self._simulation.time)
         self._targets = None
         self._sent = None
         self.awaited = None
-        self._commands_from = self._simulation.time
         self._silent_until = self._simulation.time + round(RESET_SILENCE * 1e9)
         response.success = True
         response.message = (

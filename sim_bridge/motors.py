@@ -62,6 +62,7 @@ class TorqueLimits:
         """(n,) [N m]."""
         for _, follower in robot.coupled_joints:
             self.standstill[robot.index(follower)] = 0.0
+        self._whole = self.standstill.copy()
         no_load_speed = np.array([motor.no_load_speed for motor in motors])
         self._line = plant.motor.torque_speed_line
         self._inverse_no_load_speed = 1.0 / no_load_speed
@@ -70,6 +71,12 @@ class TorqueLimits:
         self._laws = tuple(zip(self.standstill.tolist(), self.loss.tolist(), strict=True))
         self.top_speed: FloatArray = no_load_speed if self._line else np.full(len(motors), np.inf)
         """(n,) [rad/s] that no motor can drive a joint beyond."""
+
+    def weaken(self, share: FloatArray) -> None:
+        """From now on the motors have these shares (n,) of their torque, 0 to 1."""
+        self.standstill[:] = share * self._whole
+        self.loss[:] = self.standstill * self._inverse_no_load_speed * self._line
+        self._laws = tuple(zip(self.standstill.tolist(), self.loss.tolist(), strict=True))
 
     def driving(self, velocity: FloatArray) -> FloatArray:
         """(n,) [N m] for motors that drive their joints at `velocity` (n,) [rad/s]."""

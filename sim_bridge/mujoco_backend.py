@@ -210,6 +210,14 @@ class MujocoBackend:
         model.actuator_biasprm[:count, 2] = loss - self._damping
         model.actuator_biasprm[count:, 2] = -loss
 
+    def disturb(self, torque_share: FloatArray, friction: float | None) -> None:
+        self._limits.weaken(torque_share)
+        self._scale = None
+        coefficient = self._individual.friction if friction is None else friction
+        for names in self._geoms.values():
+            for name in names:
+                self._model.geom(name).friction[0] = coefficient
+
     def _show(self, viewer: Any) -> None:
         if self._data.time < self._shown:  # after a reset
             self._shown = 0.0

@@ -5,7 +5,6 @@ refuses what the engine cannot honour; it never ignores an option.
 """
 
 import dataclasses
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.resources import find
 from nao_lipm_gait.robot_description import RobotDescription
 
@@ -63,10 +62,6 @@ def _allowed(metadata: Mapping[str, Any]) -> str:
     return text + (", or null" if metadata["optional"] else "")
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _checked(name: str, value: Any, metadata: Mapping[str, Any]) -> Any:
     """`value` in its proper type, or NaoGaitError."""
     error = NaoGaitError(name, value, _allowed(metadata))
@@ -83,10 +78,10 @@ def _checked(name: str, value: Any, metadata: Mapping[str, Any]) -> Any:
     if kind == "range":
         if not isinstance(value, list | tuple) or len(value) != 2:
             raise error
-        if not all(_is_number(v) for v in value) or not low <= value[0] <= value[1] <= high:
+        if not all(is_number(v) for v in value) or not low <= value[0] <= value[1] <= high:
             raise error
         return float(value[0]), float(value[1])
-    if not _is_number(value) or not low <= value <= high:
+    if not is_number(value) or not low <= value <= high:
         raise error
     if kind == "integer":
         if not isinstance(value, int):

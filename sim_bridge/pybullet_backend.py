@@ -189,6 +189,14 @@ class PyBulletBackend:
             legs_touch=touch,
         )
 
+    def disturb(self, torque_share: FloatArray, friction: float | None) -> None:
+        self._limits.weaken(torque_share)
+        coefficient = self._individual.friction if friction is None else friction
+        for index in self._soles:
+            bullet.changeDynamics(
+                self._model, index, lateralFriction=coefficient, physicsClientId=self._client
+            )
+
     def close(self) -> None:
         if self._client >= 0:
             with contextlib.suppress(bullet.error):

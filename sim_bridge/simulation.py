@@ -134,6 +134,8 @@ class Simulation:
         )
         self._time = 0
         self._idle = np.zeros(3)
+        self._torque_share = np.ones(len(robot.joint_names))
+        self._friction: float | None = None
         self.reset()
 
     @property
@@ -206,6 +208,29 @@ class Simulation:
             raise NaoGaitError("push duration", duration, "more than 0 s")
         self._push_force = force
         self._push_steps = max(1, round(duration / self._step_seconds))
+
+    def weaken(self, joint: str, share: float) -> None:
+        """From now on the motor of this joint has a share of its torque, 0 (limp) to 1 (whole).
+
+        Of joints with one motor it is the leader's that counts.
+        """
+        if joint not in self.robot.joint_names:
+            raise NaoGaitError("joint", joint, f"a joint of {self.robot.name}")
+        if not 0.0 <= share <= 1.0:
+            raise NaoGaitError("torque share", share, "0 to 1")
+        self._torque_share[self.robot.index(joint)] = share
+        self._disturb()
+
+    def set_friction(self, friction: float | None) -> None:
+        """From now on the soles have this friction on the floor; None = the individual's own."""
+        if friction is not None and not (math.isfinite(friction) and 0.0 <= friction <= 10.0):
+            raise NaoGaitError("friction", friction, "0 to 10")
+        self._friction = friction
+        self._disturb()
+
+    def _disturb(self) -> None:
+        self._limits.weaken(self._torque_share)
+        self._backend.disturb(self._torque_share, self._friction)
 
     def truth(self) -> GroundTruth:
         """The exact state now."""

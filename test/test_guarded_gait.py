@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from nao_lipm_gait.robot_description import load_robot
-from nao_lipm_gait.ros.guarded_gait import GuardedGait
+from nao_lipm_gait.ros.guarded_gait import SPEED_SHARE, GuardedGait
 from nao_lipm_gait.signals import STANDSTILL, JointTargets, SensorFrame, VelocityCommand
 
 ROBOT = load_robot()
@@ -80,8 +81,37 @@ def test_without_good_targets_the_measured_pose_is_held():
 
 def test_targets_beyond_a_limit_are_cut_and_told():
     knee = ROBOT.index("LKneePitch")
-    guarded = GuardedGait(ScriptedGait(with_target(knee, 99.0)), ROBOT)
-    answer = guarded.step(frame(10), STANDSTILL)
+    beyond = ROBOT.upper[knee] + 0.01
+    guarded = GuardedGait(ScriptedGait(with_target(knee, beyond)), ROBOT)
+    bent = ROBOT.stand_pose.copy()
+    bent[knee] = ROBOT.upper[knee]
+    answer = guarded.step(replace(frame(10), joint_position=bent), STANDSTILL)
     assert answer.targets.position[knee] == ROBOT.upper[knee]
     assert not answer.held
     assert answer.fault is not None and "LKneePitch" in answer.fault
+
+
+def test_no_target_runs_away_from_the_last_one():
+    knee = ROBOT.index("LKneePitch")
+    stride = SPEED_SHARE * 0.01 * ROBOT.velocity_limit[knee]
+    far = GOOD[knee] + 1.0
+    answers = (good, with_target(knee, far), with_target(knee, far), with_target(knee, far))
+    guarded = GuardedGait(ScriptedGait(*answers), ROBOT)
+    moved = []
+    for tick in (1, 2, 3, 6):  # two frames were lost: three periods' worth
+        answer = guarded.step(frame(tick * 10_000_000), STANDSTILL)
+        moved.append(float(answer.targets.position[knee] - GOOD[knee]))
+    assert moved == pytest.approx([0.0, stride, 2 * stride, min(1.0, 5 * stride)])
+    assert answer.fault is None or "LKneePitch" in answer.fault
+
+
+def test_a_limp_robot_may_be_moved_as_its_joints_are():
+    knee = ROBOT.index("LKneePitch")
+
+    def limp(stamp: int) -> JointTargets:
+        return JointTargets(stamp, with_target(knee, GOOD[knee] + 1.0)(stamp).position, 0.0)
+
+    guarded = GuardedGait(ScriptedGait(good, limp), ROBOT)
+    guarded.step(frame(10), STANDSTILL)
+    answer = guarded.step(frame(20), STANDSTILL)
+    assert answer.fault is None and answer.targets.position[knee] == GOOD[knee] + 1.0

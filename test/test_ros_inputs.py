@@ -11,6 +11,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.domain import DomainClaim
 from nao_lipm_gait.ros.frame_assembly import FrameAssembler, ImuSample, JointSample
+from nao_lipm_gait.ros.frozen_sensors import IMU_REPEATS, FrozenSensors
 from nao_lipm_gait.ros.readings import (
     JointReader,
     check_orientation,
@@ -18,6 +19,7 @@ from nao_lipm_gait.ros.readings import (
     read_velocity,
     stamp_of,
 )
+from nao_lipm_gait.ros.spike_filter import SpikeFilter
 from nao_lipm_gait.ros.stamp_watch import StampWatch, Step
 from nao_lipm_gait.ros.throttle import Throttle
 from nao_lipm_gait.ros.tick_statistics import TickStatistics
@@ -171,13 +173,48 @@ def test_stamp_is_whole_nanoseconds():
         stamp_of(-1, 0, "x")
 
 
-def test_stamps_are_told_apart_and_gaps_are_counted():
+def seen(*stamps: int) -> tuple[StampWatch, list[Step]]:
     watch = StampWatch(10 * MS)
-    seen = [watch.see(ms * MS) for ms in (100, 110, 110, 150, 651, 600, 610)]
-    assert seen == [
-        Step.NEXT, Step.NEXT, Step.REPEATED, Step.NEXT, Step.JUMP, Step.BACKWARDS, Step.NEXT,
+    return watch, [watch.see(ms * MS) for ms in stamps]
+
+
+def test_stamps_are_told_apart_and_gaps_are_counted():
+    watch, steps = seen(100, 110, 110, 150, 651, 661, 300, 310, 320)
+    assert steps == [
+        Step.NEXT, Step.NEXT, Step.REPEATED, Step.NEXT, Step.DOUBTFUL, Step.JUMP, Step.DOUBTFUL,
+        Step.BACKWARDS, Step.NEXT,
     ]  # fmt: skip
     assert watch.missed == 3, "120, 130 and 140 ms; a jump is not a loss"
+
+
+def test_one_stamp_alone_is_no_new_time():
+    _, steps = seen(100, 110, 9_000_000, 120, 0, 130, 140)
+    assert [s for s in steps if s is not Step.NEXT] == [Step.DOUBTFUL, Step.DOUBTFUL]
+
+
+def test_an_overtaken_message_is_late_and_a_small_step_back_is_believed_in_the_end():
+    _, steps = seen(100, 120, 110, 130, 140)
+    assert steps == [Step.NEXT, Step.NEXT, Step.LATE, Step.NEXT, Step.NEXT]
+    _, steps = seen(1000, 950, 960, 970, 980, 990)
+    assert steps[1:5] == [Step.LATE, Step.LATE, Step.LATE, Step.BACKWARDS]
+    assert steps[5] is Step.NEXT
+
+
+def test_the_same_new_stamp_again_is_a_proof():
+    """In lockstep the robot sends nothing else until it is answered."""
+    assert seen(100, 900, 900)[1][-1] is Step.JUMP
+
+
+@given(st.lists(st.integers(0, 2**62), max_size=60))
+def test_any_stamps_have_a_step(stamps: list[int]):
+    watch = StampWatch(10 * MS)
+    for stamp in stamps:
+        before = watch.last
+        step = watch.see(stamp)
+        left_out = step in (Step.LATE, Step.DOUBTFUL, Step.REPEATED)
+        assert watch.last == (before if left_out else stamp)
+        if step is Step.NEXT and before is not None:
+            assert 0 < stamp - before <= watch.longest_gap
 
 
 def imu(ms: int) -> ImuSample:
@@ -232,6 +269,30 @@ def test_no_imu_near_the_joints_is_an_error():
     assembler.add_joints(joints(200))
     with pytest.raises(NaoGaitError, match="imu/data header.stamp: got '0.180 s before"):
         assembler.add_joints(joints(210))
+
+
+def test_a_robot_without_imu_feels_what_rest_would_feel():
+    rest = np.array([0.1, 0.2, 9.8])
+    assembler = FrameAssembler(lambda: rest)
+    assembler.add_imu(imu(10))
+    frames = [f for ms in range(20, 200, 10) for f in assembler.add_joints(joints(ms))]
+    assert [f.stamp // MS for f in frames] == [*range(20, 190, 10), 190]
+    blind = [f for f in frames if f.stamp > 60 * MS]
+    assert all(not f.angular_velocity.any() for f in blind)
+    assert all(f.linear_acceleration is rest for f in blind)
+    assert assembler.blind_since == 70 * MS
+    assembler.add_imu(imu(200))
+    (frame,) = assembler.add_joints(joints(200))[-1:]
+    assert frame.angular_velocity[0] == 200.0 and assembler.blind_since is None
+
+
+def test_an_overtaken_imu_sample_does_not_clear_the_others():
+    assembler = FrameAssembler()
+    for ms in (10, 30, 20):
+        assembler.add_imu(imu(ms))
+    for ms in (20, 30):
+        (frame,) = assembler.add_joints(joints(ms))
+        assert frame.angular_velocity[0] == ms
 
 
 def test_time_that_goes_back_does_not_bring_old_frames():
@@ -309,3 +370,51 @@ def test_two_runs_never_get_the_same_domain():
 
     with DomainClaim() as again:
         assert again.domain != second.domain, "its late messages may still be under way"
+
+
+# -- values that cannot be -------------------------------------------------------------------------
+
+
+def test_a_spike_is_held_and_a_new_state_is_believed_in_the_end():
+    spikes = SpikeFilter(ROBOT)
+    pose, knee = ROBOT.stand_pose, ROBOT.index("LKneePitch")
+    off = pose.copy()
+    off[knee] += 0.5
+    believed = [spikes.joints(q, 0.01) for q in (pose, off, pose, off, off, off, off, off)]
+    assert [float(q[knee] - pose[knee]) for q, _ in believed] == [0, 0, 0, 0, 0, 0, 0.5, 0.5]
+    words = [word for _, word in believed]
+    assert words[1] is not None and "LKneePitch" in words[1] and words[6] is None
+
+
+def test_what_a_joint_can_do_is_no_spike():
+    spikes = SpikeFilter(ROBOT)
+    q = ROBOT.stand_pose.copy()
+    for _ in range(20):
+        believed, word = spikes.joints(q, 0.01)
+        assert word is None
+        np.testing.assert_array_equal(believed, q)
+        q = q + 2.0 * 0.01 * np.asarray(ROBOT.velocity_limit)
+    assert spikes.joints(q + 0.4, 0.05)[1] is None, "after lost frames a joint may be further"
+    assert spikes.rotation(np.zeros(3))[1] is None
+    assert spikes.rotation(np.array([3.0, -3.0, 0.0]))[1] is None
+    assert spikes.rotation(np.array([30.0, 0.0, 0.0]))[1] is not None
+
+
+def test_an_imu_that_says_the_same_while_joints_move_is_stuck():
+    frozen = FrozenSensors()
+    for tick in range(30):
+        frozen.see_joints(np.full(3, 0.01 * tick))
+        frozen.see_imu((0.1, 0.0, 0.0), (0.0, 0.0, 9.8))
+        if tick < IMU_REPEATS:
+            assert not frozen.imu
+    assert frozen.imu
+    frozen.see_imu((0.1, 0.0, 0.001), (0.0, 0.0, 9.8))
+    assert not frozen.imu
+
+
+def test_a_resting_robot_may_feel_the_same_for_ever():
+    frozen = FrozenSensors()
+    for _ in range(100):
+        frozen.see_joints(np.zeros(3))
+        frozen.see_imu((0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
+    assert not frozen.imu

@@ -15,7 +15,8 @@ from std_msgs.msg import String
 from gait_lab.bag import BagWriter
 from gait_lab.metrics import Metrics, measure
 from gait_lab.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, make_pair, walk
-from nao_lipm_gait.ros.diagnostics import Health, diagnostics
+from nao_lipm_gait.ros.diagnostics import diagnostics
+from nao_lipm_gait.ros.health import Health
 from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
 from nao_lipm_gait.ros.tick_statistics import TickStatistics
 from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
@@ -149,8 +150,8 @@ class _GaitMessages:
 def _diagnostics(status: GaitStatus) -> DiagnosticArray:
     statistics = TickStatistics()
     statistics.add(150.0)
-    health = Health(statistics.summarize(), 0.001, 0, {}, 0, status)
-    return diagnostics("gait", "nao", health, False)
+    health = Health(statistics.summarize(), 0.001, 0, {}, 0, 0, status)
+    return diagnostics("gait", "nao", health)
 
 
 def _twist(command: VelocityCommand) -> Twist:

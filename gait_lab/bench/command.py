@@ -9,11 +9,12 @@ from sim_bridge.plant import option_text
 _SINGLE = {
     "robots": "--robots", "seed": "--seed", "engine": "--engine", "plant": "--plant",
     "urdf": "--urdf", "window": "--seconds", "open_loop": "--open-loop", "phases": "--phases",
-    "metres": "--metres", "attempts": "--attempts", "changes": "--changes",
+    "metres": "--metres", "attempts": "--attempts", "changes": "--changes", "runs": "--runs",
+    "loss": "--loss", "ticks": "--ticks", "minutes": "--minutes",
 }  # fmt: skip
 _REPEATED = {
     "tasks": "--task", "ingredients": "--ingredient", "impulses": "--impulse",
-    "directions": "--direction", "plant_options": "--plant-set",
+    "directions": "--direction", "faults": "--fault", "plant_options": "--plant-set",
 }  # fmt: skip
 _ALWAYS = {"seed": 0, "plant": "reference", "urdf": "nao_h21_v33"}
 """Defaults of the command line that no suite changes."""

@@ -24,6 +24,11 @@ TITLES = {
     "compute": "Cost of control",
     "plant": "One ingredient of the plant at a time",
     "ablation": "One extension of the gait at a time",
+    "faults": "Faults in the middle of a walk",
+    "loss": "Lost messages",
+    "fuzz": "Messages that nobody would send",
+    "soak": "On and on",
+    "realtime": "Ticks on a busy machine",
 }
 INTRODUCTION = """\
 # Benchmarks

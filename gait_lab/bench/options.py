@@ -49,6 +49,16 @@ class BenchOptions:
     """Suite `ablation`: a list of changes of the gait; None = the shipped one."""
     attempts: int = 5
     """Suites `getup` (from each side) and `kick`: attempts of each robot."""
+    runs: int = 2000
+    """Suite `faults`: walks with a fault each."""
+    faults: tuple[str, ...] = ()
+    """Suite `faults`: only these classes; empty = all."""
+    loss: float = 10.0
+    """Suite `loss`: share of all messages that are lost [%]."""
+    ticks: int = 1_000_000
+    """Suite `fuzz`."""
+    minutes: float = 30.0
+    """Suite `soak`: simulated."""
     show: bool = True
     """Show a progress bar (on a terminal)."""
 
@@ -67,6 +77,14 @@ class BenchOptions:
             raise NaoGaitError("attempts", self.attempts, "1 to 1000")
         if not 0.0 < self.metres <= 1e5:
             raise NaoGaitError("metres", self.metres, "over 0 to 100000 m")
+        if not 1 <= self.runs <= 10_000_000:
+            raise NaoGaitError("runs", self.runs, "1 to 10000000")
+        if not 0.0 <= self.loss <= 100.0:
+            raise NaoGaitError("loss", self.loss, "0 to 100 %")
+        if not 1 <= self.ticks <= 10**12:
+            raise NaoGaitError("ticks", self.ticks, "1 to 10^12")
+        if not 0.05 <= self.minutes <= 1e5:
+            raise NaoGaitError("minutes", self.minutes, "0.05 to 100000")
         for impulse in self.impulses:
             if not (math.isfinite(impulse) and 0.0 <= impulse <= IMPULSE_MAX):
                 raise NaoGaitError("impulse", impulse, f"0 to {IMPULSE_MAX:g} N s")

@@ -16,14 +16,20 @@ from gait_lab.bench.document import Section, write
 from gait_lab.bench.endurance import endurance
 from gait_lab.bench.error import TASKS as ERROR_TASKS
 from gait_lab.bench.error import error
+from gait_lab.bench.faults import classes_of, faults
+from gait_lab.bench.fuzz import fuzz
 from gait_lab.bench.getup import getup
+from gait_lab.bench.loss import TASKS as LOSS_TASKS
+from gait_lab.bench.loss import loss
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.plants import sweep
 from gait_lab.bench.push import TASKS as PUSH_TASKS
 from gait_lab.bench.push import directions_of, push
+from gait_lab.bench.realtime import realtime
 from gait_lab.bench.report import Report
 from gait_lab.bench.robust import TASKS as ROBUST_TASKS
 from gait_lab.bench.robust import robust
+from gait_lab.bench.soak import soak_suite
 from gait_lab.bench.speed import speed
 from gait_lab.bench.start import start
 from gait_lab.tasks import find_task
@@ -93,6 +99,20 @@ SUITES = {
         ({"robots": 2, "window": 4.0, "phases": 2},),
         _WALKS | {"phases", "changes"},
     ),
+    "faults": Suite(
+        faults, {"engine": "mujoco"}, ({"runs": 56},), frozenset({"runs", "faults"})
+    ),
+    "loss": Suite(
+        loss,
+        {"robots": 20, "window": 60.0, "engine": "mujoco", "tasks": LOSS_TASKS},
+        ({"robots": 2, "window": 10.0},),
+        _WALKS | {"loss"},
+    ),
+    "fuzz": Suite(fuzz, {}, ({"ticks": 20_000},), frozenset({"ticks"})),
+    "soak": Suite(
+        soak_suite, {"engine": "mujoco"}, ({"minutes": 1.0},), frozenset({"minutes"})
+    ),
+    "realtime": Suite(realtime, {"engine": "mujoco"}, ({"window": 5.0},), frozenset({"window"})),
 }
 
 
@@ -170,6 +190,7 @@ def run(
         for task in each.options.tasks:
             find_task(task)
         directions_of(each.options.directions)
+        classes_of(each.options.faults)
         if each.suite == "ablation":
             load_changes(each.options.changes)
     for file, name in ((json_file, "json"), (page, "report")):

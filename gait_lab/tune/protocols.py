@@ -4,7 +4,6 @@ A protocol lets one robot walk and returns `Measures`. Add one by a function and
 `PROTOCOLS`.
 """
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 from gait_lab.tune import com_error, growing_stride, omni
 from gait_lab.tune.measures import Measures
 from gait_lab.tune.walker import Setting
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, is_number
 
 Options = Mapping[str, float]
 
@@ -29,9 +28,7 @@ class Option:
 
     def check(self, field: str, value: Any) -> float:
         allowed = f"a number from {self.minimum:g} to {self.maximum:g} {self.unit}".rstrip()
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise NaoGaitError(field, value, allowed)
-        if not math.isfinite(value) or not self.minimum <= value <= self.maximum:
+        if not is_number(value) or not self.minimum <= value <= self.maximum:
             raise NaoGaitError(field, value, allowed)
         if self.whole and value != int(value):
             raise NaoGaitError(field, value, f"a whole number, {allowed[2:]}")

@@ -3,7 +3,6 @@
 Everything is checked before anything walks; what is wrong is said in one line (NaoGaitError).
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 import yaml
 
 from gait_lab.tune.protocols import find_protocol
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.resources import share
@@ -302,7 +301,7 @@ def _known(field_name: str, given: Mapping[str, Any], allowed: Sequence[str]) ->
 
 
 def _number(field_name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not is_number(value):
         raise NaoGaitError(field_name, value, "a number")
     return float(value)
 

@@ -52,6 +52,12 @@ def double_step_duration(side: float, parameters: GaitParameters) -> float:
     return 2.0 * (half_step_duration(width, opening, k) + half_step_duration(width, closing, k))
 
 
+SHORTEST = 1e-3
+"""[s]"""
+FAR = 1e100
+"""Times a limit: its square is still a number."""
+
+
 class Pace:
     """How long steps really last, as a share of what the undisturbed pendulum would take.
 
@@ -70,7 +76,8 @@ class Pace:
     def add(self, duration: float, stride: Stride, parameters: GaitParameters) -> None:
         """A step of this stride has lasted `duration` [s]."""
         if self._last is not None:
-            nominal = double_step_duration(abs(stride.y), parameters)
+            # A pendulum as wide as its offset would need no time at all.
+            nominal = max(double_step_duration(abs(stride.y), parameters), SHORTEST)
             share = (self._last + duration) / nominal
             share = min(max(share, self.LIMITS[0]), self.LIMITS[1])
             self.share += self.SMOOTHING * (share - self.share)
@@ -108,7 +115,7 @@ def stride_for(
 def _squared_share(value: float, limit: float) -> float:
     if value == 0.0:
         return 0.0
-    return (value / limit) ** 2 if limit > 0.0 else float("inf")
+    return min(abs(value / limit), FAR) ** 2 if limit > 0.0 else float("inf")
 
 
 def approach(current: Stride, wanted: Stride, parameters: GaitParameters) -> Stride:

@@ -1,6 +1,7 @@
 """Bring the IMU sample and the joint sample of one instant together."""
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,9 @@ MAX_IMU_AGE = 50_000_000
 """[ns] An IMU sample further than this from the joint sample says nothing about it."""
 _PATIENCE = 10
 """Joint samples in a row without an IMU sample of their stamp, until we stop to wait for it."""
+OVERTAKEN = 100_000_000
+"""[ns] An IMU sample this little behind the newest one was overtaken; more is a new time."""
+_NO_ROTATION = np.zeros(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +42,16 @@ class FrameAssembler:
     """Joint samples drive; each leaves with the IMU sample of its own stamp.
 
     A joint sample that overtook its IMU sample waits for it, until the next joint sample at most.
-    A robot whose two stamps never agree is served at once with the nearest IMU sample.
+    A robot whose two stamps never agree is served at once with the nearest IMU sample. Without one
+    near enough the frame is blind: it does not turn, and feels what a body at rest would feel.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, at_rest: Callable[[], FloatArray] | None = None) -> None:
+        """at_rest: (3,) specific force [m/s^2] in the torso frame of a body that rests as it is
+        believed to be now; None = no blind frames, a missing IMU sample is an error."""
+        self._at_rest = at_rest
+        self.blind_since: int | None = None
+        """Stamp of the first of the blind frames in a row [ns]."""
         self._imu: deque[ImuSample] = deque(maxlen=32)
         self._waiting: JointSample | None = None
         self._misses = 0
@@ -52,10 +62,11 @@ class FrameAssembler:
         self._imu = deque((s for s in self._imu if s.stamp <= stamp), maxlen=self._imu.maxlen)
         self._waiting = None
         self._last = None
+        self.blind_since = None
 
     def add_imu(self, sample: ImuSample) -> SensorFrame | None:
         """The frame that waited for this sample, if one did."""
-        if self._imu and sample.stamp < self._imu[-1].stamp:
+        if self._imu and sample.stamp < self._imu[-1].stamp - OVERTAKEN:
             self._imu.clear()  # time went back
         self._imu.append(sample)
         joints = self._waiting
@@ -68,7 +79,7 @@ class FrameAssembler:
     def add_joints(self, joints: JointSample) -> tuple[SensorFrame, ...]:
         """The frames that are complete now, the oldest first.
 
-        Raises NaoGaitError when a frame has no IMU sample near it; that frame is dropped.
+        Raises NaoGaitError when there never was an IMU sample; the frame is dropped.
         """
         overdue, self._waiting = self._waiting, None
         if overdue is not None and overdue.stamp >= joints.stamp:
@@ -87,12 +98,14 @@ class FrameAssembler:
             self._waiting = joints
         return tuple(frames)
 
-    def _nearest(self, stamp: int) -> ImuSample:
+    def _nearest(self, stamp: int) -> ImuSample | None:
         sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)
         if sample is None:
             raise NaoGaitError("imu/data", "nothing received", "one message for each joint state")
         age = stamp - sample.stamp
         if abs(age) > MAX_IMU_AGE:
+            if self._at_rest is not None:
+                return None
             raise NaoGaitError(
                 "imu/data header.stamp",
                 f"{abs(age) * 1e-9:.3f} s {'before' if age > 0 else 'after'} the joint state",
@@ -100,7 +113,7 @@ class FrameAssembler:
             )
         return sample
 
-    def _join(self, joints: JointSample, imu: ImuSample) -> SensorFrame:
+    def _join(self, joints: JointSample, imu: ImuSample | None) -> SensorFrame:
         velocity = joints.velocity
         if velocity is None:
             velocity = np.zeros_like(joints.position)
@@ -108,10 +121,19 @@ class FrameAssembler:
                 elapsed = (joints.stamp - self._last[0]) * 1e-9
                 velocity = (joints.position - self._last[1]) / elapsed
         self._last = (joints.stamp, joints.position)
+        if imu is None:
+            self.blind_since = joints.stamp if self.blind_since is None else self.blind_since
+            rotation, force = _NO_ROTATION, self._rest()
+        else:
+            self.blind_since = None
+            rotation, force = imu.angular_velocity, imu.linear_acceleration
         return SensorFrame(
             stamp=joints.stamp,
             joint_position=joints.position,
             joint_velocity=velocity,
-            angular_velocity=imu.angular_velocity,
-            linear_acceleration=imu.linear_acceleration,
+            angular_velocity=rotation,
+            linear_acceleration=force,
         )
+
+    def _rest(self) -> FloatArray:
+        return np.zeros(3) if self._at_rest is None else self._at_rest()

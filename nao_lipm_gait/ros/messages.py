@@ -3,15 +3,25 @@
 import math
 from array import array
 from collections.abc import Sequence
+from uuid import uuid4
 
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import Point, PointStamped, TransformStamped
+from geometry_msgs.msg import (
+    Point,
+    PointStamped,
+    TransformStamped,
+    Twist,
+    TwistStamped,
+    Vector3,
+    WrenchStamped,
+)
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import ColorRGBA, Float64MultiArray, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
+from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.signals import FloatArray, GaitStatus, JointTargets, Point3, Pose2
 
 ODOM = "odom"
@@ -35,6 +45,42 @@ def to_time(stamp: int) -> Time:
     return Time(sec=sec, nanosec=nanosec)
 
 
+def twist_input(message: Twist | TwistStamped) -> TwistInput:
+    twist = message.twist if isinstance(message, TwistStamped) else message
+    return TwistInput(_xyz(twist.linear), _xyz(twist.angular))
+
+
+def imu_input(message: Imu) -> ImuInput:
+    stamp, turn = message.header.stamp, message.orientation
+    return ImuInput(
+        stamp.sec,
+        stamp.nanosec,
+        _xyz(message.angular_velocity),
+        _xyz(message.linear_acceleration),
+        (turn.x, turn.y, turn.z, turn.w),
+        float(message.orientation_covariance[0]),
+        float(message.angular_velocity_covariance[0]),
+        float(message.linear_acceleration_covariance[0]),
+    )
+
+
+def joint_input(message: JointState) -> JointInput:
+    stamp = message.header.stamp
+    return JointInput(
+        stamp.sec, stamp.nanosec, message.name, message.position, message.velocity
+    )
+
+
+def load_input(side: int, message: WrenchStamped) -> LoadInput:
+    """side: 0 left, 1 right."""
+    stamp = message.header.stamp
+    return LoadInput(stamp.sec, stamp.nanosec, side, message.wrench.force.z)
+
+
+def _xyz(vector: Vector3) -> Point3:
+    return vector.x, vector.y, vector.z
+
+
 def to_doubles(values: FloatArray) -> array:
     """A float64 array in the type that ROS messages take without looking at each element."""
     doubles = array("d")
@@ -52,12 +98,16 @@ class CommandWriter:
 
 
 class JointStateWriter(CommandWriter):
-    """`joint_state`: position [rad]; effort is the share of each motor's torque, 0 to 1."""
+    """`joint_state`: position [rad]; effort is the share of each motor's torque, 0 to 1.
+
+    The frame_id is a name of this process alone, so that a robot can tell two gaits apart.
+    """
 
     message_type = JointState
 
     def __init__(self, joint_names: Sequence[str], period: float) -> None:
         self._message = JointState(name=list(joint_names))
+        self._message.header.frame_id = f"gait_{uuid4().hex[:12]}"
         self._count = len(joint_names)
 
     def write(self, targets: JointTargets) -> JointState:

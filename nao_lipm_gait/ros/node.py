@@ -1,13 +1,12 @@
 """The gait as a ROS 2 node: converts messages, checks them, and leaves the walking to `Gait`."""
 
 import time
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3
+from geometry_msgs.msg import PointStamped, Twist, TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -21,16 +20,25 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.conductor import GET_UP
+from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.motion.library import library_of
-from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, PARAMETERS, GaitParameters
+from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot_description import load_robot
-from nao_lipm_gait.ros.diagnostics import SILENCE, Health, diagnostics
-from nao_lipm_gait.ros.frame_assembly import FrameAssembler, ImuSample, JointSample
-from nao_lipm_gait.ros.guarded_gait import GuardedGait
-from nao_lipm_gait.ros.messages import COMMAND_WRITERS, StatusWriter, footsteps, support_text
+from nao_lipm_gait.ros.diagnostics import diagnostics
+from nao_lipm_gait.ros.gait_entry import GaitEntry, Input, Others, Settings
+from nao_lipm_gait.ros.garbage import GarbageKeeper
+from nao_lipm_gait.ros.health import Level
+from nao_lipm_gait.ros.messages import (
+    COMMAND_WRITERS,
+    StatusWriter,
+    footsteps,
+    imu_input,
+    joint_input,
+    load_input,
+    support_text,
+    twist_input,
+)
 from nao_lipm_gait.ros.node_parameters import (
     NodeParameter,
     accepted,
@@ -41,20 +49,7 @@ from nao_lipm_gait.ros.node_parameters import (
     unknown_overrides,
     used_as,
 )
-from nao_lipm_gait.ros.readings import (
-    ACCELERATION_ABSURD,
-    ROTATION_ABSURD,
-    JointReader,
-    check_orientation,
-    read_vector,
-    read_velocity,
-    stamp_of,
-)
-from nao_lipm_gait.ros.stamp_watch import StampWatch, Step
-from nao_lipm_gait.ros.throttle import Throttle
-from nao_lipm_gait.ros.tick_statistics import TickStatistics
-from nao_lipm_gait.ros.velocity_input import VelocityInput
-from nao_lipm_gait.signals import GaitState, JointTargets, SensorFrame
+from nao_lipm_gait.signals import GaitStatus, JointTargets
 
 URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 PRESET = NodeParameter(
@@ -83,7 +78,6 @@ MARKER_TICKS = 10
 """Footsteps are drawn with every support change and every so many ticks."""
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-Callback = Callable[[Any], None]
 
 
 class GaitNode(Node):
@@ -101,22 +95,12 @@ class GaitNode(Node):
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
         interface = text(declare(self, INTERFACE))
-        self._gait_parameters = self._declare_table(preset)
-
-        self._gait = Gait(self._robot, self._gait_parameters, period, motions)
-        self._guarded = GuardedGait(self._gait, self._robot)
-        self._joints = JointReader(self._robot, "joint_states")
-        self._assembler = FrameAssembler()
-        self._stamps = StampWatch(round(period * 1e9))
-        self._velocity = VelocityInput(timeout)
-        self._ticks = TickStatistics()
-        self._throttle = Throttle()
-        self._rejected: Counter[str] = Counter()
-        self._faults = 0
-        self._faults_told = 0
-        self._last_targets: JointTargets | None = None
-        self._sensors_at: float | None = None
-        self._started_at = time.monotonic()
+        parameters = self._declare_table(preset)
+        self._entry = GaitEntry(
+            self._robot, parameters, Settings(period, timeout), self, time.monotonic, motions
+        )
+        self._garbage = GarbageKeeper()
+        self._loads: list[Subscription] = []
         self._support = ""
         self._step_count = -1
         self._tick_count = 0
@@ -127,7 +111,9 @@ class GaitNode(Node):
         self._make_subscriptions(stamped)
         known = frozenset({p.name for p in NODE_PARAMETERS} | set(BY_NAME))
         for name in unknown_overrides(self, known):
-            self._warn(name, f"parameter {name}: unknown and ignored; see `ros2 param list`")
+            self.get_logger().warning(
+                f"parameter {name}: unknown and ignored; see `ros2 param list`"
+            )
         self.get_logger().info(
             f"{self._robot.name} from {self._robot.urdf_path}; waiting for joint_states, imu/data"
         )
@@ -159,138 +145,61 @@ class GaitNode(Node):
 
     def _make_subscriptions(self, stamped: bool) -> None:
         # In this order the executor serves what is ready at the same time: IMU before joints.
-        if stamped:
-            self._subscribe(TwistStamped, "cmd_vel", self._on_stamped_velocity, 10)
-        else:
-            self._subscribe(Twist, "cmd_vel", self._on_velocity, 10)
-        self._subscribe(Imu, "imu/data", self._on_imu, qos_profile_sensor_data)
+        kind = TwistStamped if stamped else Twist
+        self._drivers = self._subscribe(kind, "cmd_vel", twist_input, 10)
+        self._subscribe(Imu, "imu/data", imu_input, qos_profile_sensor_data)
         self._sensors = self._subscribe(
-            JointState, "joint_states", self._on_joint_state, qos_profile_sensor_data
+            JointState, "joint_states", joint_input, qos_profile_sensor_data
         )
-        self._subscribe(String, "~/motion", self._on_motion, 10)
+        self.create_subscription(String, "~/motion", self._on_motion, 10)
         self.create_service(Trigger, "~/stand", self._on_stand)
         self.create_service(Trigger, "~/get_up", self._on_get_up)
         self.create_service(Trigger, "~/relax", self._on_relax)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, partial(self._fenced, "diagnostics", self._diagnose), clock=steady)
-        self.create_timer(
-            WATCHDOG_PERIOD, partial(self._fenced, "watchdog", self._watch), clock=steady
-        )
+        fenced, watch = self._entry.fenced, self._entry.watch
+        self.create_timer(1.0, partial(fenced, "diagnostics", self._diagnose), clock=steady)
+        self.create_timer(WATCHDOG_PERIOD, partial(fenced, "watchdog", watch), clock=steady)
 
-    def _subscribe(self, kind: type, topic: str, callback: Callback, qos: Any) -> Subscription:
+    def _subscribe(
+        self, kind: type, topic: str, read: Callable[[Any], Input], qos: Any
+    ) -> Subscription:
         return self.create_subscription(
-            kind, topic, lambda message: self._fenced(topic, partial(callback, message)), qos
+            kind, topic, lambda message: self._receive(topic, partial(read, message)), qos
         )
 
-    def _fenced(self, topic: str, work: Callable[[], None]) -> None:
-        """Run a callback; whatever it raises becomes a warning and never ends the node."""
-        try:
-            work()
-        except NaoGaitError as error:
-            self._rejected[topic] += 1
-            self._warn(error.field, f"{error}; message ignored", burst=5)
-        except Exception as error:  # noqa: BLE001 - a walking robot must not lose its gait
-            self._rejected[topic] += 1
-            self._warn(topic, f"{topic}: {type(error).__name__}: {error}; message ignored")
+    def _receive(self, topic: str, make: Callable[[], Input]) -> None:
+        self._entry.receive(topic, make)
+        self._garbage.after_tick(resting=self._entry.state not in ON_THE_WAY)
 
-    # -- inputs ------------------------------------------------------------------------------------
+    # -- what the entry lets out -------------------------------------------------------------------
 
-    def _on_velocity(self, message: Twist) -> None:
-        self._receive_velocity(message)
+    def command(self, targets: JointTargets) -> None:
+        self._command.publish(self._command_writer.write(targets))
+        if self._entry.wants_loads != bool(self._loads):
+            self._listen_to_soles(self._entry.wants_loads)
 
-    def _on_stamped_velocity(self, message: TwistStamped) -> None:
-        self._receive_velocity(message.twist)
-
-    def _receive_velocity(self, twist: Twist) -> None:
-        command = read_velocity(_xyz(twist.linear), _xyz(twist.angular))
-        # Arrival counts, not the header: senders may live on another clock than the sensors.
-        self._velocity.receive(command, self._stamps.last)
-
-    def _on_imu(self, message: Imu) -> None:
-        stamp = stamp_of(
-            message.header.stamp.sec, message.header.stamp.nanosec, "imu/data header.stamp"
-        )
-        for field in ("angular_velocity", "linear_acceleration"):
-            if getattr(message, f"{field}_covariance")[0] == -1.0:
-                raise NaoGaitError(
-                    f"imu/data {field}_covariance[0]", -1.0, "0 or more: this gait needs the field"
+    def _listen_to_soles(self, listen: bool) -> None:
+        """Two more messages per tick are only paid for while there is no IMU."""
+        while self._loads:
+            self.destroy_subscription(self._loads.pop())
+        if listen:
+            self._loads = [
+                self._subscribe(
+                    WrenchStamped, f"{frame}/wrench", partial(load_input, side),
+                    qos_profile_sensor_data,
                 )
-        rotation, force = _xyz(message.angular_velocity), _xyz(message.linear_acceleration)
-        sample = ImuSample(
-            stamp,
-            read_vector(rotation, "imu/data angular_velocity", ROTATION_ABSURD, "rad/s"),
-            read_vector(force, "imu/data linear_acceleration", ACCELERATION_ABSURD, "m/s^2"),
-        )
-        quaternion = message.orientation
-        try:
-            check_orientation(
-                (quaternion.x, quaternion.y, quaternion.z, quaternion.w),
-                message.orientation_covariance[0],
-                "imu/data",
-            )
-        except NaoGaitError as error:
-            # Not used by the gait, which estimates its own; but someone should know.
-            self._warn(error.field, f"{error}; the orientation is not used, walking goes on")
-        frame = self._assembler.add_imu(sample)
-        if frame is not None:
-            self._tick(frame)
+                for side, frame in enumerate(self._robot.sole_frames)
+            ]  # fmt: skip
 
-    def _on_joint_state(self, message: JointState) -> None:
-        stamp = stamp_of(
-            message.header.stamp.sec, message.header.stamp.nanosec, "joint_states header.stamp"
-        )
-        position, velocity = self._joints.read(message.name, message.position, message.velocity)
-        self._sensors_at = time.monotonic()
-        step = self._stamps.see(stamp)
-        if step is Step.REPEATED:
-            self._answer_again(stamp)
-            return
-        if step is not Step.NEXT:
-            self._begin_anew(step, stamp)
-        for frame in self._assembler.add_joints(JointSample(stamp, position, velocity)):
-            self._tick(frame)
+    def log(self, level: Level, text: str) -> None:
+        logger = self.get_logger()
+        # One call each: rclpy wants one severity per place in the source.
+        if level >= Level.ERROR:
+            logger.error(text)
+        else:
+            logger.warning(text)
 
-    def _answer_again(self, stamp: int) -> None:
-        """The same stamp twice is no second tick, but the sender may have missed the answer."""
-        if self._last_targets is not None and self._last_targets.stamp == stamp:
-            self._command.publish(self._command_writer.write(self._last_targets))
-        raise NaoGaitError(
-            "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a stamp that rises"
-        )
-
-    def _begin_anew(self, step: Step, stamp: int) -> None:
-        self._warn(
-            f"stamp {step.value}",
-            f"joint_states header.stamp: {step.value} to {stamp * 1e-9:.3f} s; allowed: steps of "
-            f"{self._gait_period():g} s and no gap over 0.5 s; beginning anew from a stand",
-        )
-        self._assembler.begin_at(stamp)
-        self._velocity.clear()
-        relaxed = self._gait.state is GaitState.RELAXED
-        self._gait.reset()
-        if relaxed:
-            self._gait.request_relax()  # nobody asked for a stiff robot
-
-    def _gait_period(self) -> float:
-        return float(self.get_parameter(CONTROL_PERIOD.name).value)
-
-    # -- the tick ----------------------------------------------------------------------------------
-
-    def _tick(self, frame: SensorFrame) -> None:
-        command = self._velocity.at(frame.stamp)
-        begin = time.perf_counter_ns()
-        answer = self._guarded.step(frame, command)
-        self._ticks.add((time.perf_counter_ns() - begin) * 1e-3)
-        self._command.publish(self._command_writer.write(answer.targets))
-        self._last_targets = answer.targets
-        if answer.fault is not None:
-            self._faults += 1
-            self._error("tick", answer.fault)
-        if not answer.held:
-            self._publish_status()
-
-    def _publish_status(self) -> None:
-        status = self._gait.status
+    def status(self, status: GaitStatus) -> None:
         writer = self._status_writer
         self._odom.publish(writer.odometry(status))
         if self._transforms is not None:
@@ -315,123 +224,47 @@ class GaitNode(Node):
     # -- services and parameters -------------------------------------------------------------------
 
     def _on_stand(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
-        self._velocity.clear()
-        self._gait.request_stand()
-        response.success = True
-        response.message = "standing once the step is done, or once a lying robot is upright"
+        response.success, response.message = True, self._entry.stand()
         return response
 
     def _on_relax(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
-        self._velocity.clear()
-        self._gait.request_relax()
-        response.success = True
-        response.message = "relaxed from the next tick on; ~/stand makes it stiff again"
+        response.success, response.message = True, self._entry.relax()
         return response
 
     def _on_motion(self, message: String) -> None:
-        self._gait.request_motion(message.data)
+        self._entry.fenced("~/motion", partial(self._entry.request_motion, message.data))
 
     def _on_get_up(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
         try:
-            self._gait.request_motion(GET_UP)
-            response.success = True
-            response.message = "getting up once the robot has come to rest"
+            response.success, response.message = True, self._entry.get_up()
         except NaoGaitError as error:
-            response.success = False
-            response.message = str(error)
+            response.success, response.message = False, str(error)
         return response
 
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
         """All or none: the reason names parameter, value and what is allowed."""
         try:
-            self._with(parameters)
+            self._entry.with_changes(as_mapping(parameters))
         except NaoGaitError as error:
             return refused(error)
         return accepted()
 
     def _apply_parameters(self, parameters: list[RosParameter]) -> None:
-        changed = self._with(parameters)
-        if changed == self._gait_parameters:
-            return
-        needs_reset = bool(self._needing_reset(changed))
-        self._gait_parameters = changed
-        self._gait.set_parameters(changed)
-        if needs_reset:
-            self._gait.reset()  # the standing robot blends from its pose into the same one
-
-    def _with(self, parameters: list[RosParameter]) -> GaitParameters:
-        """The gait's parameters with these changes; others in the list are not ours to check."""
-        changes = {
-            name: BY_NAME[name].check(value)
-            for name, value in as_mapping(parameters).items()
-            if name in BY_NAME
-        }
-        changed = self._gait_parameters.replace(**changes)
-        moving = self._gait.state in (GaitState.WALK, GaitState.STOP)
-        needing = self._needing_reset(changed)
-        if moving and needing:
-            raise NaoGaitError(
-                needing[0], getattr(changed, needing[0]), "no change while walking; stand first"
-            )
-        return changed
-
-    def _needing_reset(self, changed: GaitParameters) -> list[str]:
-        return [
-            name
-            for name in NEEDS_RESET
-            if getattr(changed, name) != getattr(self._gait_parameters, name)
-        ]
+        self._entry.change_parameters(as_mapping(parameters))
 
     # -- watching ----------------------------------------------------------------------------------
 
-    def _watch(self) -> None:
-        now = time.monotonic()
-        silent_since = self._started_at if self._sensors_at is None else self._sensors_at
-        patience = 4 * SILENCE if self._sensors_at is None else SILENCE
-        if now - silent_since > patience:
-            # Nothing can be commanded without sensors; the robot holds the last targets.
-            self._warn("silence", f"no joint_states for {now - silent_since:.1f} s")
-
     def _diagnose(self) -> None:
-        robots = self.count_publishers(self._sensors.topic_name)
-        if robots > 1:
-            self._warn(
-                "robots",
-                f"{robots} publishers on {self._sensors.topic_name}; allowed: one robot; does "
-                "another run share this ROS_DOMAIN_ID?",
+        self._entry.see_others(
+            Others(
+                cmd_vel=self.count_publishers(self._drivers.topic_name),
+                joint_states=self.count_publishers(self._sensors.topic_name),
+                joint_command=self.count_publishers(self._command.topic_name),
             )
-        age = None if self._sensors_at is None else time.monotonic() - self._sensors_at
-        new_faults = self._faults != self._faults_told
-        self._faults_told = self._faults
-        health = Health(
-            ticks=self._ticks.summarize(),
-            sensor_age=age,
-            missed_ticks=self._stamps.missed,
-            rejected=self._rejected,
-            faults=self._faults,
-            status=None if self._last_targets is None else self._gait.status,
         )
         self._diagnostics.publish(
-            diagnostics(self.get_name(), self._robot.name, health, new_faults)
+            diagnostics(self.get_name(), self._robot.name, self._entry.health())
         )
-
-    def _warn(self, key: str, message: str, burst: int = 1) -> None:
-        held_back = self._throttle.allow(key, time.monotonic(), burst)
-        if held_back is not None:
-            self.get_logger().warning(message + _times(held_back))
-
-    def _error(self, key: str, message: str) -> None:
-        held_back = self._throttle.allow(key, time.monotonic())
-        if held_back is not None:
-            self.get_logger().error(message + _times(held_back))
-
-
-def _xyz(vector: Vector3) -> Sequence[float]:
-    return vector.x, vector.y, vector.z
-
-
-def _times(held_back: int) -> str:
-    return f" ({held_back} more like it)" if held_back else ""
 
 
 def _make_transform_broadcaster(node: Node) -> Any:

@@ -14,7 +14,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.parameters import Parameter
 
 Value = bool | int | float | str
@@ -54,7 +54,7 @@ class NodeParameter:
             if isinstance(value, str) and value and (not self.choices or value in self.choices):
                 return value
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            fits = math.isfinite(value) and self.minimum <= value <= self.maximum
+            fits = is_number(value) and self.minimum <= value <= self.maximum
             if fits and isinstance(self.default, float):
                 return float(value)
             if fits and isinstance(value, int):

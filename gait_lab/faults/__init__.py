@@ -1,0 +1,1 @@
+"""Faults between a simulated robot and its gait, in lockstep, in one process, without DDS."""

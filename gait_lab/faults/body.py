@@ -1,0 +1,85 @@
+"""Faults of the robot's body and of the floor."""
+
+import numpy as np
+
+from gait_lab.faults.fault import Fault, Spell
+from gait_lab.faults.world import World
+from sim_bridge.vectors import rotation_matrix
+
+
+class WeakMotor(Fault):
+    """A leg motor gets hot and gives 20 to 80 % of its torque."""
+
+    summary = "a leg motor gives 20 to 80 % of its torque from now on"
+    share = (0.2, 0.8)
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._leg_joint = int(random.integers(12))
+        self._share = float(random.uniform(*self.share))
+        self._done = False
+
+    def act(self, world: World) -> None:
+        if self.now(world) and not self._done:
+            self._done = True
+            legs = (*world.robot.left_leg.names, *world.robot.right_leg.names)
+            world.simulation.weaken(legs[self._leg_joint % len(legs)], self._share)
+
+
+class LimpMotor(WeakMotor):
+    """A leg motor loses its stiffness altogether."""
+
+    summary = "a leg motor loses its stiffness from now on"
+    share = (0.0, 0.0)
+
+
+class SlipperyPatch(Spell):
+    """The robot walks over something slippery."""
+
+    summary = "friction 0.05 to 0.3 under both soles for 0.2 to 2 s"
+    shortest, longest = 0.2, 2.0
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._friction = float(random.uniform(0.05, 0.3))
+        self._slippery = False
+
+    def act(self, world: World) -> None:
+        slippery = self.now(world)
+        if slippery != self._slippery:
+            self._slippery = slippery
+            world.simulation.set_friction(self._friction if slippery else None)
+
+
+class PickedUp(Spell):
+    """Somebody takes the robot by its shoulders, holds it in the air and puts it down again."""
+
+    summary = "picked up by the torso for 1 to 3 s, held in the air, put down gently"
+    shortest, longest = 1.0, 3.0
+    end = 9.0
+    LIFT = 0.08
+    """[m]"""
+    RAMP = 0.5
+    """[s] up, and down."""
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._place: np.ndarray | None = None
+
+    def act(self, world: World) -> None:
+        since = world.seconds() - self.begin
+        whole = 2.0 * self.RAMP + self.duration
+        if not 0.0 <= since < whole:
+            return
+        position = np.array(world.truth.torso_position)
+        if self._place is None:
+            self._place = position
+        share = min(1.0, since / self.RAMP, (whole - since) / self.RAMP)
+        wanted = self._place.copy()
+        wanted[2] = world.height + self.LIFT * share
+        turn = rotation_matrix(world.truth.torso_quaternion)
+        velocity = turn @ world.truth.torso_linear_velocity_in_torso
+        mass = sum(link.mass for link in world.simulation.body.links)
+        hold = mass * (150.0 * (wanted - position) - 24.0 * velocity)
+        hold[2] += mass * 9.81 * share
+        world.disturb_robot(hold)

@@ -1,0 +1,65 @@
+"""What a fault is: something that stands between the robot, its gait and the operator."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gait_lab.faults.wire import Command, Message
+
+if TYPE_CHECKING:
+    from gait_lab.faults.world import World
+
+Late = tuple[int, Message]
+"""Ticks until it arrives, and what arrives."""
+LateCommand = tuple[int, Command]
+
+
+class Fault:
+    """Nothing is wrong. A fault overrides what it disturbs; everything random is drawn at birth."""
+
+    summary = "nothing"
+    end = 6.0
+    """[s] A run lasts so long."""
+    why = ""
+    """Why robots fall, where they do."""
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self.random = random
+        self.begin = float(random.uniform(2.0, 3.0))
+        """[s] The fault begins then, in the middle of the walk."""
+
+    def now(self, world: "World") -> bool:
+        """The fault is there; the usual fault stays."""
+        return world.seconds() >= self.begin
+
+    def act(self, world: "World") -> None:
+        """Before the physics of a tick."""
+
+    def sensors(self, world: "World", message: Message) -> Iterable[Late]:
+        """One sensor message of the robot; what arrives of it."""
+        yield 0, message
+
+    def drive(self, world: "World", message: Message) -> Iterable[Late]:
+        """One velocity command of the operator; what arrives of it."""
+        yield 0, message
+
+    def commands(self, world: "World", command: Command) -> Iterable[LateCommand]:
+        """One joint command of a gait; what arrives of it."""
+        yield 0, command
+
+
+class Spell(Fault):
+    """A fault that ends by itself."""
+
+    shortest, longest = 0.05, 2.0
+    """[s]"""
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        # Short ones are as frequent as long ones.
+        low, high = np.log((self.shortest, self.longest))
+        self.duration = float(np.exp(random.uniform(low, high)))
+
+    def now(self, world: "World") -> bool:
+        return self.begin <= world.seconds() < self.begin + self.duration

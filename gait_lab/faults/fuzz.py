@@ -1,0 +1,278 @@
+"""Messages that nobody would send, a million ticks of them, into every entry of both nodes."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gait_lab.faults.judge import HANG, CommandCheck
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
+from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from nao_lipm_gait.ros.gait_entry import GaitEntry, Input, Others, Settings
+from nao_lipm_gait.ros.health import Level, reports
+from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.signals import GaitStatus, JointTargets
+from sim_bridge.command_input import CommandInput
+from sim_bridge.commands import read_push
+
+PERIOD = 10_000_000
+"""[ns]"""
+FLOATS = (
+    math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, 1e-300, 1.7976931348623157e308, -1e308, 1e9,
+    -1e9, 1e3, -1e3, math.pi, -math.pi, 0.1, -0.1,
+)  # fmt: skip
+SECONDS = (-(2**31), -1, 0, 1, 2**31 - 1)
+"""An int32 in ROS."""
+NANOSECONDS = (0, 1, 999_999_999, 1_000_000_000, 2**32 - 1)
+"""A uint32 in ROS."""
+NAMES = ("", "Tail", "LKneePitch", "x" * 1000, "\u0000", "%s%n", "../../etc", "\U0001f916")
+BAD_SHARE = 0.3
+"""Of the messages that are spoilt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a fuzzed stretch found."""
+
+    ticks: int
+    answers: int
+    refused: int
+    violations: tuple[str, ...]
+
+
+class Fuzzer:
+    """A robot that follows its targets, and senders that cannot be trusted."""
+
+    def __init__(self, seed: int, robot: RobotDescription | None = None) -> None:
+        self.random = np.random.default_rng(seed)
+        self._robot = load_robot() if robot is None else robot
+        self._names = list(self._robot.joint_names)
+        self._pose = self._robot.stand_pose.tolist()
+        self._stamp = 1_000_000_000
+        self._now = 0.0
+        self._ear = CommandInput(self._robot)
+        self.violations: list[str] = []
+        self.answers = self.refused = self.ticks = 0
+        self._make_entry()
+
+    def _make_entry(self) -> None:
+        self.entry = GaitEntry(
+            self._robot, GaitParameters(), Settings(), self, lambda: self._now
+        )
+        self._check = CommandCheck(self._robot)
+
+    # -- what the entry lets out -------------------------------------------------------------------
+
+    def command(self, targets: JointTargets) -> None:
+        self.answers += 1
+        found = self._check.see(targets)
+        if found is not None:
+            self._violate(f"command: {found}")
+        self._pose = np.asarray(targets.position).tolist()
+
+    def status(self, status: GaitStatus) -> None:
+        values = (*status.com_estimated_in_q, *status.velocity, *status.base_footprint_in_odom)
+        if not all(math.isfinite(value) for value in values):
+            self._violate(f"status: {values}")
+
+    def log(self, level: Level, text: str) -> None:
+        if len(text) > 2000:
+            self._violate(f"log: a line of {len(text)} characters")
+
+    def _violate(self, text: str) -> None:
+        if len(self.violations) < 20:
+            self.violations.append(f"tick {self.ticks}: {text}")
+
+    # -- the senders -------------------------------------------------------------------------------
+
+    def run(self, ticks: int) -> Found:
+        """So many ticks of good and bad messages."""
+        for _ in range(ticks):
+            before = time.thread_time()
+            try:
+                self.tick()
+            except Exception as error:  # noqa: BLE001 - nothing may come out of the entry
+                self._violate(f"{type(error).__name__}: {error}")
+            if time.thread_time() - before > HANG:
+                self._violate("hang")
+        self.refused += sum(self.entry.rejected.values())
+        return Found(self.ticks, self.answers, self.refused, tuple(self.violations))
+
+    def tick(self) -> None:
+        self.ticks += 1
+        self._stamp += PERIOD
+        self._now += 0.01
+        messages: list[tuple[str, Input]] = [("imu/data", self._imu())]
+        messages.append(("joint_states", self._joints()))
+        if self._chance(0.1):
+            messages.append(("cmd_vel", self._twist()))
+        if self.entry.wants_loads:
+            messages += [("l_sole/wrench", self._load(side)) for side in (0, 1)]
+        if self._chance(0.05):
+            self.random.shuffle(messages)  # type: ignore[arg-type]
+        for topic, message in messages:
+            if self._chance(0.02):
+                continue
+            if self._chance(BAD_SHARE):
+                self._send(topic, self._spoilt(message))
+            if not self._chance(0.2):
+                self._send(topic, message)
+        self._services()
+        self._robot_side()
+
+    def _send(self, topic: str, message: Input) -> None:
+        unexpected, crashes = self.entry.unexpected, len(self.entry.crashes)
+        self.entry.receive(topic, lambda: message)
+        if self.entry.unexpected > unexpected:
+            self._violate(f"exception for {topic}: {message}"[:500])
+        if len(self.entry.crashes) > crashes:
+            self._violate(f"crash for {topic}: {self.entry.crashes[-1]}"[:500])
+
+    def _services(self) -> None:
+        entry = self.entry
+        if self._chance(0.005):
+            (entry.stand if self._chance(0.7) else entry.relax)()
+        if self._chance(0.02):
+            changes = self._changes()
+            try:
+                entry.change_parameters(changes)
+            except NaoGaitError:
+                self.refused += 1
+        if self.ticks % 25 == 0:
+            entry.watch()
+        if self.ticks % 100 == 0:
+            entry.see_others(Others(*self.random.integers(0, 4, 3).tolist()))
+            reports(entry.health())
+        if self._chance(0.0005):
+            self.refused += sum(entry.rejected.values())
+            self._make_entry()  # a gait that was started again
+        if self._chance(0.001):
+            self._stamp += int(self.random.integers(-(10**9), 10**10))
+            self._stamp = max(0, self._stamp)
+
+    def _robot_side(self) -> None:
+        """What the simulated robot takes from whoever sends."""
+        names, position = list(self._names), list(self._pose)
+        effort = [1.0] * len(names)
+        if self._chance(BAD_SHARE):
+            names, position, effort = self._spoilt_lists(names, position, effort)
+        self._quietly(lambda: self._ear.admit(self._pick(NAMES), self._now))
+        self._quietly(lambda: self._ear.read(self._stamp, names, position, effort))
+        force = [self._number(1.0) for _ in range(3)]
+        self._quietly(lambda: read_push(force, (0.0, 0.0, 0.0), self._pick(("", "world", "x"))))
+
+    def _quietly(self, work: Callable[[], Any]) -> None:
+        try:
+            result = work()
+        except NaoGaitError:
+            self.refused += 1
+            return
+        targets = result[0] if isinstance(result, tuple) else None
+        if targets is not None and not np.isfinite(targets.position).all():
+            self._violate("robot: targets that are not finite")
+
+    # -- messages ----------------------------------------------------------------------------------
+
+    def _joints(self) -> JointInput:
+        noise = self.random.normal(0.0, 0.002, len(self._pose))
+        position = (np.asarray(self._pose) + noise).tolist()
+        sec, nanosec = divmod(self._stamp, 1_000_000_000)
+        return JointInput(sec, nanosec, self._names, position, [0.0] * len(position))
+
+    def _imu(self) -> ImuInput:
+        x, y, z = self.random.normal(0.0, 0.05, 3).tolist()
+        sec, nanosec = divmod(self._stamp, 1_000_000_000)
+        return ImuInput(sec, nanosec, (x, y, 0.0), (y, z, 9.81 + x))
+
+    def _twist(self) -> TwistInput:
+        x, y, yaw = self.random.uniform(-0.3, 0.4, 3).tolist()
+        return TwistInput((x, y, 0.0), (0.0, 0.0, yaw))
+
+    def _load(self, side: int) -> LoadInput:
+        sec, nanosec = divmod(self._stamp, 1_000_000_000)
+        return LoadInput(sec, nanosec, side, float(self.random.uniform(0.0, 50.0)))
+
+    def _spoilt(self, message: Input) -> Input:
+        if isinstance(message, TwistInput):
+            return replace(message, linear=self._triple(0.3), angular=self._triple(0.3))
+        if self._chance(0.3):
+            message = replace(
+                message, sec=self._pick(SECONDS), nanosec=self._pick(NANOSECONDS)
+            )  # fmt: skip
+        if isinstance(message, LoadInput):
+            return replace(message, force=self._number(20.0))
+        if isinstance(message, ImuInput):
+            return replace(
+                message,
+                angular_velocity=self._triple(1.0),
+                linear_acceleration=self._triple(10.0),
+                orientation=(*self._triple(1.0), self._number(1.0)),
+                orientation_covariance=self._number(1.0),
+                angular_velocity_covariance=self._pick((-1.0, 0.0, math.nan)),
+            )
+        names, position, velocity = self._spoilt_lists(
+            list(message.names), list(message.position), list(message.velocity)
+        )
+        return replace(message, names=names, position=position, velocity=velocity)
+
+    def _spoilt_lists(
+        self, names: list[str], *columns: list[float]
+    ) -> tuple[list[str], list[float], list[float]]:
+        position, other = columns
+        kind = int(self.random.integers(8))
+        place = int(self.random.integers(len(names)))
+        if kind == 0:
+            position[place] = self._number(1.0)
+        elif kind == 1:
+            other[place] = self._number(1.0)
+        elif kind == 2:
+            position = [self._number(1.0) for _ in position]
+        elif kind == 3:
+            names[place] = self._pick(NAMES)
+        elif kind == 4:
+            del names[place], position[place], other[place]
+        elif kind == 5:
+            cut = int(self.random.integers(len(position) + 1))
+            position, other = position[:cut], other[: int(self.random.integers(cut + 1))]
+        elif kind == 6:
+            order = self.random.permutation(len(names)).tolist()
+            names = [names[i] for i in order]
+            position, other = [position[i] for i in order], [other[i] for i in order]
+        else:
+            more = int(self.random.integers(1, 50))
+            names, position = names + ["x"] * more, position + [0.0] * more
+            other = other + [0.0] * more
+        return names, position, other
+
+    def _changes(self) -> dict[str, object]:
+        changes: dict[str, object] = {}
+        for _ in range(int(self.random.integers(1, 5))):
+            parameter = PARAMETERS[self.random.integers(len(PARAMETERS))]
+            if parameter.is_switch:
+                good: object = bool(self.random.integers(2))
+            elif parameter.choices:
+                good = parameter.default
+            else:
+                good = float(self.random.uniform(parameter.minimum, parameter.maximum))
+            changes[parameter.name] = (
+                self._pick((*FLOATS, "x", None, [], True)) if self._chance(0.5) else good
+            )
+        return changes
+
+    def _chance(self, share: float) -> bool:
+        return bool(self.random.uniform() < share)
+
+    def _pick(self, values: tuple[Any, ...]) -> Any:
+        return values[int(self.random.integers(len(values)))]
+
+    def _number(self, size: float) -> float:
+        if self._chance(0.5):
+            return float(self.random.normal(0.0, size))
+        return float(self._pick(FLOATS))
+
+    def _triple(self, size: float) -> tuple[float, float, float]:
+        return self._number(size), self._number(size), self._number(size)

@@ -1,0 +1,87 @@
+"""Faults of the stamps of sensor messages."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from gait_lab.faults.fault import Fault, Late, Spell
+from gait_lab.faults.wire import Message
+from gait_lab.faults.world import World
+from nao_lipm_gait.ros.inputs import ImuInput, JointInput, TwistInput
+
+_SECOND = 1_000_000_000
+
+
+def shifted(message: Message, nanoseconds: int) -> Message:
+    """The same message with another stamp, not before 0."""
+    content = message.content
+    if isinstance(content, TwistInput):
+        return message
+    stamp = content.sec * _SECOND + content.nanosec + nanoseconds
+    sec, nanosec = divmod(max(0, stamp), _SECOND)
+    return replace(message, content=replace(content, sec=sec, nanosec=nanosec))
+
+
+class Repeated(Fault):
+    """Messages come twice or more often."""
+
+    summary = "sensor messages come twice or three times, 5 to 50 % of them"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._share = float(random.uniform(0.05, 0.5))
+
+    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+        yield 0, message
+        if self.now(world) and self.random.uniform() < self._share:
+            for _ in range(int(self.random.integers(1, 3))):
+                yield int(self.random.integers(0, 4)), message
+
+
+class Reordered(Fault):
+    """Some messages are overtaken by later ones."""
+
+    summary = "sensor messages are overtaken by one to five later ones, 2 to 20 % of them"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._share = float(random.uniform(0.02, 0.2))
+
+    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+        late = self.now(world) and self.random.uniform() < self._share
+        yield int(self.random.integers(1, 6)) if late else 0, message
+
+
+class Outliers(Spell):
+    """Single messages with a stamp from another time."""
+
+    summary = "stamps that are off by 0.1 to 1000 s, in 5 to 30 % of the sensor messages"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._share = float(random.uniform(0.05, 0.3))
+
+    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+        if self.now(world) and self.random.uniform() < self._share:
+            size = 10.0 ** float(self.random.uniform(-1.0, 3.0))
+            sign = int(self.random.choice((-1, 1)))
+            message = shifted(message, sign * round(size * 1e9))
+        yield 0, message
+
+
+class Jump(Fault):
+    """The clock of the sensors jumps and goes on from there."""
+
+    summary = "the clock of the sensors jumps by 0.02 to 100 s, ahead or back, and goes on"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        size = 10.0 ** float(random.uniform(-1.7, 2.0))
+        self._shift = int(random.choice((-1, 1))) * round(size * 100.0) * 10_000_000
+
+    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+        if self.now(world) and isinstance(message.content, JointInput | ImuInput):
+            # Clocks begin anew, they do not go below zero.
+            message = shifted(message, max(self._shift, -round(self.begin * 0.9e9)))
+        yield 0, message

@@ -1,0 +1,532 @@
+"""Everything between a message and an answer, without ROS: checks, clocks, guards, reports.
+
+The node puts DDS around it, the fault campaign a simulated robot: both run the same code.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import MISSED_TICKS_MAX, ON_THE_WAY, Gait
+from nao_lipm_gait.motion.conductor import GET_UP
+from nao_lipm_gait.motion.library import MotionLibrary
+from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.ros.frame_assembly import FrameAssembler, ImuSample, JointSample
+from nao_lipm_gait.ros.frozen_sensors import FrozenSensors
+from nao_lipm_gait.ros.guarded_gait import GuardedGait
+from nao_lipm_gait.ros.health import SILENCE, Health, Level, Remark
+from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.ros.joint_belief import JointBelief
+from nao_lipm_gait.ros.readings import (
+    ACCELERATION_ABSURD,
+    ROTATION_ABSURD,
+    JointReader,
+    check_orientation,
+    finite,
+    read_vector,
+    read_velocity,
+    stamp_of,
+)
+from nao_lipm_gait.ros.sole_loads import SoleLoads
+from nao_lipm_gait.ros.spike_filter import SpikeFilter
+from nao_lipm_gait.ros.stamp_watch import StampWatch, Step
+from nao_lipm_gait.ros.throttle import Throttle
+from nao_lipm_gait.ros.tick_statistics import TickStatistics
+from nao_lipm_gait.ros.velocity_input import VelocityInput
+from nao_lipm_gait.signals import (
+    GRAVITY,
+    STANDSTILL,
+    FloatArray,
+    GaitState,
+    GaitStatus,
+    JointTargets,
+    SensorFrame,
+)
+
+Input = TwistInput | ImuInput | JointInput | LoadInput
+SENSORS, WALK, COMMANDS = "sensors", "walk", "commands"
+STEADY = 0.1
+"""[s] of wall time between two joint states: whatever their stamps say, none is missing."""
+STUCK = 0.06
+"""[rad] by which stuck joints are not where they were told to be."""
+NEAR = 0.3
+"""[rad] between two joint states of one motion."""
+WITHOUT_IMU, WITHOUT_JOINTS = 100_000_000, 300_000_000
+"""[ns] after which a robot without one of them stops walking."""
+HELD_MAX = 5
+"""Ticks in a row without usable targets, after which the gait begins anew."""
+LOAD_ABSURD = 1e5
+"""[N]"""
+_REMARKS_MAX = 32
+"""Per report; a flood of bad messages shall not grow a list."""
+
+
+class Outlet(Protocol):
+    """Where the answers go."""
+
+    def command(self, targets: JointTargets) -> None:
+        """The answer to a sensor frame."""
+
+    def status(self, status: GaitStatus) -> None:
+        """What the gait did in this tick."""
+
+    def log(self, level: Level, text: str) -> None:
+        """A line for people."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What does not change while the entry lives."""
+
+    control_period: float = 0.01
+    """[s] between two joint states."""
+    cmd_vel_timeout: float = 0.5
+    """[s]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Others:
+    """Publishers on the topics of this gait, as discovery sees them; this gait counts too."""
+
+    cmd_vel: int = 1
+    joint_states: int = 1
+    joint_command: int = 1
+
+
+class GaitEntry:
+    """One gait and all that stands between it and the messages."""
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        parameters: GaitParameters,
+        settings: Settings,
+        outlet: Outlet,
+        clock: Callable[[], float],
+        motions: MotionLibrary | None = None,
+    ) -> None:
+        """clock: any monotonic time [s]; it is used for reports and never for the walk.
+        motions: None = those that are shipped for this robot."""
+        self._settings = settings
+        self._outlet = outlet
+        self._clock = clock
+        self._parameters = parameters
+        self._gait = Gait(robot, parameters, settings.control_period, motions)
+        self._guarded = GuardedGait(self._gait, robot, settings.control_period)
+        self._joints = JointReader(robot, "joint_states")
+        self._assembler = FrameAssembler(self._force_at_rest)
+        self._frozen = FrozenSensors()
+        self._spikes = SpikeFilter(robot)
+        self._belief = JointBelief()
+        self._loads = SoleLoads(self._gait.mass)
+        self._unread_since: int | None = None
+        self._blind = self._held = 0
+        self._stamps = StampWatch(round(settings.control_period * 1e9), MISSED_TICKS_MAX)
+        self._velocity = VelocityInput(settings.cmd_vel_timeout)
+        self._ticks = TickStatistics()
+        self._throttle = Throttle()
+        self._remarks: dict[str, list[Remark]] = {SENSORS: [], WALK: [], COMMANDS: []}
+        self.rejected: Counter[str] = Counter()
+        """Refused messages per topic."""
+        self.faults = 0
+        """Ticks whose targets were held or cut."""
+        self.unexpected = 0
+        """Exceptions that are none of ours: mistakes of this program."""
+        self.crashes: list[str] = []
+        """The first few ticks for which the gait had no targets that can be used, and why."""
+        self.wants_loads = False
+        """Messages from the soles are of use now."""
+        self.deadline_misses = 0
+        """Ticks that took longer than a control period."""
+        self._last_targets: JointTargets | None = None
+        self._pose: FloatArray | None = None
+        self._status: GaitStatus | None = None
+        self._sensors_at: float | None = None
+        self._followed_at = self._started_at = clock()
+
+    @property
+    def state(self) -> GaitState:
+        return self._gait.state
+
+    @property
+    def parameters(self) -> GaitParameters:
+        """As last asked for; a walking robot takes them over at its next support change."""
+        return self._parameters
+
+    @property
+    def last_status(self) -> GaitStatus | None:
+        """Of the last tick; None before the first."""
+        return self._status
+
+    # -- messages ----------------------------------------------------------------------------------
+
+    def receive(self, topic: str, make: Callable[[], Input]) -> None:
+        """Take a message; whatever is wrong with it becomes a remark and never an exception.
+
+        make: gives what the message says; it runs behind the same fence.
+        """
+        self.fenced(topic, lambda: self._take(make()))
+
+    def fenced(self, topic: str, work: Callable[[], None]) -> None:
+        """Run `work`; what it raises is counted, logged and reported under the topic."""
+        group = COMMANDS if topic in ("cmd_vel", "~/motion") else SENSORS
+        try:
+            work()
+        except NaoGaitError as error:
+            self.rejected[topic] += 1
+            self._tell(group, Level.WARN, error.field, f"{error}; message ignored", burst=5)
+        except Exception as error:  # noqa: BLE001 - a walking robot must not lose its gait
+            self.rejected[topic] += 1
+            self.unexpected += 1
+            text = f"{topic}: {type(error).__name__}: {error}; message ignored"
+            self._tell(group, Level.ERROR, topic, text)
+
+    def _take(self, message: Input) -> None:
+        if isinstance(message, JointInput):
+            self._take_joints(message)
+        elif isinstance(message, ImuInput):
+            self._take_imu(message)
+        elif isinstance(message, LoadInput):
+            stamp = stamp_of(message.sec, message.nanosec, "wrench header.stamp")
+            self._loads.see(
+                message.side, stamp, finite(message.force, "wrench force.z", LOAD_ABSURD, "N")
+            )
+        else:
+            command = read_velocity(message.linear, message.angular)
+            # Arrival counts, not the header: senders may live on another clock than the sensors.
+            self._velocity.receive(command, self._stamps.last)
+
+    def _take_imu(self, message: ImuInput) -> None:
+        stamp = stamp_of(message.sec, message.nanosec, "imu/data header.stamp")
+        for field, covariance in (
+            ("angular_velocity", message.angular_velocity_covariance),
+            ("linear_acceleration", message.linear_acceleration_covariance),
+        ):
+            if covariance == -1.0:
+                raise NaoGaitError(
+                    f"imu/data {field}_covariance[0]", -1.0, "0 or more: this gait needs the field"
+                )
+        rotation, force = message.angular_velocity, message.linear_acceleration
+        rate = read_vector(rotation, "imu/data angular_velocity", ROTATION_ABSURD, "rad/s")
+        pull = read_vector(force, "imu/data linear_acceleration", ACCELERATION_ABSURD, "m/s^2")
+        rate, spike = self._spikes.rotation(rate)
+        if spike is not None:
+            self._tell(SENSORS, Level.WARN, "gyro spike", spike)
+        try:
+            check_orientation(message.orientation, message.orientation_covariance, "imu/data")
+        except NaoGaitError as error:
+            # Not used by the gait, which estimates its own; but someone should know.
+            text = f"{error}; the orientation is not used, walking goes on"
+            self._tell(SENSORS, Level.WARN, error.field, text)
+        self._frozen.see_imu(rotation, force)
+        if self._frozen.imu:
+            raise NaoGaitError(
+                "imu/data", "the same numbers while joints move", "an IMU that is not stuck"
+            )
+        frame = self._assembler.add_imu(ImuSample(stamp, rate, pull))
+        if frame is not None:
+            self._tick(frame)
+
+    def _take_joints(self, message: JointInput) -> None:
+        stamp = stamp_of(message.sec, message.nanosec, "joint_states header.stamp")
+        position, velocity, unread = self._read_joints(stamp, message)
+        last, now = self._stamps.last, self._clock()
+        self._sensors_at = now
+        step = self._stamps.see(stamp)
+        if step is Step.REPEATED:
+            self._answer_again(stamp)
+            return
+        if step is Step.LATE or step is Step.DOUBTFUL:
+            self._leave_out(step, stamp)
+            return
+        if step is not Step.NEXT:
+            steady = now - self._followed_at < STEADY and self._is_near(position)
+            self._begin_anew(step, stamp, steady)
+        self._followed_at = now
+        period = self._settings.control_period
+        elapsed = period if last is None or step is not Step.NEXT else (stamp - last) * 1e-9
+        position, spike = self._spikes.joints(position, elapsed, self._told(stamp))
+        if spike is not None:
+            self._unread_since = self._unread_since or stamp
+            self._tell(SENSORS, Level.WARN, "joint spike", spike)
+        elif not unread:
+            self._unread_since = None
+        self._pose = position
+        for frame in self._assembler.add_joints(JointSample(stamp, position, velocity)):
+            self._tick(frame)
+
+    def _read_joints(
+        self, stamp: int, message: JointInput
+    ) -> tuple[FloatArray, FloatArray | None, bool]:
+        """Position and velocity; true where they cannot be read, but are those that were told."""
+        told = self._told(stamp) if self._stamps.is_next(stamp) else None
+        try:
+            position, velocity = self._joints.read(
+                message.names, message.position, message.velocity
+            )
+        except NaoGaitError as error:
+            if told is None:
+                raise
+            self.rejected["joint_states"] += 1
+            trouble, key = str(error), error.field
+        else:
+            self._frozen.see_joints(position)
+            stuck = self._frozen.joints and self._gait.state in ON_THE_WAY
+            if told is None or not stuck or np.abs(told - position).max() < STUCK:
+                return position, velocity, False
+            trouble = key = "joint_states position: stuck while the robot walks"
+        self._unread_since = self._unread_since or stamp
+        text = f"{trouble}; the joints are taken to be where they were told to be"
+        self._tell(SENSORS, Level.WARN, key, text, burst=5)
+        return told, None, True
+
+    def _told(self, stamp: int) -> FloatArray | None:
+        """(n,) [rad] where the joints should be at this stamp [ns]; None where nobody can tell."""
+        return self._belief.at(stamp, round(self._parameters.feedback_delay * 1e9))
+
+    def _is_near(self, position: FloatArray) -> bool:
+        """The joints are where they were a moment ago."""
+        return self._pose is not None and bool(np.abs(position - self._pose).max() < NEAR)
+
+    def _answer_again(self, stamp: int) -> None:
+        """The same stamp twice is no second tick, but the sender may have missed the answer."""
+        if self._last_targets is not None and self._last_targets.stamp == stamp:
+            self._outlet.command(self._last_targets)
+        raise NaoGaitError(
+            "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a stamp that rises"
+        )
+
+    def _leave_out(self, step: Step, stamp: int) -> None:
+        """No answer: to a new time that is one, the robot's next message will be the proof."""
+        last = self._stamps.last or 0
+        raise NaoGaitError(
+            "joint_states header.stamp",
+            f"{stamp * 1e-9:.3f} s, {step.value}",
+            f"a stamp that follows {last * 1e-9:.3f} s, or more of the new time",
+        )
+
+    def _begin_anew(self, step: Step, stamp: int, steady: bool) -> None:
+        """Stand. A walk whose clock alone has jumped comes to its end first."""
+        longest = self._stamps.longest_gap * 1e-9
+        self._tell(
+            WALK,
+            Level.WARN,
+            f"stamp {step.value}",
+            f"joint_states header.stamp: {step.value} to {stamp * 1e-9:.3f} s; allowed: steps of "
+            f"{self._settings.control_period:g} s and no gap over {longest:.3g} s; "
+            + ("stopping" if steady else "beginning anew from a stand"),
+        )
+        self._assembler.begin_at(stamp)
+        self._frozen.begin_anew()
+        self._belief.begin_anew()
+        self._unread_since = None
+        self._velocity.clear()
+        if steady:
+            self._gait.go_on_at(stamp)
+            self._guarded.go_on_at(stamp)
+            self._gait.request_stand()
+            return
+        self._spikes.begin_anew()
+        self._guarded.begin_anew()
+        relaxed = self._gait.state is GaitState.RELAXED
+        self._gait.reset()
+        if relaxed:
+            self._gait.request_relax()  # nobody asked for a stiff robot
+
+    # -- the tick ----------------------------------------------------------------------------------
+
+    def _tick(self, frame: SensorFrame) -> None:
+        command = self._velocity.at(frame.stamp)
+        trouble = self._sensor_trouble(frame.stamp)
+        if trouble is not None:
+            command = STANDSTILL
+            self._tell(SENSORS, Level.ERROR, trouble.split(":")[0], trouble)
+        begin = self._clock()
+        answer = self._guarded.step(frame, command)
+        self._ticks.add((self._clock() - begin) * 1e6)
+        self._outlet.command(answer.targets)
+        if self._clock() - begin > self._settings.control_period:
+            self.deadline_misses += 1
+            text = f"a tick took longer than {self._settings.control_period:g} s"
+            self._tell(WALK, Level.WARN, "deadline", text)
+        self._last_targets = answer.targets
+        self._belief.told(answer.targets)
+        if answer.fault is not None:
+            self.faults += 1
+            if answer.held and len(self.crashes) < _REMARKS_MAX:
+                self.crashes.append(answer.fault)
+            self._tell(WALK, Level.ERROR, "tick", f"targets held or cut: {answer.fault}")
+        self._held = self._held + 1 if answer.held else 0
+        if self._held >= HELD_MAX:
+            # What it remembers may be spoilt for ever; a stand needs none of it.
+            self._held = 0
+            self._gait.reset()
+        if not answer.held:
+            self._status = self._gait.status
+            self._outlet.status(self._status)
+
+    def _sensor_trouble(self, stamp: int) -> str | None:
+        """What is wrong with the sensors so that nobody should walk on them."""
+        blind = self._blind_for(stamp)
+        if blind > WITHOUT_IMU:
+            if self._loads.carry_nothing(stamp) or self._gait.state is GaitState.FALLEN:
+                self._gait.believe_fallen()
+                return f"imu/data: none for {blind * 1e-9:.1f} s, and no load on the soles: relaxed"
+            return f"imu/data: none for {blind * 1e-9:.1f} s; the robot stops and stands"
+        if blind == 0 and self._blind > WITHOUT_IMU:
+            self._see_again()
+        self._blind = blind
+        self.wants_loads = blind > 0
+        since = self._unread_since
+        if since is not None and stamp - since > WITHOUT_JOINTS:
+            unread = (stamp - since) * 1e-9
+            return f"joint_states: none to be read for {unread:.1f} s; the robot stops"
+        return None
+
+    def _blind_for(self, stamp: int) -> int:
+        """[ns] for which there has been no IMU."""
+        since = self._assembler.blind_since
+        return 0 if since is None else stamp - since + 1
+
+    def _see_again(self) -> None:
+        """The IMU is back: a robot that does not walk begins with what it says."""
+        self._loads.begin_anew()
+        if self._gait.state in ON_THE_WAY:
+            return
+        relaxed = self._gait.state is GaitState.RELAXED
+        self._gait.reset()
+        self._guarded.begin_anew()
+        if relaxed:
+            self._gait.request_relax()
+
+    def _force_at_rest(self) -> FloatArray:
+        """(3,) [m/s^2] What the accelerometer of a resting torso shows at the believed tilt."""
+        roll = pitch = 0.0
+        if self._status is not None:
+            roll, pitch = self._status.torso_roll, self._status.torso_pitch
+        level = math.cos(pitch)
+        up = (-math.sin(pitch), level * math.sin(roll), level * math.cos(roll))
+        return GRAVITY * np.array(up)
+
+    # -- services and parameters -------------------------------------------------------------------
+
+    def stand(self) -> str:
+        """Stop and stand; what is going to happen, in words."""
+        self._velocity.clear()
+        self._gait.request_stand()
+        return "standing once the step is done, or once a lying robot is upright"
+
+    def relax(self) -> str:
+        """Take the torque off; what is going to happen, in words."""
+        self._velocity.clear()
+        self._gait.request_relax()
+        return "relaxed from the next tick on; ~/stand makes it stiff again"
+
+    def request_motion(self, name: str) -> None:
+        """Run a motion when it can begin; NaoGaitError for one that cannot."""
+        self._gait.request_motion(name)
+
+    def get_up(self) -> str:
+        """Get up from the floor; what is going to happen, in words. NaoGaitError if it cannot."""
+        self._gait.request_motion(GET_UP)
+        return "getting up once the robot has come to rest"
+
+    def with_changes(self, changes: Mapping[str, object]) -> GaitParameters:
+        """The gait's parameters with these changes, all or none; other names are not ours.
+
+        Raises NaoGaitError that names parameter, value and what is allowed.
+        """
+        checked = {
+            name: BY_NAME[name].check(value) for name, value in changes.items() if name in BY_NAME
+        }
+        changed = self._parameters.replace(**checked)
+        needing = self._needing_reset(changed)
+        if needing and self._gait.state in ON_THE_WAY:
+            raise NaoGaitError(
+                needing[0], getattr(changed, needing[0]), "no change while walking; stand first"
+            )
+        return changed
+
+    def change_parameters(self, changes: Mapping[str, object]) -> None:
+        """Take changes over; a walking robot does so where it next changes its support foot."""
+        changed = self.with_changes(changes)
+        if changed == self._parameters:
+            return
+        needs_reset = bool(self._needing_reset(changed))
+        self._parameters = changed
+        self._gait.set_parameters(changed)
+        if needs_reset:
+            self._gait.reset()  # the standing robot blends from its pose into the same one
+
+    def _needing_reset(self, changed: GaitParameters) -> list[str]:
+        before = self._parameters
+        return [name for name in NEEDS_RESET if getattr(changed, name) != getattr(before, name)]
+
+    # -- watching ----------------------------------------------------------------------------------
+
+    def watch(self) -> None:
+        """Say when the sensors are silent; to be called some times per second."""
+        now = self._clock()
+        silent_since = self._started_at if self._sensors_at is None else self._sensors_at
+        patience = 4 * SILENCE if self._sensors_at is None else SILENCE
+        if now - silent_since > patience:
+            # Nothing can be commanded without sensors; the robot holds the last targets.
+            text = f"no joint_states for {now - silent_since:.1f} s"
+            self._tell(SENSORS, Level.ERROR, "silence", text)
+
+    def see_others(self, others: Others) -> None:
+        """Report who else is there."""
+        if others.joint_states > 1:
+            self._tell(
+                SENSORS, Level.ERROR, "robots",
+                f"{others.joint_states} publishers on joint_states; allowed: one robot; does "
+                "another run share this ROS_DOMAIN_ID?",
+            )  # fmt: skip
+        if others.joint_command > 1:
+            self._tell(
+                WALK, Level.ERROR, "gaits",
+                f"{others.joint_command} publishers on joint_command; allowed: one gait; the "
+                "simulated robot obeys the one that it obeyed before",
+            )  # fmt: skip
+        if others.cmd_vel > 1:
+            self._tell(
+                COMMANDS, Level.WARN, "drivers",
+                f"{others.cmd_vel} publishers on cmd_vel; the newest command counts",
+            )  # fmt: skip
+
+    def health(self) -> Health:
+        """How it went since the last call."""
+        remarks = {group: tuple(said) for group, said in self._remarks.items()}
+        for said in self._remarks.values():
+            said.clear()
+        stamp = self._stamps.last
+        return Health(
+            ticks=self._ticks.summarize(),
+            sensor_age=None if self._sensors_at is None else self._clock() - self._sensors_at,
+            missed_ticks=self._stamps.missed,
+            rejected=self.rejected,
+            faults=self.faults,
+            deadline_misses=self.deadline_misses,
+            status=self._status,
+            command_age=None if stamp is None else self._velocity.age(stamp),
+            command_timed_out=self._velocity.timed_out,
+            sensors=remarks[SENSORS],
+            walk=remarks[WALK],
+            commands=remarks[COMMANDS],
+        )
+
+    def _tell(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
+        """Into the next report, and into the log where that does not flood it."""
+        said = self._remarks[group]
+        if len(said) < _REMARKS_MAX:
+            said.append(Remark(level, text))
+        held_back = self._throttle.allow(key, self._clock(), burst)
+        if held_back is not None:
+            more = f" ({held_back} more like it)" if held_back else ""
+            self._outlet.log(level, text + more)
