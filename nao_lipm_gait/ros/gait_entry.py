@@ -278,7 +278,10 @@ class GaitEntry:
         else:
             self._frozen.see_joints(position)
             stuck = self._frozen.joints and self._gait.state in ON_THE_WAY
-            if told is None or not stuck or np.abs(told - position).max() < STUCK:
+            if told is None or not stuck:
+                return position, velocity, False
+            # Once found, they stay stuck until they move: on its way the walk comes by here again.
+            if self._unread_since is None and np.abs(told - position).max() < STUCK:
                 return position, velocity, False
             trouble = key = "joint_states position: stuck while the robot walks"
         self._unread_since = self._unread_since or stamp
@@ -373,16 +376,16 @@ class GaitEntry:
 
     def _sensor_trouble(self, stamp: int) -> str | None:
         """What is wrong with the sensors so that nobody should walk on them."""
-        blind = self._blind_for(stamp)
+        before, self._blind = self._blind, self._blind_for(stamp)
+        blind = self._blind
+        self.wants_loads = blind > 0
         if blind > WITHOUT_IMU:
             if self._loads.carry_nothing(stamp) or self._gait.state is GaitState.FALLEN:
                 self._gait.believe_fallen()
                 return f"imu/data: none for {blind * 1e-9:.1f} s, and no load on the soles: relaxed"
             return f"imu/data: none for {blind * 1e-9:.1f} s; the robot stops and stands"
-        if blind == 0 and self._blind > WITHOUT_IMU:
+        if blind == 0 and before > WITHOUT_IMU:
             self._see_again()
-        self._blind = blind
-        self.wants_loads = blind > 0
         since = self._unread_since
         if since is not None and stamp - since > WITHOUT_JOINTS:
             unread = (stamp - since) * 1e-9

@@ -51,8 +51,10 @@ class NodeParameter:
             if isinstance(value, bool):
                 return value
         elif isinstance(self.default, str):
-            if isinstance(value, str) and value and (not self.choices or value in self.choices):
-                return value
+            # Where nothing is the default, nothing may be said.
+            said = isinstance(value, str) and (value or not self.default)
+            if said and (not self.choices or value in self.choices):
+                return str(value)
         elif isinstance(value, int | float) and not isinstance(value, bool):
             fits = is_number(value) and self.minimum <= value <= self.maximum
             if fits and isinstance(self.default, float):
