@@ -29,6 +29,7 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 from gait_lab.bag_reading import TYPES
 from gait_lab.clock_order import ClockOrder
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.ros.domain import stay_local
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -283,6 +284,7 @@ def record(
 
     if duration is not None and not 0.0 < duration < 1e9:
         raise NaoGaitError("duration", duration, "more than 0 s")
+    stay_local()
     rclpy.init()
     began = time.monotonic()
     try:

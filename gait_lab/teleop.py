@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.ros.domain import stay_local
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
@@ -166,6 +167,7 @@ def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = Fals
         from rclpy.signals import SignalHandlerOptions
 
         # Ctrl-C must not close the context before the stop command is out.
+        stay_local()
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         try:
             node = rclpy.create_node(

@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING
 
 from launch import LaunchContext, LaunchDescription
 from launch.action import Action
-from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction, Shutdown
-from launch.substitutions import LaunchConfiguration
+from launch.actions import (
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+    Shutdown,
+)
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
@@ -45,6 +51,7 @@ EXTRAS = (
     ("robot_state_publisher", "auto",
      "TF of the robot's links: true, false, or auto: where it is needed and installed"),
 )  # fmt: skip
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 TRUE, FALSE = ("true", "1"), ("false", "0", "")
 
 KINDS = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
@@ -195,6 +202,10 @@ def generate_launch_description() -> LaunchDescription:
     """One argument per parameter of the two nodes, what goes beside them, and all of it."""
     return LaunchDescription(
         [
+            # This machine alone, also for what is started beside the nodes, unless told otherwise.
+            SetEnvironmentVariable(
+                RANGE, EnvironmentVariable(RANGE, default_value="LOCALHOST")
+            ),
             DeclareLaunchArgument("namespace", default_value="", description="of both nodes"),
             *(
                 DeclareLaunchArgument(name, default_value="", description=meaning)

@@ -13,6 +13,7 @@ from gait_lab.view.panel import Panel
 from gait_lab.view.scene import RobotScene
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.ros.domain import stay_local
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -125,6 +126,7 @@ def run(
     import rclpy
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
+    stay_local()
     rclpy.init()
     server = serve(port)
     try:

@@ -4,10 +4,19 @@ import itertools
 import os
 import socket
 
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 FIRST, LAST = 1, 101
 """On Linux the ports of higher domains overlap with those of outgoing connections."""
 
 _turn = itertools.count()
+
+
+def stay_local() -> None:
+    """Talk to this machine alone, unless the user has said how far; to be called before rclpy.init.
+
+    Whoever reaches a topic commands the robot: the network is opened on purpose or not at all.
+    """
+    os.environ.setdefault(RANGE, "LOCALHOST")
 
 
 class DomainClaim:
@@ -40,7 +49,7 @@ class DomainClaim:
         return {
             **os.environ,
             "ROS_DOMAIN_ID": str(self.domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            RANGE: "LOCALHOST",
         }
 
     def release(self) -> None:

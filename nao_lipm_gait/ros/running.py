@@ -14,6 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.ros.domain import stay_local
 from nao_lipm_gait.ros.stop_request import StopRequest
 
 REFUSED = 2
@@ -53,6 +54,7 @@ def run(
         if "-h" in plain or "--help" in plain or plain:
             parser.parse_args(plain)
         stop.defer()
+        stay_local()
         # The default handlers shut the context down under a running callback; ours set a flag.
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except _ARGUMENT_ERRORS as error:

@@ -1,11 +1,14 @@
 """Every test in here starts processes; each gets a probe in a ROS domain of its own."""
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from ros_probe import Probe
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # helpers of the tests without nodes
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups

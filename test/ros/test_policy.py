@@ -1,0 +1,39 @@
+"""The SROS2 policy lets the nodes say what they really say, and nothing is forgotten."""
+
+from collections.abc import Iterable
+
+import pytest
+
+from ros_probe import Probe
+from test_security import rights
+
+
+def relative(names: Iterable[tuple[str, list[str]]], node: str) -> set[str]:
+    """As in the policy: without the slash, and the node's own below `~`."""
+    found = set()
+    for name, _ in names:
+        own = f"/{node}/"
+        found.add(f"~/{name.removeprefix(own)}" if name.startswith(own) else name.lstrip("/"))
+    return found
+
+
+@pytest.mark.parametrize("name", ("gait", "sim_bridge"))
+def test_the_policy_covers_what_the_node_does(probe: Probe, name: str) -> None:
+    probe.start(name, use_sim_time=name == "gait")
+    node = probe.node
+    probe.wait(lambda: name in node.get_node_names(), f"the node {name}")
+    allowed = {
+        key: {each.lstrip("/") for each in names} for key, names in rights(name).items()
+    }
+    # Latecomers: a service is there last.
+    last = "~/relax" if name == "gait" else "~/reset"
+    probe.wait(
+        lambda: last in relative(node.get_service_names_and_types_by_node(name, "/"), name), last
+    )
+    published = relative(node.get_publisher_names_and_types_by_node(name, "/"), name)
+    heard = relative(node.get_subscriber_names_and_types_by_node(name, "/"), name)
+    served = relative(node.get_service_names_and_types_by_node(name, "/"), name)
+    assert published <= allowed["topic", "publish"]
+    assert heard <= allowed["topic", "subscribe"]
+    assert served <= allowed["service", "reply"]
+    assert len(published) > 5 and len(heard) > 1 and len(served) > 5
