@@ -44,7 +44,7 @@ MESSAGES = st.one_of(
 )  # fmt: skip
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(st.lists(MESSAGES, max_size=40))
 def test_no_message_is_an_exception_or_a_bad_command(messages: list[tuple[str, Any]]) -> None:
     fuzzer = Fuzzer(0, ROBOT)
@@ -56,7 +56,7 @@ def test_no_message_is_an_exception_or_a_bad_command(messages: list[tuple[str, A
     assert not fuzzer.violations
 
 
-@settings(max_examples=100, deadline=None, derandomize=True,
+@settings(max_examples=50, deadline=None, derandomize=True,
           suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
 @given(st.integers(0, 2**62), st.lists(TITLES, max_size=30), COLUMNS, COLUMNS)
 def test_the_robot_takes_only_what_it_can_do(

@@ -1,0 +1,103 @@
+"""`kill -9` of the gait at speed, and a second gait by mistake."""
+
+import math
+import signal
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+
+from nao_lipm_gait.robot_description import load_robot
+from ros_probe import Probe, stamp
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+ROBOT = load_robot()
+SECOND = 1_000_000_000
+SLOW = {"real_time_factor": 0.3}
+"""By the wall clock, but slow enough for a machine that does other things too."""
+
+
+def drive(probe: Probe, truth: list[Any], until: Any, what: str) -> None:
+    """Ask for 20 cm/s until something holds."""
+    twist = Twist()
+    twist.linear.x = 0.2
+    publisher = probe.publisher(Twist, "cmd_vel")
+    probe.wait(until, what, every=lambda: publisher.publish(twist), timeout=60.0)
+    probe.node.destroy_publisher(publisher)
+
+
+def walking(probe: Probe) -> tuple[Any, list[Any], list[Any], list[Any]]:
+    """A gait whose robot walks; it, the truth, the states and the commands."""
+    truth = probe.subscribe(Odometry, "ground_truth/odom")
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    commands = probe.subscribe(JointState, "joint_command")
+    gait = probe.start("gait")
+    probe.start("sim_bridge", **SLOW)
+    probe.wait(lambda: truth and stamp(truth[-1]) > 2 * SECOND, "2 s of simulated time")
+
+    def fast() -> bool:
+        speed = [message.twist.twist.linear.x for message in truth[-100:]]
+        return support[-1].data.startswith("walk") and float(np.mean(speed)) > 0.12
+
+    drive(probe, truth, fast, "a walk at speed")
+    return gait, truth, support, commands
+
+
+def check(commands: list[Any]) -> None:
+    assert commands
+    for message in commands:
+        position = np.array(message.position)
+        assert np.isfinite(position).all()
+        assert (position >= ROBOT.lower).all() and (position <= ROBOT.upper).all()
+
+
+def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe) -> None:
+    gait, truth, support, commands = walking(probe)
+    gait.signal(signal.SIGKILL)
+    gait.wait()
+    probe.processes.remove(gait)
+    support.clear()
+    before = stamp(truth[-1])
+    again = probe.start("gait")
+    probe.wait(lambda: support, "a word of the new gait")
+    assert stamp(truth[-1]) - before < 1.2 * SECOND, "started again within about a second"
+
+    def knows() -> bool:
+        state, upright = support[-1].data.split()[0], truth[-1].pose.pose.position.z > 0.25
+        late = stamp(truth[-1]) > before + 5 * SECOND
+        return late and state == ("walk" if upright else "fallen")
+
+    drive(probe, truth, knows, "a walk, or a fall that is known")
+    check(commands)
+    assert "Traceback" not in again.log
+
+
+def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
+    gait, truth, support, commands = walking(probe)
+    reports = probe.subscribe(DiagnosticArray, "diagnostics")
+    second = probe.start("gait")
+
+    def told() -> bool:
+        statuses = [status for report in reports for status in report.status]
+        return any(
+            "publishers on joint_command" in status.message
+            and status.level == DiagnosticStatus.ERROR
+            for status in statuses
+        )
+
+    drive(probe, truth, told, "an error about two gaits")
+    start = stamp(truth[-1])
+    drive(probe, truth, lambda: stamp(truth[-1]) > start + 3 * SECOND, "3 s more")
+    bridge = next(process for process in probe.processes if process.name == "sim_bridge")
+    assert bridge.says("joint_command header.frame_id: got 'gait_.*one gait")
+    assert truth[-1].pose.pose.position.z > 0.25, "upright"
+    assert math.isfinite(truth[-1].pose.pose.position.x)
+    check(commands)
+    assert len({message.header.frame_id for message in commands}) == 2
+    for process in (gait, second):
+        assert process.status is None and "Traceback" not in process.log

@@ -1,0 +1,202 @@
+"""What the entry reports: deadlines, other senders, old commands. Plain data, no ROS."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.ros.gait_entry import HELD_MAX, GaitEntry, Others, Settings
+from nao_lipm_gait.ros.health import Level, Report, reports
+from nao_lipm_gait.ros.inputs import ImuInput, JointInput, TwistInput
+from nao_lipm_gait.ros.joint_belief import JointBelief
+from nao_lipm_gait.ros.sole_loads import SoleLoads
+from nao_lipm_gait.signals import GaitState, GaitStatus, JointTargets
+from sim_bridge.command_input import TAKE_OVER, CommandInput
+
+ROBOT = load_robot()
+NAMES = list(ROBOT.joint_names)
+MS = 1_000_000
+
+
+class Robot:
+    """Follows its targets at once; its clock is the test's."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.stamp = 1_000 * MS
+        self.pose = ROBOT.stand_pose.tolist()
+        self.sent: list[JointTargets] = []
+        self.said: list[str] = []
+        self.work = 0.0
+        """[s] that the next tick takes."""
+        self.entry = GaitEntry(ROBOT, GaitParameters(), Settings(), self, lambda: self.now)
+
+    def command(self, targets: JointTargets) -> None:
+        self.sent.append(targets)
+        self.pose = targets.position.tolist()
+        self.now += self.work
+
+    def status(self, status: GaitStatus) -> None:
+        pass
+
+    def log(self, level: Level, text: str) -> None:
+        self.said.append(text)
+
+    def tick(self, count: int = 1) -> None:
+        for _ in range(count):
+            self.stamp += 10 * MS
+            self.now += 0.01
+            sec, nanosec = divmod(self.stamp, 1_000 * MS)
+            imu = ImuInput(sec, nanosec, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
+            joints = JointInput(sec, nanosec, NAMES, self.pose, [])
+            self.entry.receive("imu/data", lambda imu=imu: imu)  # type: ignore[misc]
+            self.entry.receive("joint_states", lambda joints=joints: joints)  # type: ignore[misc]
+
+    def drive(self, x: float) -> None:
+        self.entry.receive("cmd_vel", lambda: TwistInput((x, 0.0, 0.0), (0.0, 0.0, 0.0)))
+
+    def report(self) -> dict[str, Report]:
+        return {report.name: report for report in reports(self.entry.health())}
+
+
+def test_a_tick_that_takes_too_long_is_counted_and_reported() -> None:
+    robot = Robot()
+    robot.tick(20)
+    assert robot.report()["walk"].values["deadline misses"] == "0"
+    robot.work = 0.011
+    robot.tick(3)
+    report = robot.report()["walk"]
+    assert report.values["deadline misses"] == "3"
+    assert report.level == Level.WARN and "took longer than 0.01 s" in report.message
+    robot.work = 0.0
+    robot.tick(5)
+    report = robot.report()["walk"]
+    assert report.level == Level.OK and report.values["deadline misses"] == "3"
+
+
+def test_healthy_reports_are_quiet() -> None:
+    robot = Robot()
+    robot.tick(100)
+    said = robot.report()
+    assert {report.level for report in said.values()} == {Level.OK}
+    assert (said["sensors"].message, said["commands"].message) == (
+        "sensors arrive", "no cmd_vel so far",
+    )  # fmt: skip
+    assert robot.said == []
+
+
+@pytest.mark.parametrize(
+    ("others", "report", "text", "level"),
+    ((Others(cmd_vel=2), "commands", "2 publishers on cmd_vel; the newest", Level.WARN),
+     (Others(joint_command=2), "walk", "2 publishers on joint_command", Level.ERROR),
+     (Others(joint_states=3), "sensors", "3 publishers on joint_states", Level.ERROR)),
+)  # fmt: skip
+def test_others_on_our_topics_are_reported(
+    others: Others, report: str, text: str, level: Level
+) -> None:
+    robot = Robot()
+    robot.tick(10)
+    robot.entry.see_others(others)
+    found = robot.report()[report]
+    assert text in found.message and found.level == level
+    robot.entry.see_others(Others())
+    assert robot.report()[report].level == Level.OK
+
+
+def test_a_command_that_grew_old_is_why_the_robot_stops() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.drive(0.1)
+    robot.tick(20)
+    assert robot.entry.state is GaitState.WALK
+    robot.tick(60)
+    found = robot.report()["commands"]
+    assert found.level == Level.WARN and "the robot stops" in found.message
+    robot.drive(0.0)
+    robot.tick(5)
+    assert robot.report()["commands"].level == Level.OK
+
+
+def test_a_gait_that_cannot_go_on_begins_anew() -> None:
+    robot = Robot()
+    robot.tick(100)
+    gait = robot.entry._gait
+    step: Callable = gait.step
+    failures = iter(range(HELD_MAX))
+
+    def fails(*given: object) -> JointTargets:
+        if next(failures, None) is None:
+            return step(*given)
+        raise ZeroDivisionError("spoilt")
+
+    gait.step = fails  # type: ignore[method-assign]
+    sent = len(robot.sent)
+    robot.tick(HELD_MAX + 5)
+    assert len(robot.sent) == sent + HELD_MAX + 5, "every frame is answered"
+    assert len(robot.entry.crashes) == HELD_MAX
+    assert robot.entry.state is GaitState.STAND and robot.entry.last_status is not None
+    assert robot.report()["walk"].level == Level.ERROR
+
+
+def test_reports_do_not_grow_with_a_flood() -> None:
+    robot = Robot()
+    robot.tick(2)
+    for _ in range(5000):
+        robot.drive(float("nan"))
+    assert robot.entry.rejected["cmd_vel"] == 5000
+    assert len(robot.report()["commands"].message) < 1000
+    assert len(robot.said) < 10
+
+
+# -- what the entry is made of ---------------------------------------------------------------------
+
+
+def test_joints_are_believed_where_they_were_told_to_be_a_delay_ago() -> None:
+    belief = JointBelief()
+    assert belief.at(100 * MS, 60 * MS) is None
+    for ms in range(0, 200, 10):
+        belief.told(JointTargets(ms * MS, np.full(2, float(ms))))
+    found = belief.at(150 * MS, 60 * MS)
+    assert found is not None and found[0] == 90.0
+    assert belief.at(900 * MS, 60 * MS) is None, "too old to say anything"
+    belief.told(JointTargets(200 * MS, np.zeros(2), stiffness=0.0))
+    assert belief.at(260 * MS, 60 * MS) is None, "limp joints are anywhere"
+
+
+def test_soles_that_carry_nothing_for_a_while_tell_a_fall() -> None:
+    loads = SoleLoads(mass=5.0)
+    assert not loads.carry_nothing(0), "nobody has said anything"
+
+    def see(ms: int, left: float, right: float) -> bool:
+        loads.see(0, ms * MS, left)
+        loads.see(1, ms * MS, right)
+        return loads.carry_nothing(ms * MS)
+
+    assert not any(see(ms, 25.0, 24.0) for ms in range(0, 200, 10))
+    assert not any(see(ms, 0.0, 0.0) for ms in range(200, 250, 10)), "in the air between two steps"
+    assert not see(250, 49.0, 0.0)
+    assert [see(ms, 3.0, 2.0) for ms in range(260, 430, 10)].count(True) == 2
+    assert not loads.carry_nothing(2_000 * MS), "old loads say nothing"
+
+
+def test_the_robot_obeys_one_gait_until_it_is_silent() -> None:
+    ear = CommandInput(ROBOT)
+    ear.admit("first", 0.0)
+    for now in (0.05, 0.1, 0.15):
+        with pytest.raises(NaoGaitError, match="frame_id: got 'second'.*obeys 'first'"):
+            ear.admit("second", now)
+        ear.admit("first", now)
+    ear.admit("second", 0.16 + TAKE_OVER)
+    with pytest.raises(NaoGaitError, match="obeys 'second'"):
+        ear.admit("first", 0.4)
+
+
+def test_answers_to_what_was_before_a_reset_do_not_count() -> None:
+    ear = CommandInput(ROBOT)
+    effort = [1.0] * len(NAMES)
+    ear.reset(500 * MS)
+    assert ear.read(490 * MS, NAMES, ROBOT.stand_pose.tolist(), effort)[0] is None
+    assert ear.read(510 * MS, NAMES, ROBOT.stand_pose.tolist(), effort)[0] is not None
