@@ -27,8 +27,8 @@ def _say(text: str) -> None:
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("robot and plant")
-    group.add_argument("--robot", "--urdf", default="nao_h21_v33", metavar="NAME", dest="urdf",
-                       help="shipped robot (nao_h21_v33, nao_h21_v40, bruno) or a URDF file with "
+    group.add_argument("--robot", "--urdf", metavar="NAME", dest="urdf",
+                       help="shipped robot (nao_h21_v33; suite posture: bruno) or a URDF file with "
                        "the joint names of one")  # fmt: skip
     group.add_argument("--plant", default="reference", metavar="P",
                        help="shipped name (reference, ideal, worn) or YAML file")  # fmt: skip
@@ -92,12 +92,13 @@ def _bench(arguments: argparse.Namespace) -> int:
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
-                        "delay, robust, getup, compute, plant (its ingredients one by one), "
-                        "ablation (the gait's extensions one by one), faults (what goes wrong in "
-                        "the middle of a walk), loss (of messages), fuzz, soak, realtime, or all "
-                        "in a quick form")
+                        "delay, robust, getup, posture, compute, plant (its ingredients one by "
+                        "one), ablation (the gait's extensions one by one), faults (what goes "
+                        "wrong in the middle of a walk), loss (of messages), fuzz, soak, realtime, "
+                        "or all in a quick form")
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
-                        "ablation: 5; start, endurance, robust, getup: 20; delay: 4; plant: 2)")
+                        "ablation: 5; start, endurance, robust, getup, posture: 20; delay: 4; "
+                        "plant: 2)")  # fmt: skip
     parser.add_argument("--seed", type=int, metavar="S",
                         help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")

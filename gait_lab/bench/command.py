@@ -16,7 +16,7 @@ _REPEATED = {
     "tasks": "--task", "ingredients": "--ingredient", "impulses": "--impulse",
     "directions": "--direction", "faults": "--fault", "plant_options": "--plant-set",
 }  # fmt: skip
-_ALWAYS = {"seed": 0, "plant": "reference", "urdf": "nao_h21_v33"}
+_ALWAYS = {"seed": 0, "plant": "reference"}
 """Defaults of the command line that no suite changes."""
 
 

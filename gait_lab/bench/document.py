@@ -21,6 +21,7 @@ TITLES = {
     "delay": "Late sensors",
     "robust": "Harder plants",
     "getup": "Getting up",
+    "posture": "Posture control",
     "compute": "Cost of control",
     "plant": "One ingredient of the plant at a time",
     "ablation": "One extension of the gait at a time",

@@ -23,6 +23,8 @@ from gait_lab.bench.loss import TASKS as LOSS_TASKS
 from gait_lab.bench.loss import loss
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.plants import sweep
+from gait_lab.bench.posture import TASKS as POSTURE_TASKS
+from gait_lab.bench.posture import posture
 from gait_lab.bench.push import TASKS as PUSH_TASKS
 from gait_lab.bench.push import directions_of, push
 from gait_lab.bench.realtime import realtime
@@ -85,6 +87,12 @@ SUITES = {
     ),
     "getup": Suite(
         getup, {"robots": 20}, ({"robots": 3, "attempts": 2},), frozenset({"attempts"})
+    ),
+    "posture": Suite(
+        posture,
+        {"robots": 20, "urdf": "bruno", "tasks": POSTURE_TASKS, "window": 300.0},
+        ({"robots": 2, "window": 5.0},),
+        _WALKS,
     ),
     "compute": Suite(compute, {"robots": 1}, ({"window": 10.0},), frozenset({"window"})),
     "plant": Suite(
@@ -183,8 +191,11 @@ def run(
     `asked`: the options of `BenchOptions` that shall not be the suite's usual ones.
     """
     planned = runs(suite, asked)
-    parameters = overridden(preset_for(load_robot(planned[0].options.urdf), preset), settings)
     # What is wrong with the input shall be said before the work, not after it.
+    parameters = {
+        urdf: overridden(preset_for(load_robot(urdf), preset), settings)
+        for urdf in dict.fromkeys(each.options.urdf for each in planned)
+    }
     for each in planned:
         with_options(load_plant(each.options.plant), each.options.plant_options)
         for task in each.options.tasks:
@@ -200,7 +211,7 @@ def run(
     sections: list[Section] = []
     for each in planned:
         began = time.monotonic()
-        options = replace(each.options, parameters=parameters)
+        options = replace(each.options, parameters=parameters[each.options.urdf])
         report = SUITES[each.suite].measure(options)
         rows += report.as_json(options)
         reads = EVERY_SUITE | SUITES[each.suite].reads
