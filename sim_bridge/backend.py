@@ -1,9 +1,13 @@
-"""What a physics engine must offer: four methods, and one for faults. All else is shared code."""
+"""What a physics engine must offer: four methods, one for faults, and two for a ball.
+
+Everything else is shared code.
+"""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from nao_lipm_gait.signals import FloatArray
+from sim_bridge.ball import BallState
 from sim_bridge.body import BodyPose
 
 
@@ -75,6 +79,12 @@ class Backend(Protocol):
             torque_share: (n,) of each motor's torque that is left, 0 to 1.
             friction: of both soles on the floor; None = the individual's own.
         """
+
+    def ball(self) -> BallState | None:
+        """The ball now; None in a world without one."""
+
+    def put_ball(self, position: FloatArray) -> None:
+        """Lay the ball at rest at (3,) [m] in the world."""
 
     def close(self) -> None:
         """Free the engine; allowed more than once."""

@@ -21,6 +21,8 @@ from sim_bridge.individual import Individual
 
 CONTACT_RADIUS = 0.005
 """[m] of the spheres that stand for the corner points of a sole."""
+SHOE = "_shoe"
+"""Ends the name of the link of a foot that only a ball meets."""
 _PLATE_THICKNESS = 0.02
 """[m] of the box with which a foot meets the other leg."""
 
@@ -288,8 +290,11 @@ class Body:
         return soles[0], soles[1]
 
 
-def simulation_urdf(body: Body, *, visual: bool = False) -> str:
-    """The body as a URDF of revolute joints; the contact points of a sole are a massless link.
+def simulation_urdf(
+    body: Body, *, visual: bool = False, shoes: tuple[Shape, ...] = ()
+) -> str:
+    """The body as a URDF of revolute joints; the contact points of a sole are a massless link, and
+    so are shapes in the foot links that only a ball meets, `<sole>_shoe`.
 
     Inertias are given about their principal axes, so that no engine has to rotate them.
     """
@@ -319,16 +324,25 @@ def simulation_urdf(body: Body, *, visual: bool = False) -> str:
             )
             ET.SubElement(joint, "dynamics", damping="0", friction="0")
     for sole in body.soles:
-        element = ET.SubElement(robot, "link", name=sole.name)
-        inertial = ET.SubElement(element, "inertial")
-        ET.SubElement(inertial, "mass", value="0")
-        ET.SubElement(inertial, "inertia", ixx="0", iyy="0", izz="0", ixy="0", ixz="0", iyz="0")
-        for point in sole.points:
-            sphere = Shape("sphere", (CONTACT_RADIUS,), point, np.eye(3))
-            _write_shape(element, "collision", sphere)
-        _write_joint(robot, f"{sole.name}_fixed", "fixed", sole)
+        points = [Shape("sphere", (CONTACT_RADIUS,), point, np.eye(3)) for point in sole.points]
+        _add_massless(robot, sole, points)
+    for sole, shape in zip(body.soles, shoes, strict=bool(shoes)):
+        foot = dataclasses.replace(
+            sole, name=f"{sole.name}{SHOE}", position=np.zeros(3), rotation=np.eye(3)
+        )
+        _add_massless(robot, foot, [shape])
     ET.indent(robot)  # PyBullet cannot read lines of more than 1024 characters
     return ET.tostring(robot, encoding="unicode")
+
+
+def _add_massless(robot: ET.Element, frame: Sole, shapes: list[Shape]) -> None:
+    element = ET.SubElement(robot, "link", name=frame.name)
+    inertial = ET.SubElement(element, "inertial")
+    ET.SubElement(inertial, "mass", value="0")
+    ET.SubElement(inertial, "inertia", ixx="0", iyy="0", izz="0", ixy="0", ixz="0", iyz="0")
+    for shape in shapes:
+        _write_shape(element, "collision", shape)
+    _write_joint(robot, f"{frame.name}_fixed", "fixed", frame)
 
 
 def _scale_inertial(link: ET.Element, scale: float) -> None:

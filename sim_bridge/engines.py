@@ -5,6 +5,7 @@ from importlib.util import find_spec
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from sim_bridge.backend import Backend
+from sim_bridge.ball import Ball
 from sim_bridge.body import Body
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
@@ -27,11 +28,13 @@ def make_backend(
     body: Body,
     *,
     gui: bool = False,
+    ball: Ball | None = None,
 ) -> Backend:
     """The backend of an engine, for one individual.
 
     Args:
         gui: open the engine's own window.
+        ball: a ball on the floor.
 
     Raises:
         NaoGaitError: the engine is unknown or not installed, or cannot honour an option of the
@@ -49,7 +52,7 @@ def make_backend(
     if engine == "mujoco":
         from sim_bridge.mujoco_backend import MujocoBackend
 
-        return MujocoBackend(robot, plant, individual, body, gui=gui)
+        return MujocoBackend(robot, plant, individual, body, gui=gui, ball=ball)
     from sim_bridge.pybullet_backend import PyBulletBackend
 
-    return PyBulletBackend(robot, plant, individual, body, gui=gui)
+    return PyBulletBackend(robot, plant, individual, body, gui=gui, ball=ball)

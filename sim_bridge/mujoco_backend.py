@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.backend import StartState, TrueState
+from sim_bridge.ball import Ball, BallState
 from sim_bridge.body import Body, BodyPose
 from sim_bridge.encoders import Encoders
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
+from sim_bridge.mujoco_ball import ball_state, put_ball
 from sim_bridge.mujoco_model import LEG_CONTACT, MujocoModel, play_name
 from sim_bridge.plant import Plant
 from sim_bridge.vectors import cross, rows_of, turned_back
@@ -38,13 +40,15 @@ class MujocoBackend:
         body: Body,
         *,
         gui: bool = False,
+        ball: Ball | None = None,
     ) -> None:
         self._robot = robot
+        self._ball = ball
         self._individual = individual
         self._body = body
         self._limits = TorqueLimits(robot, plant, individual)
         self._encoders = Encoders(plant, individual) if plant.motor.encoder_feedback else None
-        self._compiled = MujocoModel(robot, plant, individual, body, visual=gui)
+        self._compiled = MujocoModel(robot, plant, individual, body, visual=gui, ball=ball)
         self._model = self._compiled.model
         self._data = mujoco.MjData(self._model)
         self._find_addresses()
@@ -61,6 +65,8 @@ class MujocoBackend:
         data.qpos[3:7] = np.roll(start.torso_rotation, 1)
         data.qpos[self._motor_q] = start.joint_position
         self._setpoint[:] = start.joint_position
+        if self._ball is not None:
+            self.put_ball(self._ball.start)
         self._legs_touch = self._pushed = False
         self._scale = None
 
@@ -116,6 +122,12 @@ class MujocoBackend:
             sole_wrench=self._sole_wrenches(pose),
             legs_touch=touch,
         )
+
+    def ball(self) -> BallState | None:
+        return None if self._ball is None else ball_state(self._data)
+
+    def put_ball(self, position: FloatArray) -> None:
+        put_ball(self._data, position)
 
     def _angles(self, position: FloatArray) -> FloatArray:
         """(n,) [rad] true joint angles, play included."""

@@ -6,8 +6,10 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
+from sim_bridge.ball import Ball, shoe
 from sim_bridge.body import CONTACT_RADIUS, Body, Link, Shape, Sole
 from sim_bridge.individual import Individual
+from sim_bridge.mujoco_ball import BALL, DEGREES_OF_FREEDOM, add_ball
 from sim_bridge.mujoco_springs import COUPLING, DRY_FRICTION, END_STOP, RIGID_FLOOR, Spring
 from sim_bridge.plant import Plant
 
@@ -62,10 +64,12 @@ class MujocoModel:
         body: Body,
         *,
         visual: bool = False,
+        ball: Ball | None = None,
     ) -> None:
         """Args: visual: with what is only seen. NaoGaitError for what MuJoCo cannot honour."""
         _refuse(plant, robot)
         self._robot = robot
+        self._ball = ball
         self._plant = plant
         self._individual = individual
         self._body = body
@@ -131,6 +135,11 @@ class MujocoModel:
                 data=[0.0, 1.0] + [0.0] * 10,
             )
         self._add_motors(spec)
+        if self._ball is not None:
+            add_ball(
+                spec, self._ball, step=physics.step, gravity=physics.gravity, meets=_FLOOR,
+                group=_SEEN if self._visual else _COLLIDING,
+            )  # fmt: skip
         return spec.compile()
 
     def _add_motors(self, spec: mujoco.MjSpec) -> None:
@@ -204,6 +213,7 @@ class MujocoModel:
             body.add_freejoint()
         feet = {sole.parent for sole in self._body.soles}
         meets = 0 if link.name in feet else _FLOOR
+        meets |= 0 if self._ball is None or link.name in feet else BALL
         legs_meet = self._plant.physics.self_collision
         contype = _LEFT_LEG if legs_meet and link.side == "left" else 0
         meets |= _LEFT_LEG if legs_meet and link.side == "right" else 0
@@ -220,6 +230,9 @@ class MujocoModel:
                 solref=[2.5 * self._plant.physics.step, 1.0],
                 group=_COLLIDING,
             )
+        for sole in self._body.soles if self._ball is not None else ():
+            if sole.parent == link.name:
+                _add_shape(body, shoe(sole), contype=0, conaffinity=BALL, group=_COLLIDING)
         for shape in link.visual if self._visual else ():
             _add_shape(body, shape, contype=0, conaffinity=0, group=_SEEN, rgba=shape.color)
         return body
@@ -290,7 +303,8 @@ class MujocoModel:
             for name in self._geoms[sole.name]:
                 geom = model.geom(name)
                 geom.solref[:], geom.solimp[:] = floor.compiled(inverse_mass, step)
-        for dof in range(6, model.nv):
+        of_ball = 0 if self._ball is None else DEGREES_OF_FREEDOM
+        for dof in range(6, model.nv - of_ball):
             inverse_inertia = model.dof_invweight0[dof]
             joint = model.dof_jntid[dof]
             model.jnt_solref[joint], model.jnt_solimp[joint] = END_STOP.compiled(

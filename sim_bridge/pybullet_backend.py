@@ -15,7 +15,8 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.backend import StartState, TrueState
-from sim_bridge.body import Body, BodyPose, simulation_urdf
+from sim_bridge.ball import FRICTION, Ball, BallState, shoe
+from sim_bridge.body import SHOE, Body, BodyPose, simulation_urdf
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
@@ -44,7 +45,9 @@ def _silenced() -> Iterator[None]:
 with _silenced():
     import pybullet as bullet
 
-_FLOOR, _UPPER_BODY, _LEFT_LEG, _RIGHT_LEG, _SOLE_POINTS = (1 << bit for bit in range(5))
+_FLOOR, _UPPER_BODY, _LEFT_LEG, _RIGHT_LEG, _SOLE_POINTS, _SHOE, _BALL = (
+    1 << bit for bit in range(7)
+)
 """Collision groups."""
 _POSITION, _VELOCITY, _TORQUE = 0, 1, 3
 """Fields of a joint state."""
@@ -75,8 +78,11 @@ class PyBulletBackend:
         body: Body,
         *,
         gui: bool = False,
+        ball: Ball | None = None,
     ) -> None:
         _refuse(plant)
+        self._ball = ball
+        self._ball_body = -1
         self._robot = robot
         self._plant = plant
         self._individual = individual
@@ -90,7 +96,8 @@ class PyBulletBackend:
         self._reach = self._limits.top_speed / self._rate
         self._gains = [self._gain] * len(robot.joint_names)
         self._ones = [1.0] * len(robot.joint_names)
-        self._urdf = simulation_urdf(body, visual=self._visual)
+        shoes = () if ball is None else tuple(shoe(sole) for sole in body.soles)
+        self._urdf = simulation_urdf(body, visual=self._visual, shoes=shoes)
         with _silenced():
             self._client = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
         if self._client < 0:
@@ -197,6 +204,22 @@ class PyBulletBackend:
                 self._model, index, lateralFriction=coefficient, physicsClientId=self._client
             )
 
+    def ball(self) -> BallState | None:
+        if self._ball is None:
+            return None
+        body, client = self._ball_body, self._client
+        position, _ = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        velocity, _ = bullet.getBaseVelocity(body, physicsClientId=client)
+        return BallState(np.array(position), np.array(velocity))
+
+    def put_ball(self, position: FloatArray) -> None:
+        still = [0.0, 0.0, 0.0]
+        body, client = self._ball_body, self._client
+        bullet.resetBasePositionAndOrientation(
+            body, position.tolist(), [*still, 1.0], physicsClientId=client
+        )
+        bullet.resetBaseVelocity(body, still, still, physicsClientId=client)
+
     def close(self) -> None:
         if self._client >= 0:
             with contextlib.suppress(bullet.error):
@@ -260,6 +283,37 @@ class PyBulletBackend:
         self._set_dynamics()
         self._set_collisions()
         self._couple_joints()
+        if self._ball is not None:
+            self._add_ball(self._ball)
+
+    def _add_ball(self, ball: Ball) -> None:
+        client = self._client
+        sphere = bullet.createCollisionShape(
+            bullet.GEOM_SPHERE, radius=ball.radius, physicsClientId=client
+        )
+        self._ball_body = bullet.createMultiBody(
+            ball.mass, sphere, basePosition=ball.start.tolist(), physicsClientId=client
+        )
+        bullet.changeDynamics(
+            self._ball_body,
+            -1,
+            # PyBullet multiplies it with what it meets: the floor has 1, and the shoes
+            lateralFriction=FRICTION,
+            # and rolls with resistance x friction of the floor
+            rollingFriction=ball.rolling_resistance(self._plant.physics.gravity),
+            spinningFriction=0.0,
+            restitution=0.0,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            contactStiffness=ball.stiffness,
+            contactDamping=ball.damping,
+            localInertiaDiagonal=[ball.inertia] * 3,
+            physicsClientId=client,
+        )
+        bullet.setCollisionFilterGroupMask(
+            self._ball_body, -1, _BALL, _FLOOR | _UPPER_BODY | _LEFT_LEG | _RIGHT_LEG | _SHOE,
+            physicsClientId=client,
+        )  # fmt: skip
 
     def _load_robot(self) -> None:
         flags = bullet.URDF_USE_INERTIA_FROM_FILE
@@ -340,19 +394,27 @@ class PyBulletBackend:
                 body, link, group, others, physicsClientId=self._client
             )
 
-        mask(self._floor, -1, _FLOOR, _UPPER_BODY | _LEFT_LEG | _RIGHT_LEG | _SOLE_POINTS)
+        ball = 0 if self._ball is None else _BALL
+        meets_floor = _UPPER_BODY | _LEFT_LEG | _RIGHT_LEG | _SOLE_POINTS | ball
+        mask(self._floor, -1, _FLOOR, meets_floor)
         feet = {sole.parent for sole in self._body.soles}
         for link in self._body.links:
             if not link.side:
-                group, others = _UPPER_BODY, _FLOOR
+                group, others = _UPPER_BODY, _FLOOR | ball
             else:
                 own, other = (
                     (_LEFT_LEG, _RIGHT_LEG) if link.side == "left" else (_RIGHT_LEG, _LEFT_LEG)
                 )
-                group, others = own, other if link.name in feet else other | _FLOOR
+                group, others = own, other if link.name in feet else other | _FLOOR | ball
             mask(self._model, self._links[link.name], group, others)
         for index in self._soles:
             mask(self._model, index, _SOLE_POINTS, _FLOOR)
+        for name, index in self._links.items():
+            if name.endswith(SHOE):
+                mask(self._model, index, _SHOE, ball)
+                bullet.changeDynamics(
+                    self._model, index, lateralFriction=1.0, physicsClientId=self._client
+                )
 
     def _couple_joints(self) -> None:
         for leader, follower in self._robot.coupled_joints:

@@ -9,6 +9,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
 from sim_bridge.backend import StartState, TrueState
+from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines import make_backend
@@ -92,6 +93,7 @@ class Simulation:
         control_period: float = 0.01,
         gui: bool = False,
         start_state: str = "stand",
+        ball: Ball | None = None,
     ) -> None:
         """
         Args:
@@ -101,6 +103,7 @@ class Simulation:
             control_period: [s], a multiple of the plant's physics step.
             gui: open the engine's own window.
             start_state: `stand`, `lying_front` or `lying_back`.
+            ball: a ball on the floor; None = none.
         """
         plant = with_sensors_of(plant, robot)
         if start_state not in START_STATES:
@@ -129,8 +132,9 @@ class Simulation:
             plant, self.individual, self.body, noise_seed, self._period / _SECOND
         )
         self._line: DelayLine[Reading] = DelayLine(_nanoseconds(delay))
+        self._ball = ball
         self._backend = make_backend(
-            engine, robot, plant, self.individual, self.body, gui=gui
+            engine, robot, plant, self.individual, self.body, gui=gui, ball=ball
         )
         self._time = 0
         self._idle = np.zeros(3)
@@ -254,6 +258,17 @@ class Simulation:
                 state.joint_velocity, state.joint_torque, SATURATED * self._stiffness
             ),
         )
+
+    @property
+    def ball(self) -> BallState | None:
+        """The ball now; None in a world without one."""
+        return self._backend.ball()
+
+    def put_ball(self, x: float, y: float) -> None:
+        """Lay the ball at rest on the floor at x, y [m] in the world."""
+        if self._ball is None:
+            raise NaoGaitError("ball", (x, y), "a place in a world with a ball")
+        self._backend.put_ball(ball_position(x, y, self._ball.radius))
 
     def close(self) -> None:
         """Free the engine."""

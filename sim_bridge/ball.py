@@ -1,0 +1,87 @@
+"""A ball on the floor, for kicks."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge.body import Shape, Sole
+
+SHOE_HEIGHT = 0.0292
+"""[m] of the shell of a foot above its sole, which meets the ball; the plate that meets the other
+leg is lower."""
+ROLLING_SLOWDOWN = 0.3
+"""[m/s^2] by which a rolling ball slows down; chosen, for a short carpet."""
+CONTACT_TIME = 0.01
+"""[s] for which a bouncing ball touches; chosen, as is"""
+CONTACT_DAMPING_RATIO = 0.16
+"""the damping, with which a ball comes back at about 0.6 of its speed."""
+FRICTION = 0.6
+"""Coulomb coefficient of the ball with the floor and with a foot; chosen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """A RoboCup SPL foam ball, and where it lies at the start."""
+
+    x: float = 0.5
+    """[m] in the world."""
+    y: float = 0.0
+    """[m] in the world."""
+    radius: float = 0.05
+    """[m]"""
+    mass: float = 0.044
+    """[kg]"""
+
+    @property
+    def start(self) -> FloatArray:
+        """(3,) [m] of its centre, lying on the floor."""
+        return np.array((self.x, self.y, self.radius))
+
+    @property
+    def inertia(self) -> float:
+        """[kg m^2] about any axis through the centre; foam all through."""
+        return 0.4 * self.mass * self.radius**2
+
+    @property
+    def stiffness(self) -> float:
+        """[N/m] of its contacts: half a period of mass and spring is the contact time."""
+        return self.mass * (math.pi / CONTACT_TIME) ** 2
+
+    @property
+    def damping(self) -> float:
+        """[N s/m] of its contacts."""
+        return 2.0 * CONTACT_DAMPING_RATIO * math.sqrt(self.stiffness * self.mass)
+
+    def rolling_resistance(self, gravity: float) -> float:
+        """[m] by which the floor's force is ahead of the centre: a = delta g / (1.4 r)."""
+        return ROLLING_SLOWDOWN * 1.4 * self.radius / gravity
+
+
+@dataclass(frozen=True, slots=True)
+class BallState:
+    """Where the ball is, exactly."""
+
+    position: FloatArray
+    """(3,) [m] of the centre in the world."""
+    velocity: FloatArray
+    """(3,) [m/s] of the centre in the world."""
+
+
+def shoe(sole: Sole) -> Shape:
+    """The box in the foot link that meets the ball: as long and wide as the foot's plate, and as
+    high as its shell."""
+    length, width, height = sole.plate.size
+    up = sole.rotation[:, 2]
+    middle = sole.plate.position + 0.5 * (SHOE_HEIGHT - height) * up
+    return Shape("box", (length, width, SHOE_HEIGHT), middle, sole.plate.rotation)
+
+
+def ball_position(x: float, y: float, radius: float) -> FloatArray:
+    """(3,) [m] of a ball that lies on the floor there."""
+    for name, value in (("x", x), ("y", y)):
+        if not (math.isfinite(value) and abs(value) < 1e3):
+            raise NaoGaitError(f"ball {name}", value, "-1000 to 1000 m")
+    return np.array((x, y, radius))
