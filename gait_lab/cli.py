@@ -92,13 +92,13 @@ def _bench(arguments: argparse.Namespace) -> int:
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
-                        "delay, robust, getup, posture, compute, plant (its ingredients one by "
-                        "one), ablation (the gait's extensions one by one), faults (what goes "
+                        "delay, robust, getup, kick, posture, compute, plant (its ingredients one "
+                        "by one), ablation (the gait's extensions one by one), faults (what goes "
                         "wrong in the middle of a walk), loss (of messages), fuzz, soak, realtime, "
                         "or all in a quick form")
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
-                        "ablation: 5; start, endurance, robust, getup, posture: 20; delay: 4; "
-                        "plant: 2)")  # fmt: skip
+                        "ablation: 5; start, endurance, robust, getup, kick, posture: 20; "
+                        "delay: 4; plant: 2)")  # fmt: skip
     parser.add_argument("--seed", type=int, metavar="S",
                         help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
@@ -123,7 +123,7 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--metres", type=float, metavar="M",
                         help="suite endurance: what each robot walks (50)")  # fmt: skip
     parser.add_argument("--attempts", type=int, metavar="N",
-                        help="suites getup (from each side) and kick: of each robot (5)")
+                        help="attempts of each robot: suites getup (from each side; 5), kick (1)")
     parser.add_argument("--changes", type=Path, metavar="FILE",
                         help="suite ablation: YAML list of changes (config/bench/ablation.yaml)")
     parser.add_argument("--runs", type=int, metavar="N",

@@ -312,7 +312,8 @@ class Gait:
             return
         if running.ends in LYING or running.gets_up and self._lies(frame):
             conductor.end()
-            self._state = GaitState.FALLEN
+            # Who lies down because he was asked to does not get up unasked.
+            self._state = GaitState.FALLEN if running.gets_up else GaitState.RELAXED
             self._upright_time = 0.0
         elif conductor.waiting is not None:
             self._begin_motion(conductor.waiting, position)
@@ -344,6 +345,12 @@ class Gait:
     # -- states ------------------------------------------------------------------------------------
 
     @property
+    def _lies_down(self) -> bool:
+        """A motion runs that ends on the floor: a tilt is then no fall."""
+        running = self._conductor.running
+        return running is not None and not running.upright
+
+    @property
     def _relaxed_by_hand(self) -> bool:
         return self._state is GaitState.RELAXED
 
@@ -359,7 +366,7 @@ class Gait:
             self._change_in_motion(frame)
         elif self._is_down and (motion := self._get_up_motion()) is not None:
             self._begin_motion(motion, self._measured_pose(frame))
-        elif self._falls(frame):
+        elif self._falls(frame) and not self._lies_down:
             self._conductor.forget_if_upright()
             if self._state is not GaitState.RELAXED or self._stand_requested:
                 # A lying robot that shall stand does so once it is upright again.

@@ -22,6 +22,7 @@ TITLES = {
     "robust": "Harder plants",
     "getup": "Getting up",
     "posture": "Posture control",
+    "kick": "Kicks",
     "compute": "Cost of control",
     "plant": "One ingredient of the plant at a time",
     "ablation": "One extension of the gait at a time",

@@ -19,6 +19,7 @@ from gait_lab.bench.error import error
 from gait_lab.bench.faults import classes_of, faults
 from gait_lab.bench.fuzz import fuzz
 from gait_lab.bench.getup import getup
+from gait_lab.bench.kick import kicks
 from gait_lab.bench.loss import TASKS as LOSS_TASKS
 from gait_lab.bench.loss import loss
 from gait_lab.bench.options import BenchOptions
@@ -93,6 +94,12 @@ SUITES = {
         {"robots": 20, "urdf": "bruno", "tasks": POSTURE_TASKS, "window": 300.0},
         ({"robots": 2, "window": 5.0},),
         _WALKS,
+    ),
+    "kick": Suite(
+        kicks,
+        {"robots": 20, "attempts": 1},
+        ({"robots": 3, "attempts": 1},),
+        frozenset({"attempts"}),
     ),
     "compute": Suite(compute, {"robots": 1}, ({"window": 10.0},), frozenset({"window"})),
     "plant": Suite(

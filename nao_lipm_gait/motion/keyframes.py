@@ -70,6 +70,19 @@ class Balance:
     """Share of both that the hip gets too."""
 
 
+@dataclass(frozen=True, slots=True)
+class Kick:
+    """What a kick is for. Seen from the middle between the soles of the standing robot, x forward.
+    """
+
+    x: float
+    """[m] where the ball has to lie."""
+    y: float
+    """[m] left of the middle."""
+    direction: float
+    """[rad] in which it goes, counter-clockwise from forward."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """Named, checked by `check.check_motion` before it may run."""
@@ -80,6 +93,8 @@ class Motion:
     ends: Posture
     keyframes: tuple[Keyframe, ...]
     balance: Balance = Balance()
+    kick: Kick | None = None
+    """None for motions that are no kick."""
 
     @property
     def time(self) -> float:

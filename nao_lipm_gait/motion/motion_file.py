@@ -13,7 +13,14 @@ import yaml
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.check import check_motion
 from nao_lipm_gait.motion.groups import joint_groups
-from nao_lipm_gait.motion.keyframes import Balance, Interpolation, Keyframe, Motion, Posture
+from nao_lipm_gait.motion.keyframes import (
+    Balance,
+    Interpolation,
+    Keyframe,
+    Kick,
+    Motion,
+    Posture,
+)
 from nao_lipm_gait.motion.mirror import LEFT, mirror_law
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
@@ -21,8 +28,9 @@ from nao_lipm_gait.signals import FloatArray
 STAND = "stand"
 """The pose of this name is the gait's own, whatever its parameters make of it."""
 SUPPORTS = {"left": 1, "right": -1, "both": 0}
-_KEYS = ("meaning", "starts", "ends", "mirrored_as", "balance", "poses", "keyframes")
+_KEYS = ("meaning", "starts", "ends", "mirrored_as", "balance", "kick", "poses", "keyframes")
 _KEYFRAME_KEYS = ("pose", "time", "interpolation", "stiffness", "support")
+_KICK_KEYS = ("x", "y", "direction")
 _BALANCE_KEYS = ("pitch", "roll", "hip_share")
 LIKE = "like"
 """In a pose: another pose that it only changes."""
@@ -61,6 +69,7 @@ class _File:
             ends=self._posture("ends"),
             keyframes=self._keyframes(),
             balance=self._balance(),
+            kick=self._kick(),
         )
         if motion.ends is Posture.UPRIGHT:
             raise NaoGaitError(self._where("ends"), motion.ends.value, "one posture")
@@ -190,6 +199,14 @@ class _File:
         }
         return Balance(**numbers)
 
+    def _kick(self) -> Kick | None:
+        if "kick" not in self._values:
+            return None
+        values = self._mapping("kick", self._values["kick"], _KICK_KEYS, needed=_KICK_KEYS)
+        x, y = (self._number(f"kick.{axis}", values[axis], -1.0, 1.0, "m") for axis in "xy")
+        turn = self._number("kick.direction", values["direction"], -math.pi, math.pi, "rad")
+        return Kick(x, y, turn)
+
     def _posture(self, key: str) -> Posture:
         return self._choice(key, self._values.get(key, Posture.STANDING.value), Posture)
 
@@ -257,7 +274,7 @@ _MIRROR_POSTURE = {
 
 def mirrored(motion: Motion, name: str, robot: RobotDescription) -> Motion:
     """The mirror image of a motion, under another name."""
-    law = mirror_law(robot)
+    law, kick = mirror_law(robot), motion.kick
     keyframes = tuple(
         replace(
             keyframe,
@@ -274,4 +291,5 @@ def mirrored(motion: Motion, name: str, robot: RobotDescription) -> Motion:
         starts=_MIRROR_POSTURE.get(motion.starts, motion.starts),
         ends=_MIRROR_POSTURE.get(motion.ends, motion.ends),
         keyframes=keyframes,
+        kick=None if kick is None else Kick(kick.x, -kick.y, -kick.direction),
     )
