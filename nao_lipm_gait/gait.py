@@ -7,6 +7,8 @@
 Deterministic: no clock, no I/O, no globals; the same frames give the same targets.
 """
 
+import math
+
 import numpy as np
 
 from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
@@ -29,6 +31,7 @@ from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.posture_feedback import PostureFeedback
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import (
+    GRAVITY,
     STANDSTILL,
     FloatArray,
     GaitState,
@@ -50,6 +53,10 @@ UPRIGHT_TILT = 0.2
 """[rad] below which a fallen robot counts as put back on its feet."""
 LYING_TILT = 1.0
 """[rad] of a torso at rest beyond which the robot lies."""
+SETTLE_TICKS = 30
+"""Over which a robot that moved when the gait began finds the vertical."""
+REST_FORCE, REST_RATE = 0.3, 0.05
+"""[m/s^2] from gravity and [rad/s]: what is less is a robot at rest."""
 UPRIGHT_TIME = 0.5
 """[s] for which it must stay there."""
 NOWHERE: Pose2 = (0.0, 0.0, 0.0)
@@ -96,6 +103,7 @@ class Gait:
         )
         self._fall = FallDetector()
         self._fall_told = False
+        self._settling = 0
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._odometry = Odometry()
@@ -232,8 +240,12 @@ class Gait:
         if self._stamp is not None and 1 <= ticks <= MISSED_TICKS_MAX:
             return ticks - 1
         self.reset()
-        self._orientation.reset(_point(frame.linear_acceleration))
         self._begin_stand(frame)
+        if not _at_rest(frame):
+            self._orientation.begin_moving()
+            self._settling = 1
+            return 0
+        self._orientation.reset(_point(frame.linear_acceleration))
         if self._orientation.tilt > LYING_TILT:
             self._state = GaitState.FALLEN
         return 0
@@ -253,6 +265,9 @@ class Gait:
             normal, rate = None, _point(frame.angular_velocity)
             self._side = self._lying.update(_point(frame.linear_acceleration), self._dt)
         self._orientation.update(rate, _point(frame.linear_acceleration), normal, self._dt)
+        if self._settling:
+            self._orientation.average(_point(frame.linear_acceleration), self._settling)
+            self._settling = (self._settling + 1) % SETTLE_TICKS
         up = self._orientation.up_in_torso
         self._measured = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
         if self._state in IN_MOTION:
@@ -494,6 +509,13 @@ class Gait:
             clipped_joints=self._clipped,
             motion=running.name if (running := self._conductor.running) is not None else "",
         )
+
+
+def _at_rest(frame: SensorFrame) -> bool:
+    force, rate = _point(frame.linear_acceleration), _point(frame.angular_velocity)
+    return (
+        abs(math.hypot(*force) - GRAVITY) < REST_FORCE and math.hypot(rate[0], rate[1]) < REST_RATE
+    )
 
 
 def _point(vector: FloatArray) -> Point3:

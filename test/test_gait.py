@@ -240,3 +240,33 @@ def test_a_relaxed_robot_that_lies_stands_once_it_is_upright(robot: RobotDescrip
     nao.force = GRAVITY
     nao.run(STANDSTILL, 20.0)
     assert nao.gait.state is GaitState.STAND
+
+
+def test_one_sample_of_a_moving_robot_says_nothing_about_the_vertical(
+    robot: RobotDescription,
+) -> None:
+    """A gait that begins while the robot is shaken takes the mean, not the first sample."""
+    nao = ObedientRobot(robot)
+    shaken = np.array([2.0, -5.0, 6.0])
+    for tick in range(60):
+        frame = nao.frame()
+        force = shaken if tick == 0 else GRAVITY + shaken * (0.3 if tick % 2 else -0.3)
+        frame = SensorFrame(
+            frame.stamp, frame.joint_position, frame.joint_velocity, np.zeros(3), force
+        )
+        position = nao.gait.step(frame, STANDSTILL).position
+        nao.stamp += PERIOD
+        nao.shown = [*nao.shown[1:], position]
+    status = nao.gait.status
+    assert abs(status.torso_roll) < 0.03 and abs(status.torso_pitch) < 0.06
+    assert nao.gait.state is GaitState.STAND
+
+
+def test_a_robot_that_lies_when_the_gait_begins_is_seen_to_lie_at_once(
+    robot: RobotDescription,
+) -> None:
+    gait = Gait(robot, P)
+    zeros = np.zeros(len(robot.joint_names))
+    frame = SensorFrame(0, robot.stand_pose, zeros, np.zeros(3), np.array([9.81, 0.0, 0.0]))
+    assert gait.step(frame, FORWARD).stiffness == 0.0
+    assert gait.state is GaitState.FALLEN
