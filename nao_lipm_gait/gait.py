@@ -11,12 +11,16 @@ import math
 
 import numpy as np
 
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
 from nao_lipm_gait.estimation.fall_detection import FallDetector
 from nao_lipm_gait.estimation.lying import LyingDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.stance_turn import StanceTurn
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
+from nao_lipm_gait.head.gaze import PAN, TILT
+from nao_lipm_gait.head.goals import Goal
+from nao_lipm_gait.head.head_control import HeadControl, TorsoPlace
 from nao_lipm_gait.heading_hold import HeadingHold
 from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
 from nao_lipm_gait.kinematics.body_placement import BodyPlacement
@@ -88,6 +92,7 @@ class Gait:
         self._limits = JointLimits(robot)
         self._pending: GaitParameters | None = None
         self._stand_requested = self._relax_requested = False
+        self._head = HeadControl(robot)
         self.reset()
 
     # -- what the world may ask --------------------------------------------------------------------
@@ -110,6 +115,7 @@ class Gait:
         self._stance_turn = StanceTurn()
         self._heading_hold = HeadingHold()
         self._conductor = Conductor(self.robot, self._motions)
+        self._head.rest()
         self._lying = LyingDetector()
         self._side: Posture | None = None
         self._last_position: FloatArray | None = None
@@ -146,6 +152,15 @@ class Gait:
         NaoGaitError, with what is possible, for a motion that is unknown or cannot begin here.
         """
         self._conductor.request(name, self._posture_ahead)
+
+    def request_look(self, goal: Goal | None) -> None:
+        """Turn the head, whatever the body does; None gives it back to the gait.
+
+        NaoGaitError for a robot without a head to turn.
+        """
+        if not self._head.exists:
+            raise NaoGaitError("head", "none", f"{PAN} and {TILT} in the robot's joints")
+        self._head.ask(goal)
 
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Change parameters, of a walk where it next changes its support foot.
@@ -214,9 +229,20 @@ class Gait:
                 self._dt,
             )
         self._residual = placed.residual
+        self._turn_head(position)
         self._clipped = self._limits.cut(position)
         self._last_position = position
         return JointTargets(frame.stamp, position)
+
+    def _turn_head(self, position: FloatArray) -> None:
+        """By the joints as they were measured: the head need not know better."""
+        if self._head.is_free:
+            return
+        left, right = self._soles
+        place = TorsoPlace(
+            self._orientation.up_in_torso, left, right, self._odometry.base_footprint_in_odom
+        )
+        self._head.apply(position, place, self._dt)
 
     def _steered(self, command: VelocityCommand) -> VelocityCommand:
         p = self._parameters
@@ -256,6 +282,7 @@ class Gait:
         com = self._body.com_in_torso()
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
+        self._soles = (sole, other) if support > 0 else (other, sole)
         roll_rate, pitch_rate, _ = _point(frame.angular_velocity)
         # Not every robot has a yaw gyro; the feet know how fast the torso turns.
         rate = (roll_rate, pitch_rate, self._odometry.velocity[2])
@@ -311,6 +338,10 @@ class Gait:
     def _moved(self, frame: SensorFrame, ticks: int) -> JointTargets:
         """Targets of the running motion."""
         targets = self._conductor.advance(ticks * self._dt, _point(frame.angular_velocity))
+        if self._conductor.turns_head:
+            self._head.yield_to(targets.position)
+        else:
+            self._turn_head(targets.position)
         self._residual = 0.0
         self._clipped = self._limits.cut(targets.position)
         self._last_position = targets.position
@@ -453,6 +484,7 @@ class Gait:
         return blended
 
     def _relaxed(self, frame: SensorFrame) -> JointTargets:
+        self._head.rest()
         position = np.array(frame.joint_position, dtype=float)
         self._limits.cut(position)
         self._residual = 0.0

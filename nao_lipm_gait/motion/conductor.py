@@ -9,6 +9,7 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.balance import balanced
+from nao_lipm_gait.motion.groups import HEAD, joint_groups
 from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
 from nao_lipm_gait.motion.library import MotionLibrary, shipped_library
 from nao_lipm_gait.motion.player import MotionPlayer
@@ -37,6 +38,7 @@ class Conductor:
         """library: None = the shipped motions of this robot, read when first needed."""
         self._robot = robot
         self._library = library
+        self._head = joint_groups(robot)[HEAD]
         self._player: MotionPlayer | None = None
         self._hold = np.array(robot.stand_pose, dtype=float)
         self.waiting: Motion | None = None
@@ -55,6 +57,15 @@ class Conductor:
     @property
     def running(self) -> Motion | None:
         return None if self._player is None else self._player.motion
+
+    @property
+    def turns_head(self) -> bool:
+        """The running motion has poses of the head; one that has none leaves the head alone."""
+        running = self.running
+        return running is not None and any(
+            keyframe.position is not None and not np.isnan(keyframe.position[self._head]).all()
+            for keyframe in running.keyframes
+        )
 
     @property
     def finished(self) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import MISSED_TICKS_MAX, ON_THE_WAY, Gait
+from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.conductor import GET_UP
 from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
@@ -175,7 +176,7 @@ class GaitEntry:
 
     def fenced(self, topic: str, work: Callable[[], None]) -> None:
         """Run `work`; what it raises is counted, logged and reported under the topic."""
-        group = COMMANDS if topic in ("cmd_vel", "~/motion") else SENSORS
+        group = COMMANDS if topic == "cmd_vel" or topic.startswith("~/") else SENSORS
         try:
             work()
         except NaoGaitError as error:
@@ -434,6 +435,10 @@ class GaitEntry:
     def request_motion(self, name: str) -> None:
         """Run a motion when it can begin; NaoGaitError for one that cannot."""
         self._gait.request_motion(name)
+
+    def look(self, goal: Goal | None) -> None:
+        """Turn the head; None gives it back. NaoGaitError for a robot without one."""
+        self._gait.request_look(goal)
 
     def get_up(self) -> str:
         """Get up from the floor; what is going to happen, in words. NaoGaitError if it cannot."""

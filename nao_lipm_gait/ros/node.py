@@ -21,6 +21,7 @@ from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import ON_THE_WAY
+from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.library import library_of
 from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
@@ -28,6 +29,7 @@ from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.diagnostics import diagnostics
 from nao_lipm_gait.ros.gait_entry import GaitEntry, Input, Others, Settings
 from nao_lipm_gait.ros.garbage import GarbageKeeper
+from nao_lipm_gait.ros.head_input import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.ros.health import Level
 from nao_lipm_gait.ros.messages import (
     COMMAND_WRITERS,
@@ -152,6 +154,7 @@ class GaitNode(Node):
             JointState, "joint_states", joint_input, qos_profile_sensor_data
         )
         self.create_subscription(String, "~/motion", self._on_motion, 10)
+        self._listen_for_the_head()
         self.create_service(Trigger, "~/stand", self._on_stand)
         self.create_service(Trigger, "~/get_up", self._on_get_up)
         self.create_service(Trigger, "~/relax", self._on_relax)
@@ -233,6 +236,24 @@ class GaitNode(Node):
 
     def _on_motion(self, message: String) -> None:
         self._entry.fenced("~/motion", partial(self._entry.request_motion, message.data))
+
+    def _listen_for_the_head(self) -> None:
+        robot = self._robot
+
+        def on(kind: type, topic: str, goal: Callable[[Any], Goal | None]) -> None:
+            def receive(message: Any) -> None:
+                self._entry.fenced(topic, lambda: self._entry.look(goal(message)))
+
+            self.create_subscription(kind, topic, receive, 10)
+
+        on(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
+        on(String, "~/head_mode", lambda m: head_mode(m.data))
+        on(PointStamped, "~/look_at", lambda m: head_point(
+            "~/look_at", (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
+        ))  # fmt: skip
+        on(PointStamped, "~/follow", lambda m: head_follow(
+            (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
+        ))  # fmt: skip
 
     def _on_get_up(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
         try:
