@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.gait_entry import HELD_MAX, GaitEntry, Others, Settings
@@ -13,7 +14,14 @@ from nao_lipm_gait.ros.health import Level, Report, reports
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput, TwistInput
 from nao_lipm_gait.ros.joint_belief import JointBelief
 from nao_lipm_gait.ros.sole_loads import SoleLoads
-from nao_lipm_gait.signals import GaitState, GaitStatus, JointTargets
+from nao_lipm_gait.ros.warm_up import warm_up
+from nao_lipm_gait.signals import (
+    GaitState,
+    GaitStatus,
+    JointTargets,
+    SensorFrame,
+    VelocityCommand,
+)
 from sim_bridge.command_input import TAKE_OVER, CommandInput
 
 ROBOT = load_robot()
@@ -200,3 +208,22 @@ def test_answers_to_what_was_before_a_reset_do_not_count() -> None:
     ear.reset(500 * MS)
     assert ear.read(490 * MS, NAMES, ROBOT.stand_pose.tolist(), effort)[0] is None
     assert ear.read(510 * MS, NAMES, ROBOT.stand_pose.tolist(), effort)[0] is not None
+
+
+def test_a_warm_up_walks_and_leaves_nothing_behind() -> None:
+    before = Gait.step
+    steps = []
+
+    def counted(gait: Gait, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        steps.append(gait)
+        return before(gait, frame, command)
+
+    Gait.step = counted  # type: ignore[method-assign]
+    try:
+        warm_up(ROBOT, GaitParameters(), Settings())
+    finally:
+        Gait.step = before  # type: ignore[method-assign]
+    assert len(steps) > 50 and steps[-1].state is GaitState.WALK
+    robot = Robot()
+    robot.tick(3)
+    assert robot.entry.state is GaitState.STAND

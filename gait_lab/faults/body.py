@@ -11,6 +11,7 @@ class WeakMotor(Fault):
     """A leg motor gets hot and gives 20 to 80 % of its torque."""
 
     summary = "a leg motor gives 20 to 80 % of its torque from now on"
+    why = "a leg no longer carries what the step asks for."
     share = (0.2, 0.8)
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -30,6 +31,7 @@ class LimpMotor(WeakMotor):
     """A leg motor loses its stiffness altogether."""
 
     summary = "a leg motor loses its stiffness from now on"
+    why = "a leg without a joint does not carry."
     share = (0.0, 0.0)
 
 
@@ -37,6 +39,7 @@ class SlipperyPatch(Spell):
     """The robot walks over something slippery."""
 
     summary = "friction 0.05 to 0.3 under both soles for 0.2 to 2 s"
+    why = "nothing holds the feet."
     shortest, longest = 0.2, 2.0
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -55,6 +58,7 @@ class PickedUp(Spell):
     """Somebody takes the robot by its shoulders, holds it in the air and puts it down again."""
 
     summary = "picked up by the torso for 1 to 3 s, held in the air, put down gently"
+    why = "the steps in the air do not end where the ground is."
     shortest, longest = 1.0, 3.0
     end = 9.0
     LIFT = 0.08

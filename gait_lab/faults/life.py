@@ -18,6 +18,7 @@ class GaitRestart(Fault):
     """`kill -9` of the gait at speed; another one is there within a second."""
 
     summary = "the gait is killed at speed and started again 0.1 to 1 s later"
+    why = "the robot stands on one leg with the last targets until the new gait is there."
     end = 8.0
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -73,6 +74,7 @@ class TwoGaits(Fault):
     """A second gait is started by mistake, while the first one walks."""
 
     summary = "a second gait commands the same robot"
+    why = "where the first gait ends, the second one takes over in mid-step, from a stand."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)

@@ -13,6 +13,7 @@ class Loss(Fault):
     """Each message may be lost, whatever it is and wherever it goes."""
 
     summary = "messages are lost, 1 to 20 % of them, in both directions"
+    why = "feedback comes in pieces."
     most = 0.2
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -39,6 +40,7 @@ class Bursts(Loss):
     """Nothing gets through for a moment, again and again."""
 
     summary = "bursts of 20 to 150 ms, 0.3 to 1 s apart, in which nothing gets through"
+    why = "feedback comes in pieces."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -57,6 +59,7 @@ class Latency(Fault):
     """
 
     summary = "sensors and commands up to 60 ms later, by a time that wanders"
+    why = "up to 120 ms are added to a loop that bridges 60 ms."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -83,6 +86,7 @@ class LateController(Fault):
     """The gait's answers come one to five control periods late."""
 
     summary = "the gait answers 1 to 5 ticks late, now and then or always"
+    why = "the loop is up to 50 ms later than the 60 ms that it bridges."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -102,6 +106,7 @@ class StarvedProcessor(Spell):
     """The gait gets no processor for a while, then works off what has come in."""
 
     summary = "the gait gets no processor for 20 to 300 ms, again and again"
+    why = "as silence."
     shortest, longest = 0.02, 0.3
 
     def __init__(self, random: np.random.Generator) -> None:

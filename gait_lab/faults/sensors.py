@@ -16,6 +16,10 @@ JOINTS = 22
 
 class Silence(Spell):
     summary = "no sensor message at all for 0.05 to 2 s"
+    why = (
+        "the robot stands on one leg with its last targets for longer than a step, "
+        "and nobody computes."
+    )
 
     def sensors(self, world: World, message: Message) -> Iterable[Late]:
         if not self.now(world):
@@ -26,6 +30,10 @@ class Frozen(Spell):
     """All numbers stay as they are, or those of the joints, or those of the IMU."""
 
     summary = "numbers of joints, IMU or both stand still for 0.05 to 2 s, stamps go on"
+    why = (
+        "an IMU that is stuck while the robot turns is believed until joints have "
+        "moved by 0.02 rad and it has said the same ten times."
+    )
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -46,6 +54,7 @@ class JointDropout(Spell):
     """One joint is missing, or reads zero, or stays where it was."""
 
     summary = "one joint is left out, reads 0 or stands still for 0.05 to 2 s"
+    why = "a single leg joint that is stuck is believed."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -100,6 +109,7 @@ class Spikes(Fault):
     """Single wrong numbers, large and small ones, that are no NaN."""
 
     summary = "joints wrong by 0.1 to 2 rad, gyro and acceleration too, in 1 to 10 % of messages"
+    why = "wrong numbers below the limits of belief reach the ankles by the gyro's feedback."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)

@@ -51,6 +51,7 @@ from nao_lipm_gait.ros.node_parameters import (
     unknown_overrides,
     used_as,
 )
+from nao_lipm_gait.ros.warm_up import warm_up
 from nao_lipm_gait.signals import GaitStatus, JointTargets
 
 URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
@@ -98,8 +99,10 @@ class GaitNode(Node):
         timeout = of_type(declare(self, TIMEOUT), float)
         interface = text(declare(self, INTERFACE))
         parameters = self._declare_table(preset)
+        settings = Settings(period, timeout)
+        warm_up(self._robot, parameters, settings)
         self._entry = GaitEntry(
-            self._robot, parameters, Settings(period, timeout), self, time.monotonic, motions
+            self._robot, parameters, settings, self, time.monotonic, motions
         )
         self._garbage = GarbageKeeper()
         self._loads: list[Subscription] = []
