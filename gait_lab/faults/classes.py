@@ -25,6 +25,7 @@ CLASSES: Mapping[str, type[Fault]] = {
     "starved": network.StarvedProcessor,
     "gait_restart": life.GaitRestart,
     "bridge_reset": life.BridgeReset,
+    "bridge_restart": life.BridgeRestart,
     "two_drivers": life.TwoDrivers,
     "two_gaits": life.TwoGaits,
     "parameters": life.Parameters,

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from gait_lab.faults.fault import Fault, Late
+from gait_lab.faults.stamps import shifted
 from gait_lab.faults.wire import Message
 from gait_lab.faults.world import World
 from nao_lipm_gait.errors import NaoGaitError
@@ -47,6 +48,26 @@ class BridgeReset(Fault):
         if self.now(world) and not self._done:
             self._done = True
             world.reset_robot()
+
+
+class BridgeRestart(Fault):
+    """`kill -9` of the simulated robot; another one is there within a second, its clock at zero."""
+
+    summary = "the simulated robot is killed and started again 0.1 to 1 s later, at time zero"
+    end = 8.0
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._silence = int(random.integers(10, 100))
+        self._born: int | None = None
+
+    def act(self, world: World) -> None:
+        if self.now(world) and self._born is None:
+            self._born = world.simulation.time
+            world.restart_robot(self._silence)
+
+    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+        yield 0, message if self._born is None else shifted(message, -self._born)
 
 
 class TwoDrivers(Fault):

@@ -102,7 +102,9 @@ def soak(run: FaultRun, minutes: float, every: float = 10.0) -> Iterator[Sample]
         world = World(simulation, run.parameters, fault, commands.at(0.0))
         down = 0
         for tick in range(1, round(minutes * 60.0 / PERIOD) + 1):
-            world.command = commands.at(world.seconds())
+            asked = commands.at(world.seconds())
+            # Half the full speeds: it is the process that shall be worn out, not the robot.
+            world.command = VelocityCommand(0.5 * asked.x, 0.5 * asked.y, 0.5 * asked.yaw)
             world.step()
             status = world.gaits[0].entry.last_status
             count = 0 if status is None else status.step_count

@@ -122,6 +122,12 @@ class World:
         self.fallen = False
         self.judge.robot_was_reset()
 
+    def restart_robot(self, ticks: int) -> None:
+        """As if the bridge were killed and started again: nobody remembers who commanded."""
+        self.reset_robot()
+        self._ear = CommandInput(self.robot)
+        self._silent_until = self.tick + ticks
+
     def disturb_robot(self, force: np.ndarray) -> None:
         """A force (3,) [N] on the torso during the next tick."""
         self.simulation.push(force, PERIOD)

@@ -77,6 +77,28 @@ def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe
     assert "Traceback" not in again.log
 
 
+def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
+    gait, truth, support, commands = walking(probe)
+    bridge = next(process for process in probe.processes if process.name == "sim_bridge")
+    bridge.signal(signal.SIGKILL)
+    bridge.wait()
+    probe.processes.remove(bridge)
+    truth.clear()
+    probe.start("sim_bridge", **SLOW)
+    probe.wait(lambda: truth, "the truth about a new robot")
+    assert stamp(truth[0]) < SECOND, "its clock begins again"
+    probe.wait(lambda: gait.says("joint_states header.stamp: backwards"), "a word about the time")
+
+    def walks() -> bool:
+        speed = [message.twist.twist.linear.x for message in truth[-100:]]
+        return support[-1].data.startswith("walk") and float(np.mean(speed)) > 0.12
+
+    drive(probe, truth, walks, "a walk of the new robot")
+    assert truth[-1].pose.pose.position.z > 0.25
+    check(commands)
+    assert gait.status is None and "Traceback" not in gait.log
+
+
 def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
     gait, truth, support, commands = walking(probe)
     reports = probe.subscribe(DiagnosticArray, "diagnostics")
