@@ -65,6 +65,7 @@ def _bench(arguments: argparse.Namespace) -> int:
         "ingredients": tuple(arguments.ingredient) or None,
         "impulses": tuple(arguments.impulse) or None,
         "directions": tuple(arguments.direction) or None,
+        "experiments": tuple(arguments.experiment) or None,
         "phases": arguments.phases,
         "metres": arguments.metres,
         "attempts": arguments.attempts,
@@ -117,6 +118,9 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         "that is survived; may be given often")  # fmt: skip
     parser.add_argument("--direction", action="append", default=[], metavar="NAME",
                         help="suite push: only this way, e.g. left, back_right; "
+                        "may be given often")  # fmt: skip
+    parser.add_argument("--experiment", action="append", default=[], metavar="NAME",
+                        help="suite posture: only this one: start, straight or soccer; "
                         "may be given often")  # fmt: skip
     parser.add_argument("--phases", type=int, metavar="N",
                         help="suite push: pushes per gait cycle (8)")  # fmt: skip

@@ -89,6 +89,11 @@ def test_the_suite_runs_on_bruno_with_and_without_gains(
     assert "Posture control" in said[0]
 
 
+def test_an_unknown_experiment_is_refused() -> None:
+    with pytest.raises(NaoGaitError, match="soccer, start, straight"):
+        suite.posture(BenchOptions(tasks=suite.TASKS, experiments=("chess",)))
+
+
 def test_only_one_forward_task_is_taken() -> None:
     for tasks in (("turn",), ("forward", "back")):
         with pytest.raises(NaoGaitError, match="forward"):

@@ -14,7 +14,8 @@ _SINGLE = {
 }  # fmt: skip
 _REPEATED = {
     "tasks": "--task", "ingredients": "--ingredient", "impulses": "--impulse",
-    "directions": "--direction", "faults": "--fault", "plant_options": "--plant-set",
+    "directions": "--direction",
+    "experiments": "--experiment", "faults": "--fault", "plant_options": "--plant-set",
 }  # fmt: skip
 _ALWAYS = {"seed": 0, "plant": "reference"}
 """Defaults of the command line that no suite changes."""

@@ -45,6 +45,8 @@ class BenchOptions:
     """Suite `speed`: the same tasks also at half their speed."""
     metres: float = 50.0
     """Suite `endurance`: what each robot walks."""
+    experiments: tuple[str, ...] = ()
+    """Of the suite `posture`; empty = all."""
     changes: Path | None = None
     """Suite `ablation`: a list of changes of the gait; None = the shipped one."""
     attempts: int = 5

@@ -74,7 +74,12 @@ def posture(options: BenchOptions) -> Report:
     if len(options.tasks) != 1 or find_task(options.tasks[0]).axis != "x":
         raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, as forward=40")
     speed = find_task(options.tasks[0]).asked
-    tasks = [start_task(speed), straight_task(speed, options.window), soccer_task(speed)]
+    every = [start_task(speed), straight_task(speed, options.window), soccer_task(speed)]
+    names = {task.name for task in every}
+    for name in options.experiments:
+        if name not in names:
+            raise NaoGaitError("experiment", name, f"one of {', '.join(sorted(names))}")
+    tasks = [task for task in every if task.name in (options.experiments or names)]
     off = Variant(parameters=dict.fromkeys(GAINS, 0.0))
     with_control, without = walk_all(
         replace(options, open_loop="off"), (Variant(), off), tasks, label="posture"

@@ -93,7 +93,7 @@ SUITES = {
         posture,
         {"robots": 20, "urdf": "bruno", "tasks": POSTURE_TASKS, "window": 300.0},
         ({"robots": 2, "window": 5.0},),
-        _WALKS,
+        _WALKS | {"experiments"},
     ),
     "kick": Suite(
         kicks,
