@@ -111,7 +111,9 @@ class Driver:
         return states
 
 
-def test_felled_by_a_push_it_is_up_and_walking_again_without_a_person() -> None:
+@pytest.mark.parametrize(("x", "y"), ((80.0, 0.0), (0.0, 90.0)))
+def test_felled_by_a_push_it_is_up_and_walking_again_without_a_person(x: float, y: float) -> None:
+    """Forward, and to a side on which it comes to lie and from which it rolls over first."""
     forward = VelocityCommand(0.12, 0.0, 0.0)
     spec = RolloutSpec(
         find_task("forward"), robot_seed=1, engine="mujoco",
@@ -122,8 +124,8 @@ def test_felled_by_a_push_it_is_up_and_walking_again_without_a_person() -> None:
     with simulation:
         nao.run(1.0)
         nao.run(2.0, forward)
-        simulation.push(np.array((80.0, 0.0, 0.0)), 0.1)
-        states = nao.run(14.0, forward)
+        simulation.push(np.array((x, y, 0.0)), 0.1)
+        states = nao.run(20.0, forward)
         assert GaitState.FALLEN in states and GaitState.GETTING_UP in states
         assert states[-1] is GaitState.WALK
         before = simulation.truth()
