@@ -33,6 +33,7 @@ ARGUMENTS = (
     ("sensor_delay", float, ("sim_bridge",), "age of the sensors when published [s] (the plant's)"),
     ("real_time_factor", float, ("sim_bridge",), "speed; 0 = as fast as possible (1.0)"),
     ("lockstep", bool, ("sim_bridge",), "physics waits for the gait: deterministic (false)"),
+    ("ball", bool, ("sim_bridge",), "a ball on the floor (false)"),
     ("start_state", str, ("sim_bridge",), "how the robot starts (stand)"),
     ("push_duration", float, ("sim_bridge",), "how long a push acts [s] (0.1)"),
     ("preset", str, ("gait",), "gait parameters: shipped name or YAML file (default)"),

@@ -34,6 +34,7 @@ from nao_lipm_gait.ros.readings import stamp_of
 from nao_lipm_gait.ros.stop_request import StopRequest
 from nao_lipm_gait.ros.throttle import Throttle
 from nao_lipm_gait.signals import JointTargets
+from sim_bridge.ball import Ball
 from sim_bridge.command_input import CommandInput
 from sim_bridge.commands import read_push
 from sim_bridge.engines import ENGINES
@@ -72,9 +73,10 @@ START_STATE = NodeParameter("start_state", "stand", "how the robot starts", choi
 PUSH_DURATION = NodeParameter(
     "push_duration", 0.1, "how long a push acts (simulated time)", "s", 0.002, 10.0
 )
+BALL = NodeParameter("ball", False, "a ball on the floor, 0.5 m ahead of the robot's start")
 NODE_PARAMETERS = (
     URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
-    PUSH_DURATION,
+    PUSH_DURATION, BALL,
 )  # fmt: skip
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -101,6 +103,7 @@ class BridgeNode(Node):
             control_period=CONTROL_PERIOD,
             gui=_needs_display(of_type(declare(self, GUI), bool)),
             start_state=text(declare(self, START_STATE)),
+            ball=Ball() if of_type(declare(self, BALL), bool) else None,
         )
         self.control_period = self._simulation.control_period
         self._commands = CommandInput(self._robot)
@@ -131,6 +134,9 @@ class BridgeNode(Node):
         )
         self._odometry = self.create_publisher(Odometry, "ground_truth/odom", _RELIABLE)
         self._com = self.create_publisher(PointStamped, "ground_truth/com", _RELIABLE)
+        self._ball = None
+        if self._simulation.ball is not None:
+            self._ball = self.create_publisher(PointStamped, "ground_truth/ball", _RELIABLE)
         description = self.create_publisher(String, "robot_description", _LATCHED)
         description.publish(String(data=self._robot.urdf))
 
@@ -143,6 +149,10 @@ class BridgeNode(Node):
         self.create_subscription(
             WrenchStamped, "push", partial(self._fenced, self._on_push), _RELIABLE
         )
+        if self._ball is not None:
+            self.create_subscription(
+                PointStamped, "~/put_ball", partial(self._fenced, self._on_put_ball), _RELIABLE
+            )
         self.create_service(Trigger, "~/reset", self._on_reset)
 
     def destroy_node(self) -> None:
@@ -165,6 +175,9 @@ class BridgeNode(Node):
         truth = self._simulation.truth()
         self._odometry.publish(self._truths.odometry(truth))
         self._com.publish(self._truths.com(truth))
+        ball = self._simulation.ball
+        if self._ball is not None and ball is not None:
+            self._ball.publish(self._truths.point(truth.stamp, ball.position))
 
     def send(self, reading: Reading) -> None:
         """The IMU goes first: the joint state of the same stamp makes the gait tick."""
@@ -219,6 +232,13 @@ class BridgeNode(Node):
             (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
         )
         self._simulation.push(push, self._push_duration)
+
+    def _on_put_ball(self, message: PointStamped) -> None:
+        if message.header.frame_id not in ("", "world"):
+            raise NaoGaitError(
+                "~/put_ball header.frame_id", message.header.frame_id, "world, or empty"
+            )
+        self._simulation.put_ball(message.point.x, message.point.y)
 
     def _on_reset(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
         self._simulation.reset()

@@ -89,9 +89,13 @@ class TruthWriter:
         return message
 
     def com(self, truth: GroundTruth) -> PointStamped:
+        return self.point(truth.stamp, truth.com)
+
+    def point(self, stamp: int, position: FloatArray) -> PointStamped:
+        """(3,) [m] in the world."""
         message = self._com
-        message.header.stamp = to_time(truth.stamp)
-        message.point.x, message.point.y, message.point.z = truth.com.tolist()
+        message.header.stamp = to_time(stamp)
+        message.point.x, message.point.y, message.point.z = position.tolist()
         return message
 
 
