@@ -304,6 +304,45 @@ def _add_view(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_view)
 
 
+def _teach(arguments: argparse.Namespace) -> int:
+    from gait_lab import teach
+
+    if arguments.action == "list":
+        _say(teach.listing(arguments.urdf))
+    elif arguments.file is None:
+        raise NaoGaitError("file", "none", f"a motion file to {arguments.action}")
+    elif arguments.action == "check":
+        for motion in teach.check(arguments.file, arguments.urdf):
+            _say(f"{motion.name}: {len(motion.keyframes)} keyframes, {motion.time:.2f} s")
+    elif arguments.action == "play":
+        teach.play(
+            arguments.file, urdf=arguments.urdf, namespace=arguments.namespace, say=_say
+        )
+    else:
+        teach.record(
+            arguments.file, urdf=arguments.urdf, meaning=arguments.meaning,
+            starts=arguments.starts, ends=arguments.ends, stiff=arguments.stiff,
+            head=arguments.head, namespace=arguments.namespace, say=_say,
+        )  # fmt: skip
+    return EXIT_OK
+
+
+def _add_teach(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("action", choices=("record", "play", "check", "list"),
+                        help="record poses of the running robot, play a file on it, check a file, "
+                        "list the shipped motions")  # fmt: skip
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="motion file (.yaml)")
+    parser.add_argument("--urdf", default="nao_h21_v33", metavar="FILE", help="of the robot")
+    parser.add_argument("--meaning", default="", metavar="TEXT", help="record: what it is for")
+    parser.add_argument("--starts", default="standing", metavar="P", help="record: posture before")
+    parser.add_argument("--ends", default="standing", metavar="P", help="record: posture after")
+    parser.add_argument("--stiff", action="store_true",
+                        help="record: do not take the torque off")  # fmt: skip
+    parser.add_argument("--head", action="store_true", help="record: the head too")
+    parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")
+    parser.set_defaults(run=_teach)
+
+
 def _teleop(arguments: argparse.Namespace) -> int:
     from gait_lab import teleop
 
@@ -337,6 +376,7 @@ _COMMANDS = (
     ("record", "record topics to a bag (rosbag2; MCAP or sqlite3)", _add_record),
     ("report", "a page in one file about a recorded walk, or about two", _add_report),
     ("view", "watch and drive the running robot in the browser", _add_view),
+    ("teach", "teach the robot a motion by hand, or play one", _add_teach),
     ("teleop", "drive the robot from the keyboard", _add_teleop),
 )
 

@@ -146,12 +146,13 @@ class Gait:
         """Take the torque off all joints at the next tick."""
         self._relax_requested = True
 
-    def request_motion(self, name: str) -> None:
-        """Run a motion, or `get_up`: at once, or when the walk or another motion has ended.
+    def request_motion(self, motion: str | Motion) -> None:
+        """Run a motion by its name, or `get_up`, or a motion that is in no library: at once, or
+        when the walk or another motion has ended.
 
         NaoGaitError, with what is possible, for a motion that is unknown or cannot begin here.
         """
-        self._conductor.request(name, self._posture_ahead)
+        self._conductor.request(motion, self._posture_ahead)
 
     def request_look(self, goal: Goal | None) -> None:
         """Turn the head, whatever the body does; None gives it back to the gait.

@@ -72,20 +72,21 @@ class Conductor:
         """The motion has come to its last keyframe, and holds it."""
         return self._player is None or self._player.finished
 
-    def request(self, name: str, posture: Posture | None) -> None:
-        """Ask for a motion by its name, for a robot that is, or after the running motion will be,
-        in this posture; None = not known, as while it falls.
+    def request(self, asked: str | Motion, posture: Posture | None) -> None:
+        """Ask for a motion, or one by its name, for a robot that is, or after the running motion
+        will be, in this posture; None = not known, as while it falls.
 
         NaoGaitError for an unknown motion and for one that does not begin there.
         """
         lies = posture is None or posture in LYING
-        if name == GET_UP:
+        name = asked.name if isinstance(asked, Motion) else asked
+        if asked == GET_UP:
             if not lies:
                 raise NaoGaitError("motion", name, f"get-ups from lying; the robot is {posture}")
             self.get_up_wanted = True
             self.attempts = 0
             return
-        motion = self.library.find(name)
+        motion = asked if isinstance(asked, Motion) else self.library.find(asked)
         if posture is not None and not motion.begins_from(posture):
             possible = sorted(
                 each.name for each in self.library.motions.values() if each.begins_from(posture)

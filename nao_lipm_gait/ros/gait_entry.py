@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ from nao_lipm_gait.gait import MISSED_TICKS_MAX, ON_THE_WAY, Gait
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.conductor import GET_UP
 from nao_lipm_gait.motion.library import MotionLibrary
+from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.ros.frame_assembly import FrameAssembler, ImuSample, JointSample
@@ -433,8 +435,12 @@ class GaitEntry:
         return "relaxed from the next tick on; ~/stand makes it stiff again"
 
     def request_motion(self, name: str) -> None:
-        """Run a motion when it can begin; NaoGaitError for one that cannot."""
-        self._gait.request_motion(name)
+        """Run a motion, by its name or from a file, when it can begin; NaoGaitError for one that
+        cannot."""
+        if not name.endswith(".yaml"):
+            self._gait.request_motion(name)
+        else:
+            self._gait.request_motion(load_motions(Path(name), self._gait.robot)[0])
 
     def look(self, goal: Goal | None) -> None:
         """Turn the head; None gives it back. NaoGaitError for a robot without one."""
