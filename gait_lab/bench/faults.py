@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
 from gait_lab.faults.campaign import FELL, OUTCOMES, VIOLATED, FaultRun, Verdict, run_fault
-from gait_lab.faults.classes import CLASSES
+from gait_lab.faults.classes import ALL, CLASSES
 from gait_lab.rollout import parallel_map
 from nao_lipm_gait.errors import NaoGaitError
 
@@ -18,8 +18,8 @@ _EVIDENCE = 20
 def classes_of(names: Sequence[str]) -> tuple[str, ...]:
     """The classes to run: those that are named, or all."""
     for name in names:
-        if name not in CLASSES:
-            raise NaoGaitError("fault", name, f"one of {', '.join(CLASSES)}")
+        if name not in ALL:
+            raise NaoGaitError("fault", name, f"one of {', '.join(ALL)}")
     return tuple(dict.fromkeys(names)) or tuple(CLASSES)
 
 
@@ -75,7 +75,7 @@ def _text(
         ("fault", "runs", *OUTCOMES, "fell unknown", "what happens to the robot"),
         ("",) * 8,
     ]
-    lines += [_line(name, found, CLASSES[name].summary) for name, found in by_class.items()]
+    lines += [_line(name, found, ALL[name].summary) for name, found in by_class.items()]
     lines.append(_line("all", verdicts, ""))
     title = (
         f"{len(verdicts)} runs with a fault in the middle of a walk; plant "
@@ -88,9 +88,9 @@ def _text(
         "exception; a hang; a stop without a word; after a fall, a stiff command of a gait that",
         "knows of no fall.",
     ]
-    notes += [f"Falls, {name.replace('_', ' ')}: {CLASSES[name].why}"
+    notes += [f"Falls, {name.replace('_', ' ')}: {ALL[name].why}"
               for name, found in by_class.items()
-              if CLASSES[name].why and any(v.outcome == FELL for v in found)]  # fmt: skip
+              if ALL[name].why and any(v.outcome == FELL for v in found)]  # fmt: skip
     broken = [verdict for verdict in verdicts if verdict.outcome == VIOLATED]
     notes += [
         f"VIOLATED {verdict.run.fault}, seed {verdict.run.seed}: {'; '.join(verdict.violations)}"

@@ -36,3 +36,9 @@ CLASSES: Mapping[str, type[Fault]] = {
     "slippery": body.SlipperyPatch,
     "picked_up": body.PickedUp,
 }
+COMPARED: Mapping[str, type[Fault]] = {
+    "imu_gone": sensors.ImuGone,
+    "imu_ignored": sensors.ImuIgnored,
+}
+"""Not part of the campaign: what a decision was made by. The last one is not the gait as it is."""
+ALL: Mapping[str, type[Fault]] = {**CLASSES, **COMPARED}

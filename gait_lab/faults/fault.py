@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gait_lab.faults.wire import Command, Message
+from nao_lipm_gait.ros.gait_entry import Settings
 
 if TYPE_CHECKING:
     from gait_lab.faults.world import World
@@ -21,6 +22,8 @@ class Fault:
     summary = "nothing"
     end = 6.0
     """[s] A run lasts so long."""
+    settings = Settings()
+    """Of the gait; a fault that is there for comparison has others."""
     why = ""
     """Why robots fall, where they do."""
 

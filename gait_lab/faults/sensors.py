@@ -9,9 +9,11 @@ import numpy as np
 from gait_lab.faults.fault import Fault, Late, Spell
 from gait_lab.faults.wire import Message
 from gait_lab.faults.world import World
+from nao_lipm_gait.ros.gait_entry import Settings
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput
 
-JOINTS = 22
+JOINTS = 1000
+"""More than a robot has: a joint is drawn before its robot is known."""
 
 
 class Silence(Spell):
@@ -63,13 +65,14 @@ class JointDropout(Spell):
         self._value: float | None = None
 
     def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        content, place = message.content, self._joint
+        content = message.content
         if not isinstance(content, JointInput) or not self.now(world):
             yield 0, message
             return
         names, position, velocity = (
             list(content.names), list(content.position), list(content.velocity)
         )  # fmt: skip
+        place = self._joint % len(names)
         if self._kind == "missing":
             for column in (names, position, velocity):
                 del column[place]
@@ -150,7 +153,7 @@ class BiasJump(Fault):
         if self.now(world):
             if isinstance(content, JointInput) and not self._gyro:
                 position = list(content.position)
-                position[self._joint] += self._angle
+                position[self._joint % len(position)] += self._angle
                 message = replace(message, content=replace(content, position=position))
             elif isinstance(content, ImuInput) and self._gyro:
                 x, y, z = content.angular_velocity
@@ -168,3 +171,18 @@ class ImuOutage(Spell):
     def sensors(self, world: World, message: Message) -> Iterable[Late]:
         if not (isinstance(message.content, ImuInput) and self.now(world)):
             yield 0, message
+
+
+class ImuGone(ImuOutage):
+    summary = "no IMU from now on; 9 s"
+    end = 12.0
+
+    def now(self, world: World) -> bool:
+        return world.seconds() >= self.begin
+
+
+class ImuIgnored(ImuGone):
+    """Not the gait as it is: what it would be to walk on."""
+
+    summary = "the same, and the gait is told to walk on"
+    settings = Settings(imu_patience=1e6)

@@ -16,7 +16,7 @@ from gait_lab.metrics import has_fallen
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Others, Settings
+from nao_lipm_gait.ros.gait_entry import GaitEntry, Others
 from nao_lipm_gait.ros.health import Level, reports
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
@@ -40,7 +40,7 @@ class LiveGait:
         self.name = name
         self._world = world
         self.entry = GaitEntry(
-            world.robot, world.parameters, Settings(PERIOD), self, world.seconds
+            world.robot, world.parameters, world.fault.settings, self, world.seconds
         )
         self.sent: list[JointTargets] = []
 

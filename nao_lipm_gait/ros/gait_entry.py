@@ -60,8 +60,8 @@ STUCK = 0.06
 """[rad] by which stuck joints are not where they were told to be."""
 NEAR = 0.3
 """[rad] between two joint states of one motion."""
-WITHOUT_IMU, WITHOUT_JOINTS = 100_000_000, 300_000_000
-"""[ns] after which a robot without one of them stops walking."""
+WITHOUT_JOINTS = 300_000_000
+"""[ns] without joints that can be read, after which the robot stops walking."""
 HELD_MAX = 5
 """Ticks in a row without usable targets, after which the gait begins anew."""
 LOAD_ABSURD = 1e5
@@ -91,6 +91,8 @@ class Settings:
     """[s] between two joint states."""
     cmd_vel_timeout: float = 0.5
     """[s]"""
+    imu_patience: float = 0.1
+    """[s] without an IMU, after which the robot stops walking."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -382,12 +384,13 @@ class GaitEntry:
         before, self._blind = self._blind, self._blind_for(stamp)
         blind = self._blind
         self.wants_loads = blind > 0
-        if blind > WITHOUT_IMU:
+        patience = round(self._settings.imu_patience * 1e9)
+        if blind > patience:
             if self._loads.carry_nothing(stamp) or self._gait.state is GaitState.FALLEN:
                 self._gait.believe_fallen()
                 return f"imu/data: none for {blind * 1e-9:.1f} s, and no load on the soles: relaxed"
             return f"imu/data: none for {blind * 1e-9:.1f} s; the robot stops and stands"
-        if blind == 0 and before > WITHOUT_IMU:
+        if blind == 0 and before > patience:
             self._see_again()
         since = self._unread_since
         if since is not None and stamp - since > WITHOUT_JOINTS:
