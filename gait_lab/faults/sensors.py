@@ -140,6 +140,7 @@ class BiasJump(Fault):
     """An encoder slips, or the gyro gets another offset, and stays so."""
 
     summary = "from now on one leg joint is off by up to 3 deg, or the gyro by up to 0.1 rad/s"
+    why = "degrees at a hip or an ankle, or of the gyro, tilt the robot faster than is learned."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
