@@ -96,6 +96,14 @@ def test_accelerometer_corrects_a_gyro_bias_on_average() -> None:
     assert filter_.tilt < 0.06
 
 
+def test_an_impact_in_the_first_sample_is_soon_forgotten() -> None:
+    orientation = TorsoOrientation(4.0, 4.0, 0.35)
+    orientation.reset((7.0, 0.0, 7.0))
+    for _ in range(100):
+        orientation.update((0.0, 0.0, 0.0), (0.0, 0.0, GRAVITY), None, DT)
+    assert orientation.tilt < 0.01
+
+
 def test_flat_stance_sole_corrects_only_while_nearly_upright() -> None:
     normal = tuple(Rotation.from_euler("X", 0.1).inv().apply([0.0, 0.0, 1.0]))
     near = TorsoOrientation(1e9, 0.5, 0.3)

@@ -2,7 +2,8 @@
 
 The state is u, the upward vertical in the torso frame. The gyro turns it; two slow pulls keep it
 true: towards the specific force, whose mean over a gait cycle is gravity, and towards the normal
-of the stance sole, which lies flat on the ground unless the robot tips.
+of the stance sole, which lies flat on the ground unless the robot tips. At first the accelerometer
+counts as the mean of what it has said so far, because the first sample may be an impact's.
 """
 
 from math import acos, asin, atan2, sqrt
@@ -19,6 +20,7 @@ class TorsoOrientation:
         """Time constants of both pulls [s]; the tilt [rad] above which the sole is not flat."""
         self.set_times(accelerometer_time, stance_time, stance_limit)
         self._up = UPRIGHT
+        self._age = 0.0
 
     def set_times(
         self, accelerometer_time: float, stance_time: float, stance_limit: float
@@ -49,6 +51,7 @@ class TorsoOrientation:
 
     def reset(self, specific_force: Point3) -> None:
         """Start from the accelerometer alone, as at rest; upright if it says nothing."""
+        self._age = 0.0
         length = sqrt(sum(value * value for value in specific_force))
         self._up = _scaled(specific_force, 1.0 / length) if length > 1.0 else UPRIGHT
 
@@ -82,7 +85,8 @@ class TorsoOrientation:
         # A fixed vertical seen from a turning torso: du/dt = u x w.
         x, y, z = x + dt * (y * wz - z * wy), y + dt * (z * wx - x * wz), z + dt * (x * wy - y * wx)
         # Not normalised before averaging: only the raw specific force has gravity as its mean.
-        pull = dt / self._accelerometer_time
+        self._age += dt
+        pull = dt / min(self._accelerometer_time, self._age + dt)
         ax, ay, az = specific_force
         x += pull * (ax / GRAVITY - x)
         y += pull * (ay / GRAVITY - y)
