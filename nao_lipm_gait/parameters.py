@@ -71,7 +71,7 @@ class GaitParameters:
         0.05, 0.02, 0.12, "m", "pendulum", "r_y: distance of the pendulum origin from Q"
     )
     pendulum_shift_max: float = _parameter(
-        0.04, 0.0, 0.06, "m", "pendulum", "cap on |r_x|; a step that needs more is made smaller"
+        0.036, 0.0, 0.06, "m", "pendulum", "cap on |r_x|; a step that needs more is made smaller"
     )
     pendulum_shift_side_max: float = _parameter(
         0.045, 0.0, 0.06, "m", "pendulum",
@@ -168,6 +168,10 @@ class GaitParameters:
     )
     step_catch_in: float = _parameter(
         0.03, 0.0, 0.05, "m", "step", "how far feedback may put the next foot further in"
+    )
+    step_hurry: float = _parameter(
+        0.09, 0.0, 1.0, "m", "step",
+        "feedback ends a step sooner that the CoM asks to be this much longer; 1 = never",
     )
     # -- observer ----------------------------------------------------------------------------------
     feedback: bool = _switch(

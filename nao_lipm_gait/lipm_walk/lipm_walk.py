@@ -11,10 +11,11 @@ one, and each tick commits one control period more.
 
 from collections import deque
 from itertools import chain
+from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
-from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
-from nao_lipm_gait.lipm_walk.step_planning import plan_sagittal
+from nao_lipm_gait.lipm_walk.pendulum import advance, natural_frequency
+from nao_lipm_gait.lipm_walk.step_planning import SagittalPlan, plan_sagittal
 from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Pace, approach, stride_for
 from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.lipm_walk.support_change import (
@@ -22,6 +23,7 @@ from nao_lipm_gait.lipm_walk.support_change import (
     origin_shift_for,
     plan_support_change,
     stride_that_catches,
+    turning_time,
 )
 from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
 from nao_lipm_gait.lipm_walk.walk_state import (
@@ -47,6 +49,16 @@ FEET_TOGETHER = 0.015
 """[m, rad] a step size that leaves the feet nearly side by side: good enough to stand on."""
 PATIENCE = 8
 """Steps in place after which a stop no longer waits for the feedback to agree."""
+
+
+class LateralPlan(NamedTuple):
+    """The end of the running phase, and where the pendulums stand in y."""
+
+    change: SupportChange
+    offset_y: float
+    """r_y [m], outwards."""
+    stride: float
+    """D [m] to the next origin."""
 
 
 class LipmWalk:
@@ -166,34 +178,39 @@ class LipmWalk:
 
     def _plan_single_support(self, state: WalkState) -> None:
         """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
-        p, k = self._p, self._k
-        swing = -state.support
-        wanted = self._stride.of_step(swing, p)
-        change, offset_y, stride = self._plan_lateral(state, wanted[1])
-        entry = max(stride - change.position, 1e-3)
+        wanted = self._stride.of_step(-state.support, self._p)
+        lateral = self._plan_lateral(state, wanted[1])
+        sagittal = self._plan_sagittal(state, lateral, wanted[0])
+        if self._is_urgent(sagittal):
+            lateral, sagittal = self._hurried(state, lateral, sagittal, wanted[0])
+        self._time_left = lateral.change.time
+        self._origin = (sagittal.origin, state.support * lateral.offset_y)
+        side = -state.support * (lateral.stride - lateral.offset_y - self._p.pendulum_offset_y)
+        self._step_size = (sagittal.step_size, side, wanted[2])
+
+    def _plan_sagittal(self, state: WalkState, lateral: LateralPlan, wanted: float) -> SagittalPlan:
+        """r_x and s-bar_x for the support change of `lateral`; wanted: s-bar_x [m]; (7)-(9)."""
+        p, k, change = self._p, self._k, lateral.change
+        entry = max(lateral.stride - change.position, 1e-3)
         phase_tanh = min(max(change.velocity / (k * entry), 0.0), MAX_PHASE_TANH)
         last = self._last_step_size[0]
         stretch = p.step_stretch_max if p.feedback else 0.0
-        sagittal = plan_sagittal(
+        return plan_sagittal(
             state.x,
             state.vx,
             k,
             change.time,
             -phase_tanh,
-            wanted[0],
+            wanted,
             p.pendulum_shift_max,
             max(-p.step_backward_max - stretch, -p.step_travel_max - last),
             min(p.step_forward_max + stretch, p.step_travel_max - last),
             held_origin=self._origin[0] if self._is_origin_held(change.time) else None,
             capture=p.step_capture if p.feedback else 0.0,
         )
-        self._time_left = change.time
-        self._origin = (sagittal.origin, state.support * offset_y)
-        side = swing * (stride - offset_y - p.pendulum_offset_y)
-        self._step_size = (sagittal.step_size, side, wanted[2])
 
-    def _plan_lateral(self, state: WalkState, side: float) -> tuple[SupportChange, float, float]:
-        """When the support changes, r_y and D [m], for a wanted s-bar_y `side` [m]; (4)-(6).
+    def _plan_lateral(self, state: WalkState, side: float) -> LateralPlan:
+        """When the support changes, r_y and D, for a wanted s-bar_y `side` [m]; (4)-(6).
 
         A pushed CoM that no support change in time suits moves r_y outwards and the next foot.
         """
@@ -207,14 +224,44 @@ class LipmWalk:
         x, v = swing * state.y + offset_y, swing * state.vy
         change = plan_support_change(x, v, k, stride, width, earliest, latest)
         if change.feasible or self._shifting_weight or not p.feedback:
-            return change, offset_y, stride
+            return LateralPlan(change, offset_y, stride)
         shift = origin_shift_for(x, v, k, stride, width, latest, p.pendulum_shift_side_max)
         stride += shift
         if shift > 0.0:
             change = plan_support_change(x + shift, v, k, stride, width, earliest, latest)
-        caught = stride_that_catches(change.position, change.velocity, k, width)
-        stride += min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
-        return change, offset_y + shift, stride
+        return LateralPlan(change, offset_y + shift, self._caught(change, stride))
+
+    def _caught(self, change: SupportChange, stride: float) -> float:
+        """D [m] moved towards where the next pendulum gets its width."""
+        p = self._p
+        caught = stride_that_catches(change.position, change.velocity, self._k, p.pendulum_width)
+        return stride + min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
+
+    def _hurried(
+        self, state: WalkState, lateral: LateralPlan, sagittal: SagittalPlan, wanted: float
+    ) -> tuple[LateralPlan, SagittalPlan]:
+        """The step ended sooner, until the CoM asks for one that is not much longer than wanted.
+
+        The divergent component grows by e^(k t): a CoM pushed along x needs the next foot soon.
+        The next foot then stands nearer, because the CoM has not come as far in y.
+        """
+        p, k = self._p, self._k
+        swing = -state.support
+        x, v = swing * state.y + lateral.offset_y, swing * state.vy
+        earliest = max(p.step_duration_min - self._elapsed, turning_time(x, v, k))
+        usual_stride = 2.0 * p.pendulum_offset_y + swing * self._stride.of_step(swing, p)[1]
+        stride = usual_stride + lateral.offset_y - p.pendulum_offset_y
+        time = lateral.change.time - self._dt
+        while time >= earliest and self._is_urgent(sagittal):
+            change = SupportChange(time, *advance(x, v, k, time), feasible=False)
+            lateral = LateralPlan(change, lateral.offset_y, self._caught(change, stride))
+            sagittal = self._plan_sagittal(state, lateral, wanted)
+            time -= self._dt
+        return lateral, sagittal
+
+    def _is_urgent(self, plan: SagittalPlan) -> bool:
+        corrects = self._p.feedback and not self._shifting_weight
+        return corrects and abs(plan.correction) > self._p.step_hurry
 
     def _is_origin_held(self, time_left: float) -> bool:
         return time_left < ORIGIN_HOLD_TIME and not self._shifting_weight

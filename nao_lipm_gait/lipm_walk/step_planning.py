@@ -25,6 +25,8 @@ class SagittalPlan(NamedTuple):
     """r_x [m] relative to Q."""
     step_size: float
     """s-bar_x [m]."""
+    correction: float
+    """[m] that the CoM asks for beyond the wanted step size, before the legs limit it."""
 
 
 def plan_sagittal(
@@ -54,6 +56,7 @@ def plan_sagittal(
     drift = x * (c - next_phase_tanh * s) + v * (s - next_phase_tanh * c) / k
     origin = held_origin if held_origin is not None else (step_size - drift) / lever
     capped = min(max(origin, -origin_max), origin_max)
+    correction = 0.0
     if held_origin is not None or capped != origin:
         origin = capped
         keeping = origin * lever + drift
@@ -63,5 +66,6 @@ def plan_sagittal(
             # next phase of no duration (tanh 0) has no steady walk, and gets b = s_w.
             steady = step_size * (1.0 + next_phase_tanh) / (-2.0 * next_phase_tanh or 1.0)
             keeping += capture * (reach - steady - keeping)
-        step_size = min(max(keeping, step_min), step_max)
-    return SagittalPlan(origin, step_size)
+        wanted, step_size = step_size, min(max(keeping, step_min), step_max)
+        correction = keeping - wanted
+    return SagittalPlan(origin, step_size, correction)

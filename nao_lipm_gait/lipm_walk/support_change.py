@@ -16,7 +16,7 @@ outer part of the sole when the CoM would take too long to come back, and `strid
 moves the next origin to where it turns the CoM back at its wanted width.
 """
 
-from math import exp, log, sqrt
+from math import atanh, exp, log, sqrt
 from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.pendulum import advance, divergent_component, orbital_energy
@@ -83,6 +83,11 @@ def origin_shift_for(
     shrink = exp(-k * time)
     shift = (leaving_reach * shrink - divergent_component(x, v, k)) / (1.0 - shrink)
     return min(max(shift, 0.0), shift_max)
+
+
+def turning_time(x: float, v: float, k: float) -> float:
+    """Time [s] until the CoM stops moving outwards; 0 if it does not, or never stops."""
+    return atanh(-v / (k * x)) / k if x > 0.0 and -k * x < v < 0.0 else 0.0
 
 
 def stride_that_catches(position: float, velocity: float, k: float, next_width: float) -> float:
