@@ -11,12 +11,13 @@ one, and each tick commits one control period more.
 
 from collections import deque
 from itertools import chain
+from math import tan
 from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
 from nao_lipm_gait.lipm_walk.pendulum import advance, natural_frequency
 from nao_lipm_gait.lipm_walk.step_planning import SagittalPlan, plan_sagittal
-from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Pace, approach, stride_for
+from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Pace, approach, passing_speed, stride_for
 from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.lipm_walk.support_change import (
     SupportChange,
@@ -97,6 +98,7 @@ class LipmWalk:
         still = (Segment(self._dt, 0.0, 0.0),)
         self._committed: deque[tuple[Segment, ...]] = deque([still] * self._delay_ticks)
         self._stride = STEP_IN_PLACE
+        self._passing = 0.0
         self._pace = Pace()
         self._step_size: Pose2 = (0.0, 0.0, 0.0)
         self._last_step_size: Pose2 = (0.0, 0.0, 0.0)
@@ -180,34 +182,50 @@ class LipmWalk:
         """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
         wanted = self._stride.of_step(-state.support, self._p)
         lateral = self._plan_lateral(state, wanted[1])
-        sagittal = self._plan_sagittal(state, lateral, wanted[0])
+        sagittal = self._plan_sagittal(state, lateral, wanted)
         if self._is_urgent(sagittal):
-            lateral, sagittal = self._hurried(state, lateral, sagittal, wanted[0])
+            lateral, sagittal = self._hurried(state, lateral, sagittal, wanted)
         self._time_left = lateral.change.time
         self._origin = (sagittal.origin, state.support * lateral.offset_y)
-        side = -state.support * (lateral.stride - lateral.offset_y - self._p.pendulum_offset_y)
-        self._step_size = (sagittal.step_size, side, wanted[2])
+        self._step_size = (sagittal.step_size, self._side(state, lateral), wanted[2])
 
-    def _plan_sagittal(self, state: WalkState, lateral: LateralPlan, wanted: float) -> SagittalPlan:
-        """r_x and s-bar_x for the support change of `lateral`; wanted: s-bar_x [m]; (7)-(9)."""
+    def _side(self, state: WalkState, lateral: LateralPlan) -> float:
+        """s-bar_y [m] that leads from r_y to the next origin."""
+        return -state.support * (lateral.stride - lateral.offset_y - self._p.pendulum_offset_y)
+
+    def _plan_sagittal(
+        self, state: WalkState, lateral: LateralPlan, wanted: Pose2
+    ) -> SagittalPlan:
+        """r_x and s-bar_x for the support change of `lateral`; wanted: s-bar; (7)-(9).
+
+        In a turn by theta, Q-bar sees some of the motion in y as motion in x. With T of
+        `plan_sagittal`, its condition x-bar_0 = 0 becomes that of a straight step which is longer
+        by tan(theta) (T v_y - (y - s-bar_y)) at the exchange.
+        """
         p, k, change = self._p, self._k, lateral.change
         entry = max(lateral.stride - change.position, 1e-3)
         phase_tanh = min(max(change.velocity / (k * entry), 0.0), MAX_PHASE_TANH)
         last = self._last_step_size[0]
         stretch = p.step_stretch_max if p.feedback else 0.0
-        return plan_sagittal(
+        swing = -state.support
+        y, vy = swing * (change.position - lateral.offset_y), swing * change.velocity
+        turned = -phase_tanh / k * vy - (y - self._side(state, lateral))
+        longer = tan(wanted[2]) * turned
+        plan = plan_sagittal(
             state.x,
             state.vx,
             k,
             change.time,
             -phase_tanh,
-            wanted,
+            wanted[0] + longer,
             p.pendulum_shift_max,
-            max(-p.step_backward_max - stretch, -p.step_travel_max - last),
-            min(p.step_forward_max + stretch, p.step_travel_max - last),
+            longer + max(min(-p.step_backward_max, wanted[0]) - stretch, -p.step_travel_max - last),
+            longer + min(max(p.step_forward_max, wanted[0]) + stretch, p.step_travel_max - last),
             held_origin=self._origin[0] if self._is_origin_held(change.time) else None,
             capture=p.step_capture if p.feedback else 0.0,
+            passing=self._passing,
         )
+        return plan._replace(step_size=plan.step_size - longer)
 
     def _plan_lateral(self, state: WalkState, side: float) -> LateralPlan:
         """When the support changes, r_y and D, for a wanted s-bar_y `side` [m]; (4)-(6).
@@ -238,7 +256,7 @@ class LipmWalk:
         return stride + min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
 
     def _hurried(
-        self, state: WalkState, lateral: LateralPlan, sagittal: SagittalPlan, wanted: float
+        self, state: WalkState, lateral: LateralPlan, sagittal: SagittalPlan, wanted: Pose2
     ) -> tuple[LateralPlan, SagittalPlan]:
         """The step ended sooner, until the CoM asks for one that is not much longer than wanted.
 
@@ -249,7 +267,7 @@ class LipmWalk:
         swing = -state.support
         x, v = swing * state.y + lateral.offset_y, swing * state.vy
         earliest = max(p.step_duration_min - self._elapsed, turning_time(x, v, k))
-        usual_stride = 2.0 * p.pendulum_offset_y + swing * self._stride.of_step(swing, p)[1]
+        usual_stride = 2.0 * p.pendulum_offset_y + swing * wanted[1]
         stride = usual_stride + lateral.offset_y - p.pendulum_offset_y
         time = lateral.change.time - self._dt
         while time >= earliest and self._is_urgent(sagittal):
@@ -286,6 +304,7 @@ class LipmWalk:
             self._pace.add(self._elapsed, self._stride, p)
         wanted = stride_for(command, p, self._pace.share)
         self._stride = approach(self._stride, wanted, p)
+        self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(
             relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
         )

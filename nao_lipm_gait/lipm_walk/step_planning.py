@@ -9,12 +9,12 @@ with C = cosh(k t), S = sinh(k t) over the time t left, and T = tanh(k t_b-bar) 
 pendulum, which the lateral motion has fixed. test/oracles.py holds the paper's linear system.
 
 Where r_x cannot be what it should, the paper makes the step as long as keeps the speed. `capture`
-is an extension: it blends towards the step that brings the wanted speed back at once. With the
-divergent component xi = x + v/k at the exchange and b = s_w / (e^(k T) - 1), its distance from the
-origin in a steady walk of steps s_w, that step is xi - b.
+is an extension: it blends towards the step that brings the wanted speed back at once. A walk that
+passes its origins with v0 has the divergent component x + v/k = (v0/k) e^(-k t_b) ahead of the next
+origin at the exchange, t_b before it passes that one. The step that corrects leaves just that much.
 """
 
-from math import cosh, sinh
+from math import cosh, sinh, sqrt
 from typing import NamedTuple
 
 
@@ -41,6 +41,7 @@ def plan_sagittal(
     step_max: float,
     held_origin: float | None = None,
     capture: float = 0.0,
+    passing: float = 0.0,
 ) -> SagittalPlan:
     """r_x for the wanted step size; where r_x hits its cap, the step size for the capped r_x.
 
@@ -48,7 +49,8 @@ def plan_sagittal(
     next_phase_tanh: tanh(k t_b-bar) of the next pendulum, negative; step_size: wanted s-bar_x [m];
     origin_max: cap on |r_x| [m]; step_min, step_max: what the legs can do [m]; held_origin: an r_x
     that may no longer move (the end of a step has no time left to use it), the step size follows;
-    capture: 0 = the step that keeps the speed, 1 = the step that corrects it at once.
+    capture: 0 = the step that keeps the speed, 1 = the step that corrects it at once; passing: v0/k
+    [m] of the wanted walk where its CoM passes an origin.
     """
     c = cosh(k * time)
     s = sinh(k * time)
@@ -62,10 +64,9 @@ def plan_sagittal(
         keeping = origin * lever + drift
         if capture > 0.0:
             reach = origin + (x - origin) * (c + s) + v * (s + c) / k
-            # tanh(k T / 2) = -next_phase_tanh, hence 1 / (e^(k T) - 1) = (1 - tanh) / (2 tanh); a
-            # next phase of no duration (tanh 0) has no steady walk, and gets b = s_w.
-            steady = step_size * (1.0 + next_phase_tanh) / (-2.0 * next_phase_tanh or 1.0)
-            keeping += capture * (reach - steady - keeping)
+            # (1 - tanh) / (1 + tanh) = e^(-2 k t_b)
+            left_behind = passing * sqrt((1.0 + next_phase_tanh) / (1.0 - next_phase_tanh))
+            keeping += capture * (reach - left_behind - keeping)
         wanted, step_size = step_size, min(max(keeping, step_min), step_max)
         correction = keeping - wanted
     return SagittalPlan(origin, step_size, correction)

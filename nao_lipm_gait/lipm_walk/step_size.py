@@ -15,7 +15,7 @@ from nao_lipm_gait.signals import Pose2, VelocityCommand
 
 @dataclass(frozen=True, slots=True)
 class Stride:
-    """What both feet together do: x per step [m]; y [m] and yaw [rad] per double step."""
+    """What both feet together do: x per step, on average [m]; y [m] and yaw [rad] per double step."""
 
     x: float = 0.0
     y: float = 0.0
@@ -33,21 +33,61 @@ class Stride:
             side_share = 1.0 - side_share
         if swing * self.yaw < 0.0:
             turn_share = 1.0 - turn_share
-        return self.x, side_share * self.y, turn_share * self.yaw
+        forward_share = opening_share(abs(self.y), parameters)
+        if swing * self.y < 0.0:
+            forward_share = 1.0 - forward_share
+        return 2.0 * forward_share * self.x, side_share * self.y, turn_share * self.yaw
 
 
 STEP_IN_PLACE = Stride()
 
 
+def exchange_distances(side: float, parameters: GaitParameters) -> tuple[float, float]:
+    """Distance [m] of the CoM from both origins where the opening and the closing step end.
+
+    With equal pendulum widths the support changes half-way between the two origins; side >= 0 [m]
+    per double step.
+    """
+    opening = parameters.pendulum_offset_y + 0.5 * parameters.step_side_share * side
+    closing = parameters.pendulum_offset_y - 0.5 * (1.0 - parameters.step_side_share) * side
+    return opening, closing
+
+
+def exchange_leads(side: float, parameters: GaitParameters) -> tuple[float, float]:
+    """How far the CoM is ahead of both origins where the opening and the closing step end, as a
+    share of v0 / k, v0 being its speed where it passes an origin at the lateral turning point.
+
+    That is sinh(k t) for the time t to the exchange distance d, where cosh(k t) = d / w.
+    """
+    opening, closing = exchange_distances(side, parameters)
+    width = parameters.pendulum_width
+    return _lead(opening / width), _lead(closing / width)
+
+
+def _lead(cosh_kt: float) -> float:
+    return sqrt(max(cosh_kt * cosh_kt - 1.0, 0.0))
+
+
+def opening_share(side: float, parameters: GaitParameters) -> float:
+    """The share of the way forward that belongs to the opening step of a walk that also goes
+    sideways, so that the CoM passes both origins with the same speed."""
+    opening, closing = exchange_leads(side, parameters)
+    return opening / (opening + closing) if opening > 0.0 else 0.5
+
+
+def passing_speed(stride: Stride, parameters: GaitParameters) -> float:
+    """v0 / k [m] of the steady walk with this stride: its CoM's speed where it passes an origin."""
+    leads = sum(exchange_leads(abs(stride.y), parameters))
+    return stride.x / leads if leads > 0.0 else 0.0
+
+
 def double_step_duration(side: float, parameters: GaitParameters) -> float:
     """Duration [s] of a steady double step that covers `side` >= 0 [m] sideways.
 
-    With equal pendulum widths the support changes half-way between the two origins: each of the
-    two distances is run up to by one foot and away from by the other.
+    Each of the two exchange distances is run up to by one foot and away from by the other.
     """
     k = natural_frequency(parameters.pendulum_height)
-    opening = parameters.pendulum_offset_y + 0.5 * parameters.step_side_share * side
-    closing = parameters.pendulum_offset_y - 0.5 * (1.0 - parameters.step_side_share) * side
+    opening, closing = exchange_distances(side, parameters)
     width = parameters.pendulum_width
     return 2.0 * (half_step_duration(width, opening, k) + half_step_duration(width, closing, k))
 
@@ -87,7 +127,7 @@ class Pace:
 def stride_for(
     command: VelocityCommand, parameters: GaitParameters, pace: float = 1.0
 ) -> Stride:
-    """The steady stride whose speed is the command, scaled into the ellipsoid of the limits.
+    """The steady stride whose speed is the command, scaled into the limits.
 
     pace: real duration of steps as a share of the nominal one.
     """
@@ -103,19 +143,20 @@ def stride_for(
     yaw = command.yaw * double_step
 
     x_limit = parameters.step_forward_max if x >= 0.0 else parameters.step_backward_max
-    excess = sqrt(
-        _squared_share(x, x_limit)
-        + _squared_share(y, side_limit)
-        + _squared_share(yaw, parameters.step_turn_max)
-    )
+    norm = parameters.step_limit_norm
+    excess = (
+        _share(x, x_limit) ** norm
+        + _share(y, side_limit) ** norm
+        + _share(yaw, parameters.step_turn_max) ** norm
+    ) ** (1.0 / norm)
     scale = 1.0 if excess <= 1.0 else 1.0 / excess
     return Stride(x * scale, y * scale, yaw * scale)
 
 
-def _squared_share(value: float, limit: float) -> float:
+def _share(value: float, limit: float) -> float:
     if value == 0.0:
         return 0.0
-    return min(abs(value / limit), FAR) ** 2 if limit > 0.0 else float("inf")
+    return min(abs(value / limit), FAR) if limit > 0.0 else float("inf")
 
 
 def approach(current: Stride, wanted: Stride, parameters: GaitParameters) -> Stride:
