@@ -137,7 +137,7 @@ class GaitParameters:
         0.9, 0.0, 1.5, "rad", "step", "largest turn of both feet together (one double step)"
     )
     step_limit_norm: float = _parameter(
-        2.0, 1.0, 4.0, "", "step",
+        1.15, 1.0, 4.0, "", "step",
         "how limits add up where directions mix: 2 = an ellipsoid, 1 = the shares' plain sum",
     )
     step_side_share: float = _parameter(

@@ -17,13 +17,23 @@ from typing import NamedTuple
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
 from nao_lipm_gait.lipm_walk.pendulum import advance, natural_frequency
 from nao_lipm_gait.lipm_walk.step_planning import SagittalPlan, plan_sagittal
-from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Pace, approach, passing_speed, stride_for
+from nao_lipm_gait.lipm_walk.step_size import (
+    STEP_IN_PLACE,
+    Pace,
+    approach,
+    exchange_leads,
+    passing_speed,
+    stride_for,
+)
 from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.lipm_walk.support_change import (
+    STRAIGHT,
     SupportChange,
+    TurnOfView,
     origin_shift_for,
     plan_support_change,
     stride_that_catches,
+    turn_of_view,
     turning_time,
 )
 from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
@@ -60,6 +70,7 @@ class LateralPlan(NamedTuple):
     """r_y [m], outwards."""
     stride: float
     """D [m] to the next origin."""
+    view: TurnOfView = STRAIGHT
 
 
 class LipmWalk:
@@ -181,7 +192,7 @@ class LipmWalk:
     def _plan_single_support(self, state: WalkState) -> None:
         """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
         wanted = self._stride.of_step(-state.support, self._p)
-        lateral = self._plan_lateral(state, wanted[1])
+        lateral = self._plan_lateral(state, wanted)
         sagittal = self._plan_sagittal(state, lateral, wanted)
         if self._is_urgent(sagittal):
             lateral, sagittal = self._hurried(state, lateral, sagittal, wanted)
@@ -203,8 +214,9 @@ class LipmWalk:
         by tan(theta) (T v_y - (y - s-bar_y)) at the exchange.
         """
         p, k, change = self._p, self._k, lateral.change
-        entry = max(lateral.stride - change.position, 1e-3)
-        phase_tanh = min(max(change.velocity / (k * entry), 0.0), MAX_PHASE_TANH)
+        entry = max(lateral.stride - lateral.view.nearer - change.position, 1e-3)
+        entry_velocity = change.velocity + lateral.view.faster
+        phase_tanh = min(max(entry_velocity / (k * entry), 0.0), MAX_PHASE_TANH)
         last = self._last_step_size[0]
         stretch = p.step_stretch_max if p.feedback else 0.0
         swing = -state.support
@@ -227,22 +239,29 @@ class LipmWalk:
         )
         return plan._replace(step_size=plan.step_size - longer)
 
-    def _plan_lateral(self, state: WalkState, side: float) -> LateralPlan:
-        """When the support changes, r_y and D, for a wanted s-bar_y `side` [m]; (4)-(6).
+    def _plan_lateral(self, state: WalkState, wanted: Pose2) -> LateralPlan:
+        """When the support changes, r_y and D, for a wanted s-bar; (4)-(6).
 
         A pushed CoM that no support change in time suits moves r_y outwards and the next foot.
         """
         p, k = self._p, self._k
         swing = -state.support
         width, offset_y = p.pendulum_width, p.pendulum_offset_y
-        stride = 2.0 * offset_y + swing * side
+        stride = 2.0 * offset_y + swing * wanted[1]
         earliest = 0.0 if self._shifting_weight else p.step_duration_min - self._elapsed
         earliest = max(earliest, SHORTEST_PIECE)
         latest = max(earliest, p.step_duration_max - self._elapsed)
         x, v = swing * state.y + offset_y, swing * state.vy
-        change = plan_support_change(x, v, k, stride, width, earliest, latest)
+        view = STRAIGHT
+        if wanted[2] != 0.0 and self._passing != 0.0:
+            lead = exchange_leads(0.0, p)[0]
+            vx = self._passing * k * offset_y / width
+            view = turn_of_view(swing, tan(wanted[2]), -self._passing * lead, vx)
+            # In a steady curve both pendulums last equally long only if the outer one is wider.
+            width += 0.5 * view.faster / (k * lead)
+        change = plan_support_change(x, v, k, stride, width, earliest, latest, view)
         if change.feasible or self._shifting_weight or not p.feedback:
-            return LateralPlan(change, offset_y, stride)
+            return LateralPlan(change, offset_y, stride, view)
         shift = origin_shift_for(x, v, k, stride, width, latest, p.pendulum_shift_side_max)
         stride += shift
         if shift > 0.0:

@@ -6,7 +6,7 @@ over both is what was asked for.
 """
 
 from dataclasses import dataclass
-from math import sqrt
+from math import sqrt, tan
 
 from nao_lipm_gait.lipm_walk.pendulum import half_step_duration, natural_frequency
 from nao_lipm_gait.parameters import GaitParameters
@@ -36,7 +36,10 @@ class Stride:
         forward_share = opening_share(abs(self.y), parameters)
         if swing * self.y < 0.0:
             forward_share = 1.0 - forward_share
-        return 2.0 * forward_share * self.x, side_share * self.y, turn_share * self.yaw
+        x, y, yaw = 2.0 * forward_share * self.x, side_share * self.y, turn_share * self.yaw
+        # A curve is an arc: its chord points half a turn to the side.
+        half = tan(0.5 * yaw)
+        return x - half * y, y + half * x, yaw
 
 
 STEP_IN_PLACE = Stride()

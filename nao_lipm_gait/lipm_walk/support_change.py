@@ -38,18 +38,52 @@ class SupportChange(NamedTuple):
     """False where eqs (4) and (5) had no solution inside the allowed time."""
 
 
+class TurnOfView(NamedTuple):
+    """What a turning step changes where Q-bar takes over: it sees motion in x as motion in y."""
+
+    nearer: float = 0.0
+    """[m] by which the CoM is nearer to the next origin."""
+    faster: float = 0.0
+    """[m/s] by which it is faster towards it."""
+
+
+STRAIGHT = TurnOfView()
+
+
+def turn_of_view(swing: int, tan_yaw: float, x_from_next: float, vx: float) -> TurnOfView:
+    """For a step that turns by the yaw angle; swing: side of the swing leg; x_from_next [m], vx
+    [m/s]: the CoM ahead of the next origin and its speed in Q at the exchange."""
+    return TurnOfView(-swing * tan_yaw * x_from_next, -swing * tan_yaw * vx)
+
+
 def plan_support_change(
-    x: float, v: float, k: float, stride: float, next_width: float, earliest: float, latest: float
+    x: float,
+    v: float,
+    k: float,
+    stride: float,
+    next_width: float,
+    earliest: float,
+    latest: float,
+    view: TurnOfView = STRAIGHT,
 ) -> SupportChange:
     """The support change that hands the CoM over to the next pendulum with its wanted width.
 
     x, v: mirrored lateral state [m, m/s]; stride: D [m]; next_width: wanted |(x0)_y| of the next
-    pendulum [m]; earliest, latest: bounds on the time from now [s].
+    pendulum [m]; earliest, latest: bounds on the time from now [s]; view: of a turning step.
+
+    In a turn (5) reads (D - e - p)^2 - ((v_e + f) / k)^2 = w^2 with the two values of the view; the
+    small term in v_e f is taken from the straight solution.
     """
     energy = orbital_energy(x, v, k)
     reach = divergent_component(x, v, k)
     feasible = reach > REACH_MIN
+    nearer, faster = view
+    stride -= nearer
     position = 0.5 * (stride + (energy - next_width * next_width) / stride)
+    if faster != 0.0:
+        leaving = k * sqrt(max(position * position - energy, 0.0))
+        extra = (2.0 * leaving + faster) * faster / (k * k)
+        position -= 0.5 * extra / stride
     radicand = position * position - energy
     if radicand < 0.0:
         # The CoM turns back before it gets there: change at the turning point, v = 0.
