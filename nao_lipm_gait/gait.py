@@ -57,8 +57,6 @@ UPRIGHT_TILT = 0.2
 """[rad] below which a fallen robot counts as put back on its feet."""
 LYING_TILT = 1.0
 """[rad] of a torso at rest beyond which the robot lies."""
-SETTLE_TICKS = 30
-"""Over which a robot that moved when the gait began finds the vertical."""
 REST_FORCE, REST_RATE = 0.3, 0.05
 """[m/s^2] from gravity and [rad/s]: what is less is a robot at rest."""
 UPRIGHT_TIME = 0.5
@@ -108,7 +106,6 @@ class Gait:
         )
         self._fall = FallDetector()
         self._fall_told = False
-        self._settling = 0
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._odometry = Odometry()
@@ -269,8 +266,7 @@ class Gait:
         self.reset()
         self._begin_stand(frame)
         if not _at_rest(frame):
-            self._orientation.begin_moving()
-            self._settling = 1
+            self._orientation.reset_upright()
             return 0
         self._orientation.reset(_point(frame.linear_acceleration))
         if self._orientation.tilt > LYING_TILT:
@@ -293,9 +289,6 @@ class Gait:
             normal, rate = None, _point(frame.angular_velocity)
             self._side = self._lying.update(_point(frame.linear_acceleration), self._dt)
         self._orientation.update(rate, _point(frame.linear_acceleration), normal, self._dt)
-        if self._settling:
-            self._orientation.average(_point(frame.linear_acceleration), self._settling)
-            self._settling = (self._settling + 1) % SETTLE_TICKS
         up = self._orientation.up_in_torso
         self._measured = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
         if self._state in IN_MOTION:

@@ -173,3 +173,22 @@ def test_survives_absurd_measurements_with_finite_targets() -> None:
     kicks = {tick: tuple(rng.normal(0.0, 1.0, 2)) for tick in range(600)}
     rows = run(started(command), command, 600, kicks)
     assert all(map(math.isfinite, (value for row in rows for value in row.values())))
+
+
+@pytest.mark.parametrize("command", [
+    VelocityCommand(0.2, 0.1, 0.0), VelocityCommand(-0.2, 0.08, 0.0),
+    VelocityCommand(0.2, 0.0, 0.6), VelocityCommand(0.15, 0.0, -1.0),
+])  # fmt: skip
+def test_an_undisturbed_diagonal_or_curve_needs_hardly_any_origin_shift(
+    command: VelocityCommand,
+) -> None:
+    walk = LipmWalk(GaitParameters(), 0.01)
+    walk.start(command)
+    shifts = []
+    for tick in range(600):
+        expected = walk.expect()
+        walk.observe(*expected.com_in_q)
+        walk.plan(command)
+        if tick > 300:
+            shifts.append(abs(walk.origin_in_q[0]))
+    assert max(shifts) < 0.003

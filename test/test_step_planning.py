@@ -70,7 +70,7 @@ def test_a_steady_walk_needs_no_capture(
     end_x, _ = advance(0.0, v, K, -next_begin)
     step = 2.0 * end_x
     plan = plan_sagittal(
-        0.0, v, K, -next_begin, phase_tanh(next_begin), step, 0.02, -1.0, 1.0, 0.0, capture
+        0.0, v, K, -next_begin, phase_tanh(next_begin), step, 0.02, -1.0, 1.0, 0.0, capture, v / K
     )
     assert plan.step_size == pytest.approx(step, abs=1e-9)
 
@@ -79,7 +79,10 @@ def test_full_capture_brings_the_wanted_speed_back_in_one_step() -> None:
     duration, wanted = 0.22, 0.05
     begin = -0.5 * duration
     x, v = 0.03, 0.5
-    plan = plan_sagittal(x, v, K, 0.1, phase_tanh(begin), wanted, 0.02, -1.0, 1.0, 0.0, 1.0)
+    passing = 0.5 * wanted / math.sinh(-K * begin)
+    plan = plan_sagittal(
+        x, v, K, 0.1, phase_tanh(begin), wanted, 0.02, -1.0, 1.0, 0.0, 1.0, passing
+    )
     end_x, end_v = advance(x, v, K, 0.1)
     start = end_x - plan.step_size
     # At the end of the next, undisturbed phase the divergent component is that of steady walking.

@@ -1,19 +1,25 @@
 """From velocities to steps: the steady walk covers what was asked for, inside its limits."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from nao_lipm_gait.lipm_walk.pendulum import advance, half_step_duration, natural_frequency
 from nao_lipm_gait.lipm_walk.step_size import (
     STEP_IN_PLACE,
     Pace,
     Stride,
     approach,
     double_step_duration,
+    exchange_distances,
+    passing_speed,
     stride_for,
 )
 from nao_lipm_gait.lipm_walk.walk_state import LEFT, RIGHT
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.planar import compose
 from nao_lipm_gait.signals import VelocityCommand
 
 P = GaitParameters()
@@ -21,12 +27,36 @@ P = GaitParameters()
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_both_feet_together_make_the_asked_velocity(sign: float) -> None:
-    command = VelocityCommand(0.05 * sign, 0.03 * sign, 0.2 * sign)
+    command = VelocityCommand(0.05 * sign, 0.03 * sign, 0.0)
     stride = stride_for(command, P)
     steps = [stride.of_step(side, P) for side in (LEFT, RIGHT)]
     duration = double_step_duration(abs(stride.y), P)
     total = [sum(values) / duration for values in zip(*steps, strict=True)]
     assert total == pytest.approx([command.x, command.y, command.yaw], rel=1e-3)
+
+
+@pytest.mark.parametrize("yaw", [0.5, -0.5])
+def test_the_steps_of_a_curve_follow_its_arc(yaw: float) -> None:
+    stride = stride_for(VelocityCommand(0.1, 0.0, yaw), P)
+    pose = (0.0, 0.0, 0.0)
+    for step in range(20):
+        pose = compose(pose, stride.of_step(LEFT if step % 2 else RIGHT, P))
+    turn = 10.0 * stride.yaw
+    radius = 2.0 * stride.x / stride.yaw
+    arc = (radius * math.sin(turn), radius * (1.0 - math.cos(turn)), turn)
+    assert pose == pytest.approx(arc, rel=0.02, abs=0.001)
+
+
+@pytest.mark.parametrize("side", [0.02, 0.06, 0.1])
+def test_a_diagonal_walk_passes_both_origins_with_the_same_speed(side: float) -> None:
+    stride = Stride(0.05, side, 0.0)
+    k = natural_frequency(P.pendulum_height)
+    speed = k * passing_speed(stride, P)
+    for leg, distance in zip((LEFT, RIGHT), exchange_distances(side, P), strict=True):
+        # from the turning point to the exchange on this side, and as far again on the next one
+        time = half_step_duration(P.pendulum_width, distance, k)
+        ahead, _ = advance(0.0, speed, k, time)
+        assert stride.of_step(leg, P)[0] == pytest.approx(2.0 * ahead, abs=1e-12)
 
 
 def test_the_foot_on_the_side_of_the_motion_leads() -> None:
@@ -36,17 +66,17 @@ def test_the_foot_on_the_side_of_the_motion_leads() -> None:
     assert stride.of_step(LEFT, uneven)[2] > stride.of_step(RIGHT, uneven)[2]
     mirrored = Stride(0.0, -0.04, -0.3)
     left = stride.of_step(LEFT, uneven)
-    assert mirrored.of_step(RIGHT, uneven) == pytest.approx((0.0, -left[1], -left[2]))
+    assert mirrored.of_step(RIGHT, uneven) == pytest.approx((left[0], -left[1], -left[2]))
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-8, 8))
-def test_never_beyond_the_ellipsoid_and_never_another_direction(
+def test_never_beyond_the_limits_and_never_another_direction(
     x: float, y: float, yaw: float
 ) -> None:
     stride = stride_for(VelocityCommand(x, y, yaw), P)
     limit = P.step_forward_max if x >= 0 else P.step_backward_max
     parts = (stride.x / limit, stride.y / P.step_side_max, stride.yaw / P.step_turn_max)
-    assert sum(part * part for part in parts) <= 1.0 + 1e-9
+    assert sum(abs(part) ** P.step_limit_norm for part in parts) <= 1.0 + 1e-9
     assert stride.x * x >= 0 and stride.y * y >= 0 and stride.yaw * yaw >= 0
 
 

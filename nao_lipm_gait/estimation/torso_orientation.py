@@ -55,20 +55,10 @@ class TorsoOrientation:
         length = sqrt(sum(value * value for value in specific_force))
         self._up = _scaled(specific_force, 1.0 / length) if length > 1.0 else UPRIGHT
 
-    def begin_moving(self) -> None:
-        """Start upright; `average` is to bring the samples that say better."""
+    def reset_upright(self) -> None:
+        """Start upright, for a robot that moves: one sample says nothing about gravity then."""
+        self._age = 0.0
         self._up = UPRIGHT
-
-    def average(self, specific_force: Point3, count: int) -> None:
-        """Take one of `count` samples into the mean, the start counted as the first: for a robot
-        that moves, one sample of its accelerometer says nothing about gravity."""
-        share = 1.0 / (count + 1)
-        x, y, z = (
-            up + share * (force / GRAVITY - up)
-            for up, force in zip(self._up, specific_force, strict=True)
-        )
-        length = sqrt(x * x + y * y + z * z)
-        self._up = (x / length, y / length, z / length) if length > 1e-6 else UPRIGHT
 
     def update(
         self,

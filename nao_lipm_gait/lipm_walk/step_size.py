@@ -15,7 +15,7 @@ from nao_lipm_gait.signals import Pose2, VelocityCommand
 
 @dataclass(frozen=True, slots=True)
 class Stride:
-    """What both feet together do: x per step, on average [m]; y [m] and yaw [rad] per double step."""
+    """What both feet do: x per step, on average [m]; y [m] and yaw [rad] per double step."""
 
     x: float = 0.0
     y: float = 0.0
