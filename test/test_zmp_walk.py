@@ -25,6 +25,7 @@ from nao_lipm_gait.zmp_walk.trajectories import (
     sway,
     swing_in,
     swing_out,
+    travel,
     zmp_under,
 )
 from nao_lipm_gait.zmp_walk.zmp_walk import ZmpWalk
@@ -72,6 +73,18 @@ def test_lift_is_the_published_arcsine_above_the_ground(share: float) -> None:
     assert lift(1.0 - share / 2.0, DOUBLE_SUPPORT) == pytest.approx(
         lift(share / 2.0, DOUBLE_SUPPORT)
     )
+
+
+def test_a_foot_travels_evenly_and_only_while_it_is_up() -> None:
+    shares = np.linspace(0.0, 1.0, 201)
+    gone = np.array([travel(share, 0.2) for share in shares])
+    up = np.array([lift(share, 0.2) > 0.0 for share in shares])
+    moves = np.diff(gone)
+    assert gone[0] == 0.0 and gone[-1] == pytest.approx(1.0)
+    assert (moves[~up[:-1] & ~up[1:]] == 0.0).all()
+    inside = moves[up[:-1] & up[1:]]
+    assert inside == pytest.approx(inside[0])
+    assert [travel(share, 0.0) for share in shares] == pytest.approx(shares), "(4) as printed"
 
 
 def test_weight_swings_in_from_rest_and_out_to_rest() -> None:

@@ -39,9 +39,14 @@ def zmp_under(y: float, acceleration: float, w: float) -> float:
     return y - acceleration / (w * w)
 
 
-def travel(share: float) -> float:
-    """Eq (4): the share of its way that a foot has gone relative to the hip."""
-    return share
+def travel(share: float, double_support: float) -> float:
+    """Eq (4): the share of its way that the swing foot has gone, evenly in time.
+
+    Not over the whole half stride as printed, but from lift-off to touch-down: a foot that is on
+    the ground would be dragged over it.
+    """
+    on_ground = 0.5 * double_support
+    return min(max((share - on_ground) / (1.0 - double_support), 0.0), 1.0)
 
 
 def lift_up(share: float, double_support: float) -> float:

@@ -229,7 +229,7 @@ class ZmpWalk:
         if half.phase is not Phase.STEP:
             return SoleTarget(x, y, 0.0, yaw)
         share, landing = self._share, half.swing_end
-        gone = travel(share)
+        gone = travel(share, p.zmp_double_support)
         height = lift(share, p.zmp_double_support)
         return SoleTarget(
             x + gone * (landing[0] - x),
