@@ -59,20 +59,19 @@ def test_without_a_fault_the_entry_walks_as_a_rollout_does_bit_by_bit() -> None:
     assert asked.gaits[0].entry.state is GaitState.WALK
 
 
+WALKS_ON = (
+    "none", "nan", "repeated", "reordered", "stamp_outliers", "stamp_jump", "two_drivers",
+    "two_gaits", "parameters", "bad_commands", "bridge_reset", "bridge_restart", "joint_dropout",
+    "loss",
+)  # fmt: skip
+"""Classes that do not stop the walk for good."""
+
+
 @pytest.mark.parametrize("name", CLASSES)
-def test_no_class_of_faults_is_a_violation(name: str) -> None:
+def test_no_class_of_faults_is_a_violation_and_most_do_not_stop_the_walk(name: str) -> None:
     verdict = run_fault(FaultRun(name, 0))
     assert verdict.outcome != VIOLATED, verdict.violations
-
-
-@pytest.mark.parametrize(
-    "name",
-    ("none", "nan", "repeated", "reordered", "stamp_outliers", "stamp_jump", "two_drivers",
-     "two_gaits", "parameters", "bad_commands", "bridge_reset", "joint_dropout"),
-)  # fmt: skip
-def test_these_do_not_stop_the_walk(name: str) -> None:
-    verdict = run_fault(FaultRun(name, 1))
-    assert verdict.outcome == WALKS, (verdict.violations, verdict.explained)
+    assert verdict.outcome == WALKS or name not in WALKS_ON, verdict.explained
 
 
 def test_silence_of_the_operator_stops_the_robot_and_says_so() -> None:
