@@ -12,6 +12,7 @@ from gait_lab.faults.files import fuzz_files
 from gait_lab.faults.fuzz import FLOATS, NAMES, Fuzzer
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.ros.head_input import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from sim_bridge.command_input import CommandInput
 from sim_bridge.commands import read_push
@@ -78,6 +79,28 @@ def test_a_push_is_finite_or_refused(force: Any, torque: Any, frame: str) -> Non
         assert np.isfinite(read_push(force, torque, frame)).all()
     except NaoGaitError as error:
         assert error.field and error.allowed
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.lists(TITLES, max_size=5), COLUMNS, TRIPLES, TITLES)
+def test_no_motion_and_no_goal_of_the_head_is_an_exception(
+    names: list[str], position: list[float], point: Any, text: str
+) -> None:
+    fuzzer = Fuzzer(0, ROBOT)
+    fuzzer.run(2)
+    entry = fuzzer.entry
+    for topic, work in (
+        ("~/motion", lambda: entry.request_motion(text)),
+        ("~/head", lambda: entry.look(head_angles(names, position, ROBOT))),
+        ("~/head_mode", lambda: entry.look(head_mode(text))),
+        ("~/look_at", lambda: entry.look(head_point("~/look_at", point, text, ROBOT))),
+        ("~/look_at", lambda: entry.look(head_point("~/look_at", point, "torso", ROBOT))),
+        ("~/follow", lambda: entry.look(head_follow(point, text, ROBOT))),
+    ):
+        entry.fenced(topic, work)
+        assert entry.unexpected == 0, (topic, names, position, point, text)
+        fuzzer.run(1)
+    assert not fuzzer.violations
 
 
 @pytest.mark.parametrize("seed", (0, 1))
