@@ -38,12 +38,12 @@ class MotionLibrary:
         return motion
 
     def between(self, starts: Posture, ends: Posture) -> Motion | None:
-        """The first motion (by name) that leads from one posture to the other."""
-        for name in sorted(self._motions):
-            motion = self._motions[name]
-            if motion.begins_from(starts) and motion.ends is ends:
-                return motion
-        return None
+        """The shortest motion that leads from one posture to the other."""
+        ways = [
+            motion for motion in self._motions.values()
+            if motion.begins_from(starts) and motion.ends is ends
+        ]  # fmt: skip
+        return min(ways, key=lambda motion: (motion.time, motion.name), default=None)
 
 
 def load_library(folder: Path, robot: RobotDescription) -> MotionLibrary:
