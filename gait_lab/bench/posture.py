@@ -19,7 +19,7 @@ from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 SUITE = "posture"
 TASKS = ("forward=41",)
-"""What Bruno is asked so that its slowest individual walks 40 cm/s."""
+"""What Bruno is asked so that it walks 40 cm/s."""
 JUMP = 0.01
 """[s] in which a command changes."""
 START_END = STAND_TIME + 5.0

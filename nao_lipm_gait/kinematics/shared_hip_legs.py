@@ -8,10 +8,8 @@ up by the torso's own yaw, which nobody else needs.
 
 from math import acos, asin, atan2, cos, hypot, sin, sqrt
 
-import pinocchio as pin
-
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.kinematics.body_model import SolePose
+from nao_lipm_gait.kinematics.leg_geometry import read_leg_geometry
 from nao_lipm_gait.kinematics.leg_kinematics import LegAngles, LegSolution
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import Point3
@@ -26,33 +24,13 @@ class SharedHipLegs:
     """Both legs of a NAO; link lengths come from the URDF."""
 
     def __init__(self, robot: RobotDescription):
-        model = pin.buildModelFromXML(robot.urdf)
-        data = model.createData()
-        pin.framesForwardKinematics(model, data, pin.neutral(model))
-        torso = data.oMf[model.getFrameId(robot.torso_frame, pin.FrameType.BODY)]
-
-        def in_torso(joint: str) -> Point3:
-            x, y, z = (torso.actInv(data.oMi[model.getJointId(joint)])).translation.tolist()
-            return x, y, z
-
-        left = robot.left_leg
-        left_sole = model.getFrameId(robot.sole_frames[0], pin.FrameType.BODY)
-        sole = torso.actInv(data.oMf[left_sole]).translation
-        hip, knee = in_torso(left.hip_pitch), in_torso(left.knee_pitch)
-        ankle = in_torso(left.ankle_pitch)
-        self._thigh = hip[2] - knee[2]
-        self._tibia = knee[2] - ankle[2]
+        geometry = read_leg_geometry(robot)
+        self._thigh = geometry.thigh
+        self._tibia = geometry.tibia
         self._longest = self._thigh + self._tibia
-        self._foot_height = ankle[2] - float(sole[2])
-        self._left_hip = hip
-        self._right_hip = in_torso(robot.right_leg.hip_pitch)
-        straight = abs(hip[0] - ankle[0]) + abs(hip[1] - ankle[1]) + abs(ankle[1] - float(sole[1]))
-        if straight > 1e-6 or in_torso(left.hip_roll) != hip:
-            raise NaoGaitError(
-                f"URDF {robot.urdf_path}",
-                f"leg offsets of {straight:.6f} m",
-                "hip axes that meet in one point, above knee, ankle and sole in the zero pose",
-            )
+        self._foot_height = geometry.foot_height
+        self._left_hip = geometry.left_hip
+        self._right_hip = geometry.right_hip
         self._last_hip_angle = self._hip_angle_before = 0.0
         self._last_slope = -2.0 * SQRT_HALF
 
