@@ -17,6 +17,7 @@ from nao_lipm_gait.estimation.fall_detection import FallDetector
 from nao_lipm_gait.estimation.lying import LyingDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.stance_turn import StanceTurn
+from nao_lipm_gait.estimation.tipping import Tipping
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.goals import Goal
@@ -26,6 +27,7 @@ from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
 from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.legs import make_legs
+from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
 from nao_lipm_gait.lipm_walk.walk_state import LEFT
 from nao_lipm_gait.motion.conductor import ATTEMPTS, Conductor
 from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
@@ -105,6 +107,7 @@ class Gait:
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
         )
         self._fall = FallDetector()
+        self._tipping = Tipping()
         self._fall_told = False
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
@@ -429,6 +432,10 @@ class Gait:
                 self._begin_motion(
                     waiting, self._measured_pose(frame) if position is None else position
                 )
+            elif self._blend_from is None and (tipping := self._tipping_com()) is not None:
+                self._walk.catch(*tipping)
+                self._tilt = TiltCompensation()
+                self._state = GaitState.WALK
             elif not command.is_zero and self._blend_from is None and not self._stops:
                 self._conductor.attempts = 0
                 self._walk.start(command)
@@ -439,8 +446,16 @@ class Gait:
         else:
             self._state = GaitState.STOP if self._walk.stopping else GaitState.WALK
         self._relax_requested = False
+        if self._state is not GaitState.STAND:
+            self._tipping.forget()
         if self._state not in (*ON_THE_WAY, *IN_MOTION):
             self._stand_requested = False
+
+    def _tipping_com(self) -> tuple[float, float, float, float] | None:
+        p = self._parameters
+        limit = p.stand_catch if p.feedback else 0.0
+        k = natural_frequency(p.pendulum_height)
+        return self._tipping.update(self._measured, k, limit, self._dt)
 
     def _falls(self, frame: SensorFrame) -> bool:
         p, orientation = self._parameters, self._orientation

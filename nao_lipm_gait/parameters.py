@@ -266,6 +266,10 @@ class GaitParameters:
     stand_time: float = _parameter(
         0.8, 0.05, 5.0, "s", "state", "time to blend from any pose into the stand"
     )
+    stand_catch: float = _parameter(
+        0.05, 0.0, 0.3, "m", "state",
+        "a stand whose CoM's divergent component leaves by this much starts to step; 0 = never",
+    )
     fall_tilt: float = _parameter(
         0.5, 0.2, 1.5, "rad", "state",
         "torso tilt, led by its rate, from which a fall is taken for unavoidable: joints relax",

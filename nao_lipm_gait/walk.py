@@ -84,6 +84,9 @@ class Walk(Protocol):
     def start(self, command: VelocityCommand) -> None:
         """Begin from a stand with the CoM at rest in the middle of Q."""
 
+    def catch(self, x: float, y: float, vx: float, vy: float) -> None:
+        """Step out of a stand whose CoM tips; x, y [m], vx, vy [m/s]: its state in Q."""
+
     def expect(self) -> Expectation:
         """Move on by one control period and say what should be measured now."""
 

@@ -15,7 +15,11 @@ from math import tan
 from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
-from nao_lipm_gait.lipm_walk.pendulum import advance, natural_frequency
+from nao_lipm_gait.lipm_walk.pendulum import (
+    advance,
+    divergent_component,
+    natural_frequency,
+)
 from nao_lipm_gait.lipm_walk.step_planning import SagittalPlan, plan_sagittal
 from nao_lipm_gait.lipm_walk.step_size import (
     STEP_IN_PLACE,
@@ -134,6 +138,17 @@ class LipmWalk:
         )
         self._stopping = False
         self._shifting_weight = True
+
+    def catch(self, x: float, y: float, vx: float, vy: float) -> None:
+        """Step out of a stand; the foot that the CoM leaves swings first. State in Q [m, m/s]."""
+        self.start(VelocityCommand(0.0, divergent_component(y, vy, self._k), 0.0))
+        tipping = self._observed.moved(x, y, vx, vy)
+        self._observed = self._expected = self._predicted = tipping
+        # Until now both feet have pushed back as far as the soles reach.
+        pushed = Segment(self._dt, *come_to_rest(tipping, self._k, self._p))
+        self._committed = deque([(pushed,)] * self._delay_ticks)
+        self._swing = self._swing_foot(self._swing.pose_in_q, self._p.swing_lift)
+        self._shifting_weight = False
 
     def expect(self) -> Expectation:
         """x_e of eq (10): the committed pendulum, one control period on."""

@@ -110,6 +110,10 @@ class ZmpWalk:
         soles = {half.support: half.standing, -half.support: half.swing_end}
         self._stand(Phase.SHIFT, support, soles[support], soles[-support])
 
+    def catch(self, x: float, y: float, vx: float, vy: float) -> None:
+        """This walk knows no better than to step on the spot, first with the unloaded foot."""
+        self.start(VelocityCommand(0.0, -y, 0.0))
+
     def expect(self) -> Expectation:
         """What was sent a delay ago is what should be measured now."""
         self._expected = self._sent.popleft() if self._sent else self._state()
