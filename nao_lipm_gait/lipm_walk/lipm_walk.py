@@ -11,35 +11,18 @@ one, and each tick commits one control period more.
 
 from collections import deque
 from itertools import chain
-from math import tan
-from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.com_observer import ComObserver
-from nao_lipm_gait.lipm_walk.pendulum import (
-    advance,
-    divergent_component,
-    natural_frequency,
-)
-from nao_lipm_gait.lipm_walk.step_planning import SagittalPlan, plan_sagittal
+from nao_lipm_gait.lipm_walk.pendulum import divergent_component, natural_frequency
+from nao_lipm_gait.lipm_walk.single_support import SHORTEST_PIECE, Phase, SingleSupport
 from nao_lipm_gait.lipm_walk.step_size import (
     STEP_IN_PLACE,
     Pace,
     approach,
-    exchange_leads,
     passing_speed,
     stride_for,
 )
 from nao_lipm_gait.lipm_walk.stopping import can_come_to_rest, come_to_rest, is_at_rest
-from nao_lipm_gait.lipm_walk.support_change import (
-    STRAIGHT,
-    SupportChange,
-    TurnOfView,
-    origin_shift_for,
-    plan_support_change,
-    stride_that_catches,
-    turn_of_view,
-    turning_time,
-)
 from nao_lipm_gait.lipm_walk.swing_foot import SwingFoot
 from nao_lipm_gait.lipm_walk.walk_state import (
     LEFT,
@@ -54,27 +37,10 @@ from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.signals import Pose2, VelocityCommand
 from nao_lipm_gait.walk import BodyTargets, Expectation, SoleTarget
 
-MAX_PHASE_TANH = 0.95
-"""The next pendulum must turn back: its CoM may not enter faster than this share of k x."""
-ORIGIN_HOLD_TIME = 0.06
-"""[s] So close to the support change r_x has no lever left (eq 9 turns singular): s_x follows."""
-SHORTEST_PIECE = 1e-9
-"""[s]"""
 FEET_TOGETHER = 0.015
 """[m, rad] a step size that leaves the feet nearly side by side: good enough to stand on."""
 PATIENCE = 8
 """Steps in place after which a stop no longer waits for the feedback to agree."""
-
-
-class LateralPlan(NamedTuple):
-    """The end of the running phase, and where the pendulums stand in y."""
-
-    change: SupportChange
-    offset_y: float
-    """r_y [m], outwards."""
-    stride: float
-    """D [m] to the next origin."""
-    view: TurnOfView = STRAIGHT
 
 
 class LipmWalk:
@@ -90,6 +56,7 @@ class LipmWalk:
         """New parameters from the next plan on; the delay is fixed at construction."""
         self._p = parameters
         self._k = natural_frequency(parameters.pendulum_height)
+        self._single_support = SingleSupport(parameters, self._k)
         self._observer = ComObserver(
             parameters.position_sigma,
             parameters.velocity_sigma,
@@ -205,118 +172,15 @@ class LipmWalk:
         return segments
 
     def _plan_single_support(self, state: WalkState) -> None:
-        """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
-        wanted = self._stride.of_step(-state.support, self._p)
-        lateral = self._plan_lateral(state, wanted)
-        sagittal = self._plan_sagittal(state, lateral, wanted)
-        if self._is_urgent(sagittal):
-            lateral, sagittal = self._hurried(state, lateral, sagittal, wanted)
-        self._time_left = lateral.change.time
-        self._origin = (sagittal.origin, state.support * lateral.offset_y)
-        self._step_size = (sagittal.step_size, self._side(state, lateral), wanted[2])
-
-    def _side(self, state: WalkState, lateral: LateralPlan) -> float:
-        """s-bar_y [m] that leads from r_y to the next origin."""
-        return -state.support * (lateral.stride - lateral.offset_y - self._p.pendulum_offset_y)
-
-    def _plan_sagittal(
-        self, state: WalkState, lateral: LateralPlan, wanted: Pose2
-    ) -> SagittalPlan:
-        """r_x and s-bar_x for the support change of `lateral`; wanted: s-bar; (7)-(9).
-
-        In a turn by theta, Q-bar sees some of the motion in y as motion in x. With T of
-        `plan_sagittal`, its condition x-bar_0 = 0 becomes that of a straight step which is longer
-        by tan(theta) (T v_y - (y - s-bar_y)) at the exchange.
-        """
-        p, k, change = self._p, self._k, lateral.change
-        entry = max(lateral.stride - lateral.view.nearer - change.position, 1e-3)
-        entry_velocity = change.velocity + lateral.view.faster
-        phase_tanh = min(max(entry_velocity / (k * entry), 0.0), MAX_PHASE_TANH)
-        last = self._last_step_size[0]
-        stretch = p.step_stretch_max if p.feedback else 0.0
-        swing = -state.support
-        y, vy = swing * (change.position - lateral.offset_y), swing * change.velocity
-        turned = -phase_tanh / k * vy - (y - self._side(state, lateral))
-        longer = tan(wanted[2]) * turned
-        plan = plan_sagittal(
-            state.x,
-            state.vx,
-            k,
-            change.time,
-            -phase_tanh,
-            wanted[0] + longer,
-            p.pendulum_shift_max,
-            longer + max(min(-p.step_backward_max, wanted[0]) - stretch, -p.step_travel_max - last),
-            longer + min(max(p.step_forward_max, wanted[0]) + stretch, p.step_travel_max - last),
-            held_origin=self._origin[0] if self._is_origin_held(change.time) else None,
-            capture=p.step_capture if p.feedback else 0.0,
-            passing=self._passing,
+        phase = Phase(
+            self._stride.of_step(-state.support, self._p),
+            self._passing,
+            self._elapsed,
+            self._last_step_size[0],
+            self._origin[0],
+            self._shifting_weight,
         )
-        return plan._replace(step_size=plan.step_size - longer)
-
-    def _plan_lateral(self, state: WalkState, wanted: Pose2) -> LateralPlan:
-        """When the support changes, r_y and D, for a wanted s-bar; (4)-(6).
-
-        A pushed CoM that no support change in time suits moves r_y outwards and the next foot.
-        """
-        p, k = self._p, self._k
-        swing = -state.support
-        width, offset_y = p.pendulum_width, p.pendulum_offset_y
-        stride = 2.0 * offset_y + swing * wanted[1]
-        earliest = 0.0 if self._shifting_weight else p.step_duration_min - self._elapsed
-        earliest = max(earliest, SHORTEST_PIECE)
-        latest = max(earliest, p.step_duration_max - self._elapsed)
-        x, v = swing * state.y + offset_y, swing * state.vy
-        view = STRAIGHT
-        if wanted[2] != 0.0 and self._passing != 0.0:
-            lead = exchange_leads(0.0, p)[0]
-            vx = self._passing * k * offset_y / width
-            view = turn_of_view(swing, tan(wanted[2]), -self._passing * lead, vx)
-            # In a steady curve both pendulums last equally long only if the outer one is wider.
-            width += 0.5 * view.faster / (k * lead)
-        change = plan_support_change(x, v, k, stride, width, earliest, latest, view)
-        if change.feasible or self._shifting_weight or not p.feedback:
-            return LateralPlan(change, offset_y, stride, view)
-        shift = origin_shift_for(x, v, k, stride, width, latest, p.pendulum_shift_side_max)
-        stride += shift
-        if shift > 0.0:
-            change = plan_support_change(x + shift, v, k, stride, width, earliest, latest)
-        return LateralPlan(change, offset_y + shift, self._caught(change, stride))
-
-    def _caught(self, change: SupportChange, stride: float) -> float:
-        """D [m] moved towards where the next pendulum gets its width."""
-        p = self._p
-        caught = stride_that_catches(change.position, change.velocity, self._k, p.pendulum_width)
-        return stride + min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
-
-    def _hurried(
-        self, state: WalkState, lateral: LateralPlan, sagittal: SagittalPlan, wanted: Pose2
-    ) -> tuple[LateralPlan, SagittalPlan]:
-        """The step ended sooner, until the CoM asks for one that is not much longer than wanted.
-
-        The divergent component grows by e^(k t): a CoM pushed along x needs the next foot soon.
-        The next foot then stands nearer, because the CoM has not come as far in y.
-        """
-        p, k = self._p, self._k
-        swing = -state.support
-        x, v = swing * state.y + lateral.offset_y, swing * state.vy
-        earliest = max(p.step_duration_min - self._elapsed, turning_time(x, v, k))
-        usual_stride = 2.0 * p.pendulum_offset_y + swing * wanted[1]
-        stride = usual_stride + lateral.offset_y - p.pendulum_offset_y
-        time = lateral.change.time - self._dt
-        while time >= earliest and self._is_urgent(sagittal):
-            change = SupportChange(time, *advance(x, v, k, time), feasible=False)
-            lateral = LateralPlan(change, lateral.offset_y, self._caught(change, stride))
-            sagittal = self._plan_sagittal(state, lateral, wanted)
-            time -= self._dt
-        return lateral, sagittal
-
-    def _is_urgent(self, plan: SagittalPlan) -> bool:
-        corrects = self._p.feedback and not self._shifting_weight
-        return corrects and abs(plan.correction) > self._p.step_hurry
-
-    def _is_origin_held(self, time_left: float) -> bool:
-        return time_left < ORIGIN_HOLD_TIME and not self._shifting_weight
+        self._time_left, self._origin, self._step_size = self._single_support.plan(state, phase)
 
     def _landing(self, support: int) -> Pose2:
         """Where the swing sole shall stand, in Q: at home in Q-bar."""
