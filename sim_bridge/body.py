@@ -18,6 +18,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.individual import Individual
+from sim_bridge.soles import SolePoints, corner_points
 
 CONTACT_RADIUS = 0.005
 """[m] of the spheres that stand for the corner points of a sole."""
@@ -115,7 +116,10 @@ class Body:
     imu_rotation: FloatArray
     """(3, 3) IMU frame to torso."""
 
-    def __init__(self, robot: RobotDescription, individual: Individual) -> None:
+    def __init__(
+        self, robot: RobotDescription, individual: Individual, soles: SolePoints | None = None
+    ) -> None:
+        """`soles`: where they touch the floor; None = at the robot's own corners."""
         tree = ET.fromstring(robot.urdf)
         for link in tree.findall("link"):
             _scale_inertial(link, individual.mass_scale.get(link.attrib["name"], 1.0))
@@ -147,7 +151,7 @@ class Body:
         self._zero = dict(zip(robot.joint_names, individual.joint_zero.tolist(), strict=True))
         self.mass = float(sum(inertia.mass for inertia in model.inertias))
         self.links = self._read_links(robot, tree)
-        self.soles = self._read_soles(robot)
+        self.soles = self._read_soles(robot, soles or corner_points(robot))
 
     def pose(
         self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray
@@ -264,7 +268,7 @@ class Body:
             )
         return tuple(links)
 
-    def _read_soles(self, robot: RobotDescription) -> tuple[Sole, Sole]:
+    def _read_soles(self, robot: RobotDescription, outline: SolePoints) -> tuple[Sole, Sole]:
         model = self._model
         soles = []
         for mirror, name in zip((1.0, -1.0), robot.sole_frames, strict=True):
@@ -272,7 +276,8 @@ class Body:
             frame = model.getFrameId(name, pin.FrameType.BODY)
             parent_joint = model.names[model.frames[frame].parentJoint]
             parent = next(link.name for link in self.links if link.joint == parent_joint)
-            corners = [(x, mirror * y) for x, y in robot.sole_corners]
+            corners = [(x, mirror * y) for x, y in outline.corners]
+            points = [(x, mirror * y) for x, y in outline.points]
             # the largest rectangle whose sides run between the corners: never outside the sole
             xs, ys = (sorted(corner[axis] for corner in corners) for axis in (0, 1))
             size = (xs[2] - xs[1], ys[2] - ys[1], _PLATE_THICKNESS)
@@ -283,7 +288,7 @@ class Body:
                     parent=parent,
                     position=placement.translation.copy(),
                     rotation=placement.rotation.copy(),
-                    points=tuple(np.array([x, y, CONTACT_RADIUS]) for x, y in corners),
+                    points=tuple(np.array([x, y, CONTACT_RADIUS]) for x, y in points),
                     plate=Shape("box", size, placement.act(centre), placement.rotation.copy()),
                 )
             )

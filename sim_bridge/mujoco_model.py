@@ -11,7 +11,10 @@ from sim_bridge.body import CONTACT_RADIUS, Body, Link, Shape, Sole
 from sim_bridge.individual import Individual
 from sim_bridge.mujoco_ball import BALL, DEGREES_OF_FREEDOM, add_ball
 from sim_bridge.mujoco_springs import COUPLING, DRY_FRICTION, END_STOP, RIGID_FLOOR, Spring
+from sim_bridge.mujoco_terrain import add_terrain
 from sim_bridge.plant import Plant
+from sim_bridge.soles import contact_of
+from sim_bridge.terrain import prisms
 
 _FLOOR, _LEFT_LEG = 1, 2
 """Collision bits: the floor meets what has the first, the left leg what has the second."""
@@ -107,6 +110,10 @@ class MujocoModel:
             friction=[0.0, 0.0, 0.0],  # MuJoCo takes the larger coefficient of the two bodies
             group=_COLLIDING,
         )
+        add_terrain(
+            spec, prisms(self._plant.terrain, self._individual.seed), contype=_FLOOR,
+            group=_SEEN if self._visual else _COLLIDING,
+        )  # fmt: skip
         if self._visual:
             _light(spec)
         bodies = {"": spec.worldbody}
@@ -296,8 +303,8 @@ class MujocoModel:
         model, step, contact = self.model, self._plant.physics.step, self._plant.contact
         floor = RIGID_FLOOR
         if not contact.rigid:
-            stiffness = contact.stiffness * self._individual.stiffness_scale
-            floor = Spring(stiffness, contact.damping)
+            count = len(self._body.soles[0].points)
+            floor = Spring(*contact_of(self._plant, self._individual, count))
         for sole in self._body.soles:
             inverse_mass = model.body(sole.parent).invweight0[0]
             for name in self._geoms[sole.name]:

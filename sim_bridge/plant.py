@@ -18,10 +18,17 @@ from nao_lipm_gait.robot_description import RobotDescription
 
 
 def _number(
-    minimum: float, maximum: float, unit: str, *, optional: bool = False, integer: bool = False
+    minimum: float,
+    maximum: float,
+    unit: str,
+    *,
+    optional: bool = False,
+    integer: bool = False,
+    default: Any = dataclasses.MISSING,
 ) -> Any:
     """A number in [minimum, maximum]; `optional` also allows None = not modelled."""
     return dataclasses.field(
+        default=default,
         metadata={
             "kind": "integer" if integer else "number",
             "minimum": minimum,
@@ -49,8 +56,17 @@ def _switch() -> Any:
     return dataclasses.field(metadata={"kind": "switch", "optional": False})
 
 
+def _choice(*choices: str) -> Any:
+    """One word out of several; the first is the default."""
+    return dataclasses.field(
+        default=choices[0], metadata={"kind": "choice", "choices": choices, "optional": False}
+    )
+
+
 def _allowed(metadata: Mapping[str, Any]) -> str:
     kind = metadata["kind"]
+    if kind == "choice":
+        return ", ".join(metadata["choices"])
     if kind == "switch":
         return "true or false"
     span = f"{metadata['minimum']:g} to {metadata['maximum']:g} {metadata['unit']}".rstrip()
@@ -72,6 +88,10 @@ def _checked(name: str, value: Any, metadata: Mapping[str, Any]) -> Any:
     kind = metadata["kind"]
     if kind == "switch":
         if not isinstance(value, bool):
+            raise error
+        return value
+    if kind == "choice":
+        if value not in metadata["choices"]:
             raise error
         return value
     low, high = metadata["minimum"], metadata["maximum"]
@@ -201,6 +221,41 @@ class Variation(_Checked):
 
 
 @dataclass(frozen=True, slots=True)
+class Terrain(_Checked):
+    """What lies ahead of the robot on the floor, from `start` on; a level floor without this.
+
+    The size of the field and the height of the hexagons are the second paper's; the rest is chosen.
+    """
+
+    kind: str = _choice("flat", "hexagons", "ramp", "steps", "carpet")
+    """`hexagons`: plates of different height; `ramp`: up, level, down; `steps`: up, up, down;
+    `carpet`: the whole floor is as soft as `carpet_stiffness`."""
+    start: float = _number(0.0, 10.0, "m", default=0.25)
+    """Where the field begins, in x."""
+    length: float = _number(0.1, 10.0, "m", default=1.0)
+    """Of the field in x."""
+    width: float = _number(0.1, 10.0, "m", default=1.5)
+    """Of the field in y."""
+    height: float = _number(0.0, 0.1, "m", default=0.015)
+    """Of the highest plate, of the ramp, of each step."""
+    plate: float = _number(0.02, 1.0, "m", default=0.1)
+    """Across the flats of a hexagon."""
+    carpet_stiffness: float = _number(100.0, 1e7, "N/m", default=2e3)
+    """Of a carpet under one corner of a sole; in series with the contact."""
+
+
+@dataclass(frozen=True, slots=True)
+class SoleDesign(_Checked):
+    """What the robot has under its feet."""
+
+    kind: str = _choice("own", "spring", "sponge")
+    """`own`: the robot's; `spring`: touches at the tips of leaf springs along its sides;
+    `sponge`: 206 mm long, 50 mm wide and soft."""
+    stiffness: float | None = _number(100.0, 1e7, "N/m", optional=True, default=None)
+    """Of the sole at one corner, in series with the floor; None = that of its kind."""
+
+
+@dataclass(frozen=True, slots=True)
 class Plant:
     """A complete description of one kind of simulated robot and its floor."""
 
@@ -210,6 +265,8 @@ class Plant:
     contact: Contact
     sensors: Sensors
     variation: Variation
+    terrain: Terrain = Terrain()
+    sole: SoleDesign = SoleDesign()
 
 
 def with_sensors_of(plant: Plant, robot: RobotDescription) -> Plant:
@@ -228,10 +285,14 @@ _SECTIONS: dict[str, type] = {
     "contact": Contact,
     "sensors": Sensors,
     "variation": Variation,
+    "terrain": Terrain,
+    "sole": SoleDesign,
 }
+_OPTIONAL = ("terrain", "sole")
+"""Sections that a file may leave out, whole or in part."""
 
 
-PlantValue = float | bool | tuple[float, float] | None
+PlantValue = float | bool | str | tuple[float, float] | None
 """What an option can hold."""
 PlantOption = tuple[str, PlantValue]
 """An option and its value: ("motor.play", 0.035)."""
@@ -279,6 +340,8 @@ def option_text(option: PlantOption) -> str:
         return f"{name}=null"
     if isinstance(value, bool):
         return f"{name}={str(value).lower()}"
+    if isinstance(value, str):
+        return f"{name}={value}"
     if isinstance(value, tuple):
         return f"{name}=[{value[0]:.10g},{value[1]:.10g}]"
     return f"{name}={value:.10g}"
@@ -294,14 +357,19 @@ def _option_field(name: str) -> tuple[str, Any]:
     raise NaoGaitError("plant option", name, f"one of {', '.join(known)}")
 
 
-def _require_keys(where: str, data: object, names: tuple[str, ...]) -> Mapping[str, Any]:
-    allowed = "exactly the keys " + ", ".join(names)
+def _require_keys(
+    where: str, data: object, names: tuple[str, ...], optional: Iterable[str] = ()
+) -> Mapping[str, Any]:
+    optional = tuple(optional)
+    allowed = "exactly the keys " + ", ".join(name for name in names if name not in optional)
+    if optional:
+        allowed += "; if wanted " + ", ".join(optional)
     if not isinstance(data, Mapping):
         raise NaoGaitError(where, data, allowed)
     unknown = [key for key in data if key not in names]
     if unknown:
         raise NaoGaitError(f"{where}: unknown key", unknown[0], allowed)
-    missing = [name for name in names if name not in data]
+    missing = [name for name in names if name not in data and name not in optional]
     if missing:
         raise NaoGaitError(f"{where}: missing key", missing[0], allowed)
     return data
@@ -319,14 +387,15 @@ def load_plant(name_or_path: str) -> Plant:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         reason = " ".join(str(error).split())
         raise NaoGaitError(str(path), reason, "a readable YAML mapping") from error
-    top = _require_keys(str(path), data, tuple(_SECTIONS))
+    top = _require_keys(str(path), data, tuple(_SECTIONS), _OPTIONAL)
     sections: dict[str, Any] = {}
     for section, cls in _SECTIONS.items():
-        fields = dataclasses.fields(cls)
-        values = _require_keys(
-            f"{path}: {section}", top[section], tuple(field.name for field in fields)
-        )
-        for field in fields:
-            _checked(f"{path}: {section}.{field.name}", values[field.name], field.metadata)
+        if section not in top:
+            continue
+        fields = {field.name: field for field in dataclasses.fields(cls)}
+        optional = fields if section in _OPTIONAL else ()
+        values = _require_keys(f"{path}: {section}", top[section], tuple(fields), optional)
+        for name, value in values.items():
+            _checked(f"{path}: {section}.{name}", value, fields[name].metadata)
         sections[section] = cls(**values)
     return Plant(name=path.stem, **sections)

@@ -8,6 +8,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from sim_bridge.body import SHOE, Body, BodyPose, simulation_urdf
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
+from sim_bridge.pybullet_terrain import lay_terrain
+from sim_bridge.soles import contact_of
+from sim_bridge.terrain import prisms
 from sim_bridge.vectors import cross, rotation_matrix
 
 _C_LIBRARY = ctypes.CDLL(None)
@@ -102,7 +106,9 @@ class PyBulletBackend:
             self._client = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
         if self._client < 0:
             raise NaoGaitError("gui", gui, "false where there is no display")
+        self._ground = prisms(plant.terrain, individual.seed)
         self._floor = self._model = -1
+        self._terrain: list[int] = []
         self._joints: list[int] = []
         self._soles = (-1, -1)
         self._states: tuple[tuple[float, ...], ...] | None = None
@@ -243,9 +249,7 @@ class PyBulletBackend:
         for side, link in enumerate(self._soles):
             ox, oy, oz = pose.sole_position[side].tolist()
             force, torque = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-            for point in bullet.getContactPoints(
-                self._model, self._floor, link, -1, physicsClientId=self._client
-            ):
+            for point in self._contacts_with_ground(link):
                 fx, fy, fz = (
                     point[9] * point[7][i] + point[10] * point[11][i] + point[12] * point[13][i]
                     for i in range(3)
@@ -258,6 +262,18 @@ class PyBulletBackend:
             to_sole = pose.sole_rotation[side].T
             wrenches.append(np.concatenate([to_sole @ force, to_sole @ torque]))
         return wrenches[0], wrenches[1]
+
+    def _contacts_with_ground(self, link: int) -> tuple[tuple[Any, ...], ...]:
+        """PyBullet's contact points of a sole, which meets nothing but the ground."""
+        if not self._terrain:
+            points = bullet.getContactPoints(
+                self._model, self._floor, link, -1, physicsClientId=self._client
+            )
+        else:
+            points = bullet.getContactPoints(
+                bodyA=self._model, linkIndexA=link, physicsClientId=self._client
+            )
+        return points  # type: ignore[no-any-return]
 
     def _build(self) -> None:
         client, physics = self._client, self._plant.physics
@@ -276,6 +292,9 @@ class PyBulletBackend:
         # PyBullet multiplies the coefficients of the two bodies
         bullet.changeDynamics(
             self._floor, -1, lateralFriction=1.0, restitution=0.0, physicsClientId=client
+        )
+        self._terrain = lay_terrain(
+            bullet, client, self._ground, collides=True, visible=self._visual
         )
         if self._visual:
             self._lay_tiles()
@@ -367,11 +386,13 @@ class PyBulletBackend:
 
     def _set_dynamics(self) -> None:
         contact = self._plant.contact
+        count = len(self._body.soles[0].points)
+        stiffness, damping = contact_of(self._plant, self._individual, count)
         for index in self._links.values():
             options: dict[str, float] = {}
             if index in self._soles and not contact.rigid:
-                options["contactStiffness"] = contact.stiffness * self._individual.stiffness_scale
-                options["contactDamping"] = contact.damping
+                options["contactStiffness"] = stiffness
+                options["contactDamping"] = damping
             bullet.changeDynamics(
                 self._model,
                 index,
@@ -396,7 +417,8 @@ class PyBulletBackend:
 
         ball = 0 if self._ball is None else _BALL
         meets_floor = _UPPER_BODY | _LEFT_LEG | _RIGHT_LEG | _SOLE_POINTS | ball
-        mask(self._floor, -1, _FLOOR, meets_floor)
+        for ground in (self._floor, *self._terrain):
+            mask(ground, -1, _FLOOR, meets_floor)
         feet = {sole.parent for sole in self._body.soles}
         for link in self._body.links:
             if not link.side:

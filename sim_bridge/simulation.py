@@ -17,6 +17,8 @@ from sim_bridge.individual import draw_individual
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant, with_sensors_of
 from sim_bridge.sensors import SensorModel
+from sim_bridge.soles import sole_points
+from sim_bridge.terrain import Prism, ground_height, prisms
 from sim_bridge.vectors import rotation_matrix
 
 START_STATES = ("stand", "lying_front", "lying_back")
@@ -122,8 +124,11 @@ class Simulation:
         self.robot = robot
         self.plant = plant
         self.individual = draw_individual(plant, robot, robot_seed)
-        self.body = Body(robot, self.individual)
-        self._start = _start_state(robot, self.body, self.individual.joint_zero, start_state)
+        self.body = Body(robot, self.individual, sole_points(plant, robot))
+        self.ground = prisms(plant.terrain, robot_seed)
+        self._start = _start_state(
+            robot, self.body, self.individual.joint_zero, start_state, self.ground
+        )
         self._step_seconds = plant.physics.step
         substeps = self._period // step
         self._setpoints = Setpoints(robot, plant, self.individual, substeps)
@@ -336,9 +341,17 @@ def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
 
 
 def _start_state(
-    robot: RobotDescription, body: Body, joint_zero: FloatArray, name: str
+    robot: RobotDescription,
+    body: Body,
+    joint_zero: FloatArray,
+    name: str,
+    ground: tuple[Prism, ...],
 ) -> StartState:
-    """At rest on the floor, in the stand pose as this robot believes it to be."""
+    """At rest on the floor, in the stand pose as this robot believes it to be.
+
+    On what lies on the floor it is set down from above, over the highest point under a standing
+    sole.
+    """
     joints = robot.stand_pose + joint_zero
     if name == "stand":
         pose = body.pose(np.zeros(3), np.eye(3), joints)
@@ -347,7 +360,24 @@ def _start_state(
         half = math.pi / 4.0 if name == "lying_front" else -math.pi / 4.0
         rotation = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
     height = -body.lowest_point(rotation_matrix(rotation), joints)
+    if ground:
+        height += _highest_under(body, rotation_matrix(rotation), joints, ground)
     return StartState(np.array([0.0, 0.0, height]), rotation, joints)
+
+
+def _highest_under(
+    body: Body, rotation: FloatArray, joints: FloatArray, ground: tuple[Prism, ...]
+) -> float:
+    """[m] height of the ground under the soles of a robot whose torso is over the origin."""
+    pose = body.pose(np.zeros(3), rotation, joints)
+    points = [
+        position + axes @ point
+        for sole, position, axes in zip(
+            body.soles, pose.sole_position, pose.sole_rotation, strict=True
+        )
+        for point in sole.points
+    ]
+    return max(ground_height(ground, x, y) for x, y, _ in points)
 
 
 def _turn_upright(normal: FloatArray) -> FloatArray:

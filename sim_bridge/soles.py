@@ -1,0 +1,96 @@
+"""Where the soles touch the floor, and how softly: the robot's own, and two for rough ground.
+
+The second paper's designs (its Fig. 7): leaf springs along the sides of the foot, which touch at
+their tips, and a long narrow foot on a sponge. Their stiffness is not given; it is chosen here.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import Pose2, RobotDescription
+from sim_bridge.individual import Individual
+from sim_bridge.plant import Plant
+from sim_bridge.terrain import is_uneven
+
+SPONGE_LENGTH, SPONGE_WIDTH = 0.206, 0.050
+"""[m] as published."""
+STIFFNESS: Mapping[str, float | None] = {"own": None, "spring": 4e3, "sponge": 4e3}
+"""[N/m] of a sole at one corner, in series with the floor; chosen: gives by 1 mm under Bruno."""
+ROWS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
+"""Shares of the length and"""
+COLUMNS = (0.0, 0.5, 1.0)
+"""of the width where a flat sole may meet a plate."""
+
+
+@dataclass(frozen=True, slots=True)
+class SolePoints:
+    """The left sole in its frame, x y [m]; the right one is its mirror image."""
+
+    corners: tuple[Pose2, ...]
+    """Front-inner, front-outer, rear-outer, rear-inner."""
+    points: tuple[Pose2, ...]
+    """What touches."""
+
+
+def corner_points(robot: RobotDescription) -> SolePoints:
+    """The robot's own soles on a level floor, where only the corners matter."""
+    return SolePoints(robot.sole_corners, robot.sole_corners)
+
+
+def sole_points(plant: Plant, robot: RobotDescription) -> SolePoints:
+    """The soles of this plant; on uneven ground a flat sole also touches between its corners.
+
+    Raises:
+        NaoGaitError: something soft on a rigid floor.
+    """
+    if plant.contact.rigid and _soft(plant):
+        raise NaoGaitError(
+            f"{plant.name}: contact.rigid", True, "false on a carpet and with soft soles"
+        )
+    own = robot.sole_corners
+    corners = _sponge(own) if plant.sole.kind == "sponge" else own
+    if not is_uneven(plant.terrain) or plant.sole.kind == "spring":
+        return SolePoints(corners, corners)
+    front_inner, front_outer, rear_outer, rear_inner = corners
+    points = tuple(
+        _between(
+            _between(front_inner, front_outer, across),
+            _between(rear_inner, rear_outer, across),
+            back,
+        )
+        for back in ROWS for across in COLUMNS
+    )  # fmt: skip
+    return SolePoints(corners, points)
+
+
+def contact_of(plant: Plant, individual: Individual, count: int) -> tuple[float, float]:
+    """Stiffness [N/m] and damping [N s/m] of one of the `count` points of a sole.
+
+    Floor, carpet and sole are springs in series; all points together are as stiff and damped as the
+    four corners of which the plant speaks.
+    """
+    stiffness = plant.contact.stiffness * individual.stiffness_scale
+    for spring in _soft(plant):
+        stiffness = stiffness * spring / (stiffness + spring)
+    share = 4.0 / count
+    return share * stiffness, share * plant.contact.damping
+
+
+def _soft(plant: Plant) -> list[float]:
+    """[N/m] of what gives way besides the floor, at one corner."""
+    sole = plant.sole.stiffness or STIFFNESS[plant.sole.kind]
+    carpet = plant.terrain.carpet_stiffness if plant.terrain.kind == "carpet" else None
+    return [spring for spring in (sole, carpet) if spring is not None]
+
+
+def _sponge(corners: tuple[Pose2, ...]) -> tuple[Pose2, ...]:
+    """From the same heel forward, about the same middle."""
+    rear = min(x for x, _ in corners)
+    middle = 0.5 * (min(y for _, y in corners) + max(y for _, y in corners))
+    front, inner, outer = rear + SPONGE_LENGTH, middle - SPONGE_WIDTH / 2, middle + SPONGE_WIDTH / 2
+    return (front, inner), (front, outer), (rear, outer), (rear, inner)
+
+
+def _between(a: Pose2, b: Pose2, share: float) -> Pose2:
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
