@@ -15,7 +15,8 @@ from nao_lipm_gait.resources import share
 
 TITLES = {
     "walk": "Which walk",
-    "zmp": "ZMP walk",
+    "zmp": "ZMP walk and preview control",
+    "preview": "Preview control",
     "pendulum": "Pendulum",
     "stance": "Stance",
     "swing": "Swing foot",

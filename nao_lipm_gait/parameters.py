@@ -56,8 +56,9 @@ class GaitParameters:
 
     # -- walk --------------------------------------------------------------------------------------
     walk: str = _choice(
-        ("lipm", "zmp"), "walk",
-        "which walk: lipm = the first paper's observed pendulum, zmp = the second's trajectories",
+        ("lipm", "zmp", "preview"), "walk",
+        "which walk: lipm = the first paper's observed pendulum, zmp = the second's trajectories, "
+        "preview = ZMP preview control",
     )
     # -- pendulum ----------------------------------------------------------------------------------
     pendulum_height: float = _parameter(
@@ -96,6 +97,14 @@ class GaitParameters:
     )
     zmp_foot_roll: float = _parameter(
         0.0, -0.3, 0.3, "rad", "zmp", "how far the swing foot is rolled outwards at its highest"
+    )
+    # -- preview control ---------------------------------------------------------------------------
+    preview_time: float = _parameter(
+        0.8, 0.1, 3.0, "s", "preview", "how far ahead the wanted ZMP is looked at"
+    )
+    preview_jerk: float = _parameter(
+        10000.0, 10.0, 1000000.0, "1/s^3", "preview",
+        "jerk per metre of ZMP error that costs the same; more = nearer to the ZMP, less smooth",
     )
     # -- stance ------------------------------------------------------------------------------------
     com_height: float = _parameter(

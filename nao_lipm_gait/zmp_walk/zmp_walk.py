@@ -13,7 +13,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
-from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, approach
+from nao_lipm_gait.lipm_walk.step_size import STEP_IN_PLACE, Stride, approach
 from nao_lipm_gait.lipm_walk.swing_foot import raised_cosine
 from nao_lipm_gait.lipm_walk.walk_state import LEFT, RIGHT
 from nao_lipm_gait.parameters import GaitParameters
@@ -137,36 +137,50 @@ class ZmpWalk:
 
     def _next_half_stride(self, command: VelocityCommand) -> None:
         done = self._half_stride
+        if done.phase in (Phase.SHIFT, Phase.STEP):
+            self._q_in_odom = compose(self._q_in_odom, done.step_size)
+            self._step_count += 1
+        self._half_stride, self._stride = self._successor(done, self._stride, command)
+        self._tick = 0
+
+    def _successor(
+        self, done: HalfStride, stride: Stride, command: VelocityCommand
+    ) -> tuple[HalfStride, Stride]:
+        """What follows a half stride, made with `stride`, under this command."""
         if done.phase in (Phase.REST, Phase.SETTLE):
-            self._stand(Phase.REST, done.support, done.standing, done.swing_end)
-            return
+            return self._standing(Phase.REST, done.support, done.standing, done.swing_end), stride
         support = -done.support
         s = done.step_size
-        self._q_in_odom = compose(self._q_in_odom, s)
-        self._step_count += 1
         standing, swing_start = relative(done.swing_end, s), relative(done.standing, s)
         if done.phase is Phase.STEP and command.is_zero and s == NOWHERE:
-            self._stand(Phase.SETTLE, support, standing, swing_start)
-            return
+            return self._standing(Phase.SETTLE, support, standing, swing_start), stride
         # The CoM is half-way between the last Q and this one.
         x, y, _ = relative((0.5 * s[0], 0.5 * s[1], 0.0), s)
         wanted = stride_for(command, 2.0 * self._ticks * self._dt, self._p)
-        self._stride = approach(self._stride, wanted, self._p)
-        step_size = self._stride.of_step(-support, self._p)
+        stride = approach(stride, wanted, self._p)
+        step_size = stride.of_step(-support, self._p)
         landing = compose(step_size, self._home_sole(-support))
-        self._tick = 0
-        self._half_stride = HalfStride(
+        following = HalfStride(
             Phase.STEP, support, self._ticks, (x, y), step_size, standing, swing_start, landing,
             self._p,
         )  # fmt: skip
+        return following, stride
 
     def _stand(self, phase: Phase, support: int, standing: Pose2, other: Pose2) -> None:
-        """A half stride with both feet on the ground."""
-        ticks = 1 if phase is Phase.REST else self._ticks
         self._tick = 0
-        self._half_stride = HalfStride(
+        self._half_stride = self._standing(phase, support, standing, other)
+
+    def _standing(self, phase: Phase, support: int, standing: Pose2, other: Pose2) -> HalfStride:
+        """A half stride with both feet on the ground."""
+        ticks = 1 if phase is Phase.REST else self._standing_ticks
+        return HalfStride(
             phase, support, ticks, (0.0, 0.0), NOWHERE, standing, other, other, self._p
         )
+
+    @property
+    def _standing_ticks(self) -> int:
+        """Of the swing out of rest and of the one back to it."""
+        return self._ticks
 
     @property
     def _ticks(self) -> int:
@@ -198,15 +212,24 @@ class ZmpWalk:
             return -half.support * swing_in(t, duration, speed)
         return half.support * swing_out(t, duration, speed)
 
-    def _state(self) -> StrideState:
+    def _com(self) -> tuple[float, float]:
+        """The CoM in Q [m] at this tick."""
         half, share = self._half_stride, self._share
         (x, y), s = half.com_start, half.step_size
         yaw = s[2] * (share - 0.5) if half.phase is Phase.STEP else 0.0
         out = self._sway()
+        return (
+            x + share * (0.5 * s[0] - x) - sin(yaw) * out,
+            y + share * (0.5 * s[1] - y) + cos(yaw) * out,
+        )
+
+    def _state(self) -> StrideState:
+        half = self._half_stride
+        x, y = self._com()
         return StrideState(
             support=half.support,
-            x=x + share * (0.5 * s[0] - x) - sin(yaw) * out,
-            y=y + share * (0.5 * s[1] - y) + cos(yaw) * out,
+            x=x,
+            y=y,
             sole_in_q=half.standing,
             q_in_odom=self._q_in_odom,
             step_count=self._step_count,
