@@ -1,5 +1,6 @@
 """Protocols and scores on real walks: the stride grows, a fall costs, hopping does not pay."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -69,7 +70,7 @@ def test_a_trial_is_repeatable_and_never_raises() -> None:
     first, again = (evaluate(STUDY, 1, (0.5, 0.5)) for _ in range(2))
     assert first.error is None and first.score > 0.0
     assert (first.score, first.measures) == (again.score, again.measures)
-    broken = parse_study({**GOOD, "urdf": "no_such_robot"})
+    broken = dataclasses.replace(STUDY, urdf="no_such_robot")
     assert "no_such_robot" in str(evaluate(broken, 0, (0.5, 0.5)).error)
 
 

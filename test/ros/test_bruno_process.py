@@ -22,6 +22,7 @@ def test_bruno_walks_and_stops_by_cmd_vel(probe: Probe) -> None:
     probe.start("gait", urdf="bruno")
     probe.start("sim_bridge", urdf="bruno", **LOCKSTEP)
     probe.wait(lambda: support and support[-1].data.startswith("stand"), "a stand")
+    probe.wait(lambda: commands, "a command")
     assert tuple(commands[-1].name) == robot.joint_names
     probe.wait(lambda: description, "its URDF")
     assert description[-1].data == robot.urdf
