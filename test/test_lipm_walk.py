@@ -192,3 +192,15 @@ def test_an_undisturbed_diagonal_or_curve_needs_hardly_any_origin_shift(
         if tick > 300:
             shifts.append(abs(walk.origin_in_q[0]))
     assert max(shifts) < 0.003
+
+
+def test_a_pendulum_made_as_wide_as_its_offset_in_a_curve_divides_by_nothing() -> None:
+    walk = LipmWalk(GaitParameters(), 0.01)
+    command = VelocityCommand(0.1, 0.08, 0.5)
+    walk.start(command)
+    for tick in range(400):
+        if tick == 100:
+            walk.set_parameters(GaitParameters(pendulum_width=0.05, pendulum_offset_y=0.05))
+        expected = walk.expect()
+        walk.observe(*expected.com_in_q)
+        assert all(math.isfinite(value) for value in walk.plan(command).com_in_q)

@@ -106,8 +106,8 @@ class SingleSupport:
         latest = max(earliest, p.step_duration_max - phase.elapsed)
         x, v = swing * state.y + offset_y, swing * state.vy
         view = STRAIGHT
-        if yaw != 0.0 and phase.passing != 0.0:
-            lead = exchange_leads(0.0, p)[0]
+        lead = exchange_leads(0.0, p)[0] if yaw != 0.0 and phase.passing != 0.0 else 0.0
+        if lead > 0.0:
             vx = phase.passing * k * offset_y / width
             view = turn_of_view(swing, tan(yaw), -phase.passing * lead, vx)
             # In a steady curve both pendulums last equally long only if the outer one is wider.
