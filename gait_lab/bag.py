@@ -40,10 +40,10 @@ SYNC_PERIOD = 0.5
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 DISCOVERY_PERIOD = 0.5
 """Seconds of wall time between two looks for new topics."""
-CLOCK_PERIOD = 1.5
-"""Seconds of wall time that /clock may be found later than the first other topic,"""
+CLOCK_PERIOD = 5.0
+"""Seconds of wall time that /clock may be found later than the first other topic."""
 NOBODY_PERIOD = 8.0
-"""and that are waited for any topic at all."""
+"""Seconds of wall time without any topic, after which a recording's duration counts."""
 
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
 
@@ -178,11 +178,16 @@ class TopicRecorder:
     DEPTH = 5000
     """Messages that may wait while the recorder is busy."""
 
-    def __init__(self, node: "Node", writer: BagWriter, *, simulated_time: bool = True) -> None:
+    def __init__(
+        self, node: "Node", writer: BagWriter, *, simulated_time: bool | None = None
+    ) -> None:
+        """`simulated_time` None: messages are held until `/clock` ticks or `use_wall_time`."""
         self._node = node
         self._writer = writer
         self._simulated = simulated_time
         self._order = ClockOrder(writer.write)
+        if simulated_time is False:
+            self._order.use_wall_time()
         self._subscriptions: dict[str, tuple[Any, Callable[[bytes, Any], None]]] = {}
         self._types: dict[str, Any] = {}
         self._refused: set[str] = set()
@@ -244,11 +249,15 @@ class TopicRecorder:
         return refused
 
     def _handler(self, name: str, is_clock: bool) -> Callable[[bytes, Any], None]:
-        if not self._simulated:
-            return lambda data, info: self._writer.write(name, _arrival(info), data)
-        if is_clock:
+        if is_clock and self._simulated is not False:
             return lambda data, info: self._order.tick(name, _arrival(info), stamp_of(data), data)
         return lambda data, info: self._order.message(name, _arrival(info), data)
+
+    def decide(self, simulated_time: bool) -> None:
+        """Which time a recorder of no given time uses."""
+        self._simulated = simulated_time
+        if not simulated_time:
+            self._order.use_wall_time()
 
     def close(self) -> None:
         """Take what has arrived and was not handled yet, then stop listening."""
@@ -258,6 +267,8 @@ class TopicRecorder:
                     handle(*taken)
             self._node.destroy_subscription(subscription)
         self._subscriptions.clear()
+        if self._simulated is None and self._order.now is None:
+            self._order.use_wall_time()
         self._order.close()
 
 
@@ -292,18 +303,21 @@ def record(
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         with BagWriter(out, storage) as writer:
-            if simulated_time is None:
-                simulated_time = _sees_clock(node, executor)
             recorder = TopicRecorder(node, writer, simulated_time=simulated_time)
             wanted = {node.resolve_topic_name(topic) for topic in topics} or None
-            if wanted is not None and simulated_time:
+            if wanted is not None and simulated_time is not False:
                 wanted.add("/clock")
-            say(f"recording to {out} in {'simulated' if simulated_time else 'wall'} time; "
-                "Ctrl-C ends")  # fmt: skip
+            say(f"recording to {out}; Ctrl-C ends")
+            choice = _TimeChoice(node, simulated_time)
             try:
-                end = math.inf if duration is None else time.monotonic() + duration
+                end = math.inf
                 look = 0.0
                 while (now := time.monotonic()) < end:
+                    if choice.look(now):
+                        recorder.decide(bool(choice.simulated))
+                        say(f"in {'simulated' if choice.simulated else 'wall'} time")
+                    if duration is not None and end == math.inf and choice.began(now):
+                        end = now + duration
                     if now >= look:
                         look = now + DISCOVERY_PERIOD
                         for topic, reason in recorder.add_new_topics(wanted):
@@ -321,17 +335,33 @@ def record(
     return total
 
 
-def _sees_clock(node: "Node", executor: Any) -> bool:
-    """Whether somebody publishes /clock; takes its time while nobody publishes anything yet."""
-    patience = time.monotonic() + NOBODY_PERIOD
-    deadline = math.inf
-    while (now := time.monotonic()) < min(deadline, patience):
-        executor.spin_once(timeout_sec=0.1)
-        if node.count_publishers("/clock"):
-            return True
-        if deadline == math.inf and _others_publish(node):
-            deadline = now + CLOCK_PERIOD
-    return False
+class _TimeChoice:
+    """Simulated time if anyone publishes /clock, which may be discovered after other topics."""
+
+    def __init__(self, node: "Node", simulated: bool | None) -> None:
+        self.simulated = simulated
+        self._node = node
+        self._told = False
+        self._born = time.monotonic()
+        self._deadline = math.inf
+
+    def look(self, now: float) -> bool:
+        """Whether it has just been decided."""
+        if self._told:
+            return False
+        if self.simulated is None:
+            if self._node.count_publishers("/clock"):
+                self.simulated = True
+            elif now > self._deadline:
+                self.simulated = False
+            elif self._deadline == math.inf and _others_publish(self._node):
+                self._deadline = now + CLOCK_PERIOD
+        self._told = self.simulated is not None
+        return self._told
+
+    def began(self, now: float) -> bool:
+        """Whether the recording's duration counts from now on."""
+        return self._told or now > self._born + NOBODY_PERIOD
 
 
 def _others_publish(node: "Node") -> bool:

@@ -14,13 +14,17 @@ KEPT = 100_000
 
 
 class ClockOrder:
-    """Gives every message the simulated time of its arrival, in ns."""
+    """Gives every message the simulated time of its arrival, in ns; or the wall time, if told to.
+
+    Holds what comes before the first tick, so it may be told late that there is no clock.
+    """
 
     def __init__(self, write: Write) -> None:
         self._write = write
         self._arrivals: list[int] = []
         self._ticks: list[int] = []
         self._waiting: list[tuple[str, int, bytes]] = []
+        self._wall = False
 
     @property
     def now(self) -> int | None:
@@ -40,13 +44,22 @@ class ClockOrder:
 
     def message(self, topic: str, arrived: int, data: bytes) -> None:
         """Any other message: written once the clock has passed it."""
-        if not self._arrivals or arrived >= self._arrivals[-1]:
+        if self._wall:
+            self._write(topic, arrived, data)
+        elif not self._arrivals or arrived >= self._arrivals[-1]:
             self._waiting.append((topic, arrived, data))
         else:
             self._write(topic, self._at(arrived), data)
 
     def _at(self, arrived: int) -> int:
         return self._ticks[max(0, bisect_right(self._arrivals, arrived) - 1)]
+
+    def use_wall_time(self) -> None:
+        """There is no clock: arrival counts, for what waits and for all that comes."""
+        self._wall = True
+        waiting, self._waiting = self._waiting, []
+        for each in waiting:
+            self._write(*each)
 
     def close(self) -> None:
         """Write what still waits; what came before any tick gets the time 0."""

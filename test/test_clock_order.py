@@ -50,3 +50,14 @@ def test_a_message_gets_the_last_tick_before_it() -> None:
 
 def test_without_a_clock_nothing_is_lost() -> None:
     assert replayed([(5, "/a", 1)]) == {b"1": 0}
+
+
+def test_without_a_clock_everything_keeps_its_arrival() -> None:
+    written: list[tuple[str, int, bytes]] = []
+    order = ClockOrder(lambda *message: written.append(message))
+    order.message("/a", 5, b"held")
+    assert written == []
+    order.use_wall_time()
+    order.message("/b", 7, b"later")
+    order.close()
+    assert written == [("/a", 5, b"held"), ("/b", 7, b"later")]

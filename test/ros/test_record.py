@@ -46,6 +46,7 @@ def test_a_killed_recording_has_all_up_to_its_last_second(
     recorder = record(probe, tmp_path / "bag", "--storage", storage)
     try:
         assert recorder.stdout is not None
+        assert "recording to" in recorder.stdout.readline()
         assert "simulated time" in recorder.stdout.readline()
         began = len(clock)
         probe.wait(lambda: len(clock) > began + 400, "4 s of simulated time")
