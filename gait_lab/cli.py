@@ -93,12 +93,12 @@ def _bench(arguments: argparse.Namespace) -> int:
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
-                        "delay, robust, getup, kick, posture, compute, plant (its ingredients one "
-                        "by one), ablation (the gait's extensions one by one), faults (what goes "
-                        "wrong in the middle of a walk), loss (of messages), fuzz, soak, realtime, "
-                        "or all in a quick form")
+                        "delay, robust, rough (ground), getup, kick, posture, compute, plant (its "
+                        "ingredients one by one), ablation (the gait's extensions one by one), "
+                        "faults (what goes wrong in the middle of a walk), loss (of messages), "
+                        "fuzz, soak, realtime, or all in a quick form")
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
-                        "ablation: 5; start, endurance, robust, getup, kick, posture: 20; "
+                        "ablation: 5; start, endurance, robust, rough, getup, kick, posture: 20; "
                         "delay: 4; plant: 2)")  # fmt: skip
     parser.add_argument("--seed", type=int, metavar="S",
                         help="seed of the first robot (0); -1 is the nominal robot")  # fmt: skip
@@ -120,8 +120,9 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         help="suite push: only this way, e.g. left, back_right; "
                         "may be given often")  # fmt: skip
     parser.add_argument("--experiment", action="append", default=[], metavar="NAME",
-                        help="suite posture: only this one: start, straight or soccer; "
-                        "may be given often")  # fmt: skip
+                        help="suite posture: only this one: start, straight or soccer; suite "
+                        "rough: bruno_slow, bruno_fast, bruno_level, nao_level or given (by "
+                        "--robot, --preset, --set, --task); may be given often")  # fmt: skip
     parser.add_argument("--phases", type=int, metavar="N",
                         help="suite push: pushes per gait cycle (8)")  # fmt: skip
     parser.add_argument("--metres", type=float, metavar="M",

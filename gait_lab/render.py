@@ -1,6 +1,6 @@
 """Pictures of the robot: poses put into a PyBullet scene and drawn by its software renderer."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +12,8 @@ from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.body import Body, simulation_urdf
 from sim_bridge.individual import Individual
+from sim_bridge.pybullet_terrain import lay_terrain
+from sim_bridge.terrain import Prism
 
 Image = NDArray[np.uint8]
 """(height, width, 3) red, green, blue."""
@@ -93,6 +95,10 @@ class Stage:
             for column in range(row % 2, count, 2):
                 at = (column + 0.5) * size - half, (row + 0.5) * size - half
                 self._floor.append(self._plate(tile, x + at[0], y + at[1], -0.01))
+
+    def lay_terrain(self, ground: Iterable[Prism]) -> None:
+        """What lies on the floor."""
+        lay_terrain(self._bullet, self._client, ground, collides=False, visible=True)
 
     def _plate(self, shape: int, x: float, y: float, z: float) -> int:
         body: int = self._bullet.createMultiBody(

@@ -6,8 +6,6 @@ import mujoco
 
 from sim_bridge.terrain import Prism
 
-_COLOR = (0.62, 0.55, 0.42, 1.0)
-
 
 def add_terrain(
     spec: mujoco.MjSpec, ground: Iterable[Prism], *, contype: int, group: int
@@ -24,5 +22,5 @@ def add_terrain(
             condim=3,
             friction=[0.0, 0.0, 0.0],  # as the floor's
             group=group,
-            rgba=_COLOR,
+            rgba=prism.color,
         )

@@ -5,8 +5,6 @@ from typing import Any
 
 from sim_bridge.terrain import Prism
 
-_COLOR = (0.62, 0.55, 0.42, 1.0)
-
 
 def lay_terrain(
     bullet: Any, client: int, ground: Iterable[Prism], *, collides: bool, visible: bool
@@ -31,7 +29,7 @@ def lay_terrain(
                 bullet.GEOM_MESH,
                 vertices=corners,
                 indices=list(range(len(corners))),
-                rgbaColor=_COLOR,
+                rgbaColor=prism.color,
                 specularColor=[0.0, 0.0, 0.0],
                 physicsClientId=client,
             )

@@ -22,6 +22,11 @@ FOUNDATION = 0.05
 _SEAM = 1e-12
 """[m^2] of rounding: a point on a seam belongs to both sides."""
 
+_LIGHTEST = 0.02
+"""[m] from which on a prism is lightest in pictures."""
+_LOW, _HIGH = (0.25, 0.32, 0.42), (1.0, 0.72, 0.25)
+"""Red, green, blue."""
+
 
 @dataclass(frozen=True, slots=True)
 class Prism:
@@ -59,6 +64,13 @@ class Prism:
         plane = np.column_stack((self.outline, np.ones(len(self.outline))))
         slope_x, slope_y, level = np.linalg.lstsq(plane, self.top, rcond=None)[0]
         return float(slope_x * x + slope_y * y + level)
+
+    @property
+    def color(self) -> tuple[float, float, float, float]:
+        """Red, green, blue, alpha: the lighter, the higher."""
+        share = min(1.0, float(np.max(self.top)) / _LIGHTEST)
+        red, green, blue = ((1.0 - share) * a + share * b for a, b in zip(_LOW, _HIGH, strict=True))
+        return red, green, blue, 1.0
 
 
 def is_uneven(terrain: Terrain) -> bool:

@@ -46,7 +46,7 @@ class BenchOptions:
     metres: float = 50.0
     """Suite `endurance`: what each robot walks."""
     experiments: tuple[str, ...] = ()
-    """Of the suite `posture`; empty = all."""
+    """Of the suites `posture` and `rough`; empty = all."""
     changes: Path | None = None
     """Suite `ablation`: a list of changes of the gait; None = the shipped one."""
     attempts: int = 5

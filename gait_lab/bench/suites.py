@@ -32,6 +32,8 @@ from gait_lab.bench.realtime import realtime
 from gait_lab.bench.report import Report
 from gait_lab.bench.robust import TASKS as ROBUST_TASKS
 from gait_lab.bench.robust import robust
+from gait_lab.bench.rough import TASKS as ROUGH_TASKS
+from gait_lab.bench.rough import rough
 from gait_lab.bench.soak import soak_suite
 from gait_lab.bench.speed import speed
 from gait_lab.bench.start import start
@@ -94,6 +96,12 @@ SUITES = {
         {"robots": 20, "urdf": "bruno", "tasks": POSTURE_TASKS, "window": 300.0},
         ({"robots": 2, "window": 5.0},),
         _WALKS | {"experiments"},
+    ),
+    "rough": Suite(
+        rough,
+        {"robots": 20, "tasks": ROUGH_TASKS},
+        ({"robots": 2, "open_loop": "off"},),
+        frozenset({"tasks", "experiments"}),
     ),
     "kick": Suite(
         kicks,
