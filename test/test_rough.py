@@ -46,11 +46,12 @@ def test_a_crossing_takes_the_way_over_the_speed() -> None:
     assert cross(spec_of(BRUNO)) == result
 
 
-def test_who_falls_or_goes_aside_has_not_crossed() -> None:
+def test_who_falls_or_goes_aside_has_not_crossed(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mujoco")
     fell = cross(spec_of(BRUNO, ("terrain.kind", "hexagons"), ("terrain.height", 0.1)))
     assert fell.end == "fell" and fell.seconds is None and fell.way < 0.3
-    left = cross(spec_of(BRUNO, ("terrain.width", 0.1), ("terrain.length", 10.0)))
+    monkeypatch.setattr("gait_lab.crossing.INWARDS", -5.0)  # steered over the edge
+    left = cross(spec_of(BRUNO, ("terrain.width", 0.2), ("terrain.length", 10.0)))
     assert left.end == "left" and left.seconds is None
 
 
