@@ -16,6 +16,7 @@ from gait_lab.faults.classes import CLASSES
 from gait_lab.faults.fault import Fault, Late, LateCommand
 from gait_lab.faults.judge import CommandCheck
 from gait_lab.faults.sensors import ImuOutage
+from gait_lab.faults.stage import Stage
 from gait_lab.faults.wire import Channel, Command, Message
 from gait_lab.faults.world import World
 from gait_lab.rollout import RolloutSpec, make_pair, walk
@@ -127,9 +128,9 @@ class Stuck(Fault):
         super().__init__(np.random.default_rng(0))
         self._kept: JointInput | None = None
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         content = message.content
-        if isinstance(content, JointInput) and 2.5 <= world.seconds() < 4.5:
+        if isinstance(content, JointInput) and 2.5 <= stage.seconds() < 4.5:
             self._kept = self._kept or content
             content = replace(self._kept, sec=content.sec, nanosec=content.nanosec)
         yield 0, replace(message, content=content)
@@ -199,9 +200,9 @@ class Broken(Fault):
         super().__init__(np.random.default_rng(0))
         self.what = what
 
-    def act(self, world: World) -> None:
-        entry = world.gaits[0].entry
-        if world.tick != 200:
+    def act(self, stage: Stage) -> None:
+        entry = stage.gaits[0].entry
+        if stage.tick != 200:
             return
         if self.what == "crash":
             entry._gait.step = self._raise  # type: ignore[method-assign]
@@ -211,7 +212,7 @@ class Broken(Fault):
             entry._velocity.at = lambda stamp: VelocityCommand()  # type: ignore[method-assign]
         elif self.what == "stiff":
             entry._gait._falls = lambda frame: False  # type: ignore[method-assign]
-            world.simulation.push(np.array([0.0, 120.0, 0.0]), 0.1)
+            stage.simulation.push(np.array([0.0, 120.0, 0.0]), 0.1)
 
     @staticmethod
     def _raise(*_: Any) -> Any:
@@ -294,7 +295,7 @@ def test_a_stamp_far_from_zero_makes_no_difference() -> None:
             super().__init__(np.random.default_rng(0))
             self.shift = shift
 
-        def sensors(self, world: World, message: Message) -> Iterable[Late]:
+        def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
             content = message.content
             assert isinstance(content, ImuInput | JointInput)
             yield 0, replace(message, content=replace(content, sec=content.sec + self.shift))
@@ -311,7 +312,7 @@ def test_a_stamp_far_from_zero_makes_no_difference() -> None:
 
 def test_the_entry_refuses_to_start_without_an_imu() -> None:
     class NoImu(Fault):
-        def sensors(self, world: World, message: Message) -> Iterable[Late]:
+        def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
             if not isinstance(message.content, ImuInput):
                 yield 0, message
 

@@ -20,9 +20,10 @@ from gait_lab.bench.faults import fault_run
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
 from gait_lab.faults.fault import Fault, Late
+from gait_lab.faults.stage import PERIOD, Stage
 from gait_lab.faults.walks import rollout_spec
 from gait_lab.faults.wire import Message
-from gait_lab.faults.world import PERIOD, World
+from gait_lab.faults.world import World
 from gait_lab.rollout import make_pair
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.robot_description import load_robot
@@ -60,8 +61,8 @@ class _Ear(Fault):
         super().__init__(np.random.default_rng(0))
         self.heard: dict[int, list[Message]] = {}
 
-    def _write(self, world: World, message: Message) -> Iterator[Late]:
-        self.heard.setdefault(world.tick, []).append(message)
+    def _write(self, stage: Stage, message: Message) -> Iterator[Late]:
+        self.heard.setdefault(stage.tick, []).append(message)
         yield 0, message
 
     sensors = drive = _write

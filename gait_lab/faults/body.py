@@ -3,7 +3,7 @@
 import numpy as np
 
 from gait_lab.faults.fault import Fault, Spell
-from gait_lab.faults.world import World
+from gait_lab.faults.stage import Stage
 from sim_bridge.vectors import rotation_matrix
 
 
@@ -20,11 +20,11 @@ class WeakMotor(Fault):
         self._share = float(random.uniform(*self.share))
         self._done = False
 
-    def act(self, world: World) -> None:
-        if self.now(world) and not self._done:
+    def act(self, stage: Stage) -> None:
+        if self.now(stage) and not self._done:
             self._done = True
-            legs = (*world.robot.left_leg.names, *world.robot.right_leg.names)
-            world.simulation.weaken(legs[self._leg_joint % len(legs)], self._share)
+            legs = (*stage.robot.left_leg.names, *stage.robot.right_leg.names)
+            stage.simulation.weaken(legs[self._leg_joint % len(legs)], self._share)
 
 
 class LimpMotor(WeakMotor):
@@ -47,11 +47,11 @@ class SlipperyPatch(Spell):
         self._friction = float(random.uniform(0.05, 0.3))
         self._slippery = False
 
-    def act(self, world: World) -> None:
-        slippery = self.now(world)
+    def act(self, stage: Stage) -> None:
+        slippery = self.now(stage)
         if slippery != self._slippery:
             self._slippery = slippery
-            world.simulation.set_friction(self._friction if slippery else None)
+            stage.simulation.set_friction(self._friction if slippery else None)
 
 
 class PickedUp(Spell):
@@ -70,20 +70,20 @@ class PickedUp(Spell):
         super().__init__(random)
         self._place: np.ndarray | None = None
 
-    def act(self, world: World) -> None:
-        since = world.seconds() - self.begin
+    def act(self, stage: Stage) -> None:
+        since = stage.seconds() - self.begin
         whole = 2.0 * self.RAMP + self.duration
         if not 0.0 <= since < whole:
             return
-        position = np.array(world.truth.torso_position)
+        position = np.array(stage.truth.torso_position)
         if self._place is None:
             self._place = position
         share = min(1.0, since / self.RAMP, (whole - since) / self.RAMP)
         wanted = self._place.copy()
-        wanted[2] = world.height + self.LIFT * share
-        turn = rotation_matrix(world.truth.torso_quaternion)
-        velocity = turn @ world.truth.torso_linear_velocity_in_torso
-        mass = sum(link.mass for link in world.simulation.body.links)
+        wanted[2] = stage.height + self.LIFT * share
+        turn = rotation_matrix(stage.truth.torso_quaternion)
+        velocity = turn @ stage.truth.torso_linear_velocity_in_torso
+        mass = sum(link.mass for link in stage.simulation.body.links)
         hold = mass * (150.0 * (wanted - position) - 24.0 * velocity)
         hold[2] += mass * 9.81 * share
-        world.disturb_robot(hold)
+        stage.disturb_robot(hold)

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gait_lab.faults.classes import ALL
-from gait_lab.faults.world import PERIOD, World
+from gait_lab.faults.stage import PERIOD
+from gait_lab.faults.world import World
 from gait_lab.rollout import RolloutSpec, make_pair
 from gait_lab.tasks import TASKS
 from nao_lipm_gait.parameters import GaitParameters

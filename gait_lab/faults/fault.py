@@ -1,15 +1,12 @@
 """What a fault is: something that stands between the robot, its gait and the operator."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gait_lab.faults.stage import Stage
 from gait_lab.faults.wire import Command, Message
 from nao_lipm_gait.ros.gait_entry import Settings
-
-if TYPE_CHECKING:
-    from gait_lab.faults.world import World
 
 Late = tuple[int, Message]
 """Ticks until it arrives, and what arrives."""
@@ -32,22 +29,22 @@ class Fault:
         self.begin = float(random.uniform(2.0, 3.0))
         """[s] The fault begins then, in the middle of the walk."""
 
-    def now(self, world: "World") -> bool:
+    def now(self, stage: Stage) -> bool:
         """The fault is there; the usual fault stays."""
-        return world.seconds() >= self.begin
+        return stage.seconds() >= self.begin
 
-    def act(self, world: "World") -> None:
+    def act(self, stage: Stage) -> None:
         """Before the physics of a tick."""
 
-    def sensors(self, world: "World", message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         """One sensor message of the robot; what arrives of it."""
         yield 0, message
 
-    def drive(self, world: "World", message: Message) -> Iterable[Late]:
+    def drive(self, stage: Stage, message: Message) -> Iterable[Late]:
         """One velocity command of the operator; what arrives of it."""
         yield 0, message
 
-    def commands(self, world: "World", command: Command) -> Iterable[LateCommand]:
+    def commands(self, stage: Stage, command: Command) -> Iterable[LateCommand]:
         """One joint command of a gait; what arrives of it."""
         yield 0, command
 
@@ -64,5 +61,5 @@ class Spell(Fault):
         low, high = np.log((self.shortest, self.longest))
         self.duration = float(np.exp(random.uniform(low, high)))
 
-    def now(self, world: "World") -> bool:
-        return self.begin <= world.seconds() < self.begin + self.duration
+    def now(self, stage: Stage) -> bool:
+        return self.begin <= stage.seconds() < self.begin + self.duration

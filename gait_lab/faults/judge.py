@@ -1,17 +1,14 @@
 """What must never happen, whatever the fault, and what became of the robot."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.ros.gait_entry import GaitEntry
 from nao_lipm_gait.ros.guarded_gait import SPEED_SHARE
 from nao_lipm_gait.ros.health import Level, Report
 from nao_lipm_gait.signals import GaitState, JointTargets
-
-if TYPE_CHECKING:
-    from gait_lab.faults.world import LiveGait, World
 
 HANG = 1.0
 """[s] of processor time that no message may take."""
@@ -59,8 +56,10 @@ class CommandCheck:
 class Judge:
     """Looks at every command, every report and the truth."""
 
-    def __init__(self, world: "World") -> None:
-        self._world = world
+    def __init__(self, robot: RobotDescription, seconds: Callable[[], float]) -> None:
+        """seconds: [s] since the start."""
+        self._robot = robot
+        self._seconds = seconds
         self.violations: dict[str, str] = {}
         """Kind -> the first evidence."""
         self.explained: dict[str, None] = {}
@@ -73,58 +72,60 @@ class Judge:
         self._told_at = -1.0
 
     def violate(self, kind: str, evidence: str) -> None:
-        self.violations.setdefault(kind, f"{self._world.seconds():.2f} s: {evidence}")
+        self.violations.setdefault(kind, f"{self._seconds():.2f} s: {evidence}")
 
     def robot_was_reset(self) -> None:
         self._down_since = None
         self._checks.clear()
 
-    def see_command(self, gait: "LiveGait", targets: JointTargets) -> None:
-        check = self._checks.setdefault(gait.name, CommandCheck(self._world.robot))
+    def see_command(self, sender: str, state: GaitState, targets: JointTargets) -> None:
+        """What a gait sends, and the state that it believes to be in."""
+        check = self._checks.setdefault(sender, CommandCheck(self._robot))
         found = check.see(targets)
         if found is not None:
             self.violate("command", found)
-        now = self._world.seconds()
-        born = self._born.setdefault(gait.name, now)
+        now = self._seconds()
+        born = self._born.setdefault(sender, now)
         if (
             targets.stiffness > 0.0
             and self._down_since is not None
             and now > max(self._down_since + FALL_GRACE, born + START_GRACE)
-            and gait.entry.state in UPRIGHT_STATES
+            and state in UPRIGHT_STATES
         ):
-            self.violate("stiff after a fall", f"state {gait.entry.state.value}")
+            self.violate("stiff after a fall", f"state {state.value}")
 
     def see_duration(self, topic: str, seconds: float) -> None:
         if seconds > HANG:
             self.violate("hang", f"{seconds:.1f} s for {topic}")
 
-    def see_reports(self, gait: "LiveGait", said: Sequence[Report]) -> None:
+    def see_reports(self, said: Sequence[Report]) -> None:
         for report in said:
             # A joint at its limit explains nothing.
             if report.level > Level.OK and not report.message.endswith("out of reach"):
-                self._told_at = self._world.seconds()
+                self._told_at = self._seconds()
                 self.explained[f"{report.name}: {report.message[:160]}"] = None
 
-    def see_tick(self) -> None:
-        world, now = self._world, self._world.seconds()
-        if world.fallen:
+    def see_tick(self, fallen: bool, gaits: Sequence[GaitEntry], asked_to_walk: bool) -> None:
+        """The truth after a tick, and every gait that lives."""
+        now = self._seconds()
+        if fallen:
             self._down_since = now if self._down_since is None else self._down_since
             self.fell_at = now if self.fell_at is None else self.fell_at
-        for gait in world.gaits:
-            if gait.entry.unexpected:
+        for gait in gaits:
+            if gait.unexpected:
                 self.violate("exception", "; ".join(self.explained) or "in a message")
-            if gait.entry.crashes:
-                self.violate("exception", gait.entry.crashes[0])
-        self._watch_for_silence(now)
+            if gait.crashes:
+                self.violate("exception", gait.crashes[0])
+        self._watch_for_silence(now, gaits, asked_to_walk)
 
-    def _watch_for_silence(self, now: float) -> None:
-        world = self._world
-        asked = now > world.walk_begins and not world.command.is_zero
-        walks = any(gait.entry.state is GaitState.WALK for gait in world.gaits)
-        if not world.gaits or walks or not asked:
+    def _watch_for_silence(
+        self, now: float, gaits: Sequence[GaitEntry], asked_to_walk: bool
+    ) -> None:
+        walks = any(gait.state is GaitState.WALK for gait in gaits)
+        if not gaits or walks or not asked_to_walk:
             self._idle_since = None
             return
         self._idle_since = now if self._idle_since is None else self._idle_since
         if now - max(self._idle_since, self._told_at) > SILENT_STOP:
-            state = world.gaits[0].entry.state.value
+            state = gaits[0].state.value
             self.violate("silent stop", f"{state} since {self._idle_since:.2f} s without a word")

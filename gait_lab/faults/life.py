@@ -6,9 +6,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from gait_lab.faults.fault import Fault, Late
+from gait_lab.faults.stage import Stage
 from gait_lab.faults.stamps import shifted
 from gait_lab.faults.wire import Message
-from gait_lab.faults.world import World
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS
 from nao_lipm_gait.ros.gait_entry import Others
@@ -26,12 +26,12 @@ class GaitRestart(Fault):
         super().__init__(random)
         self._back = self.begin + float(random.uniform(0.1, 1.0))
 
-    def act(self, world: World) -> None:
-        time = world.seconds()
-        if self.begin <= time < self._back and world.gaits:
-            world.kill_gait()
-        elif time >= self._back and not world.gaits:
-            world.start_gait()
+    def act(self, stage: Stage) -> None:
+        time = stage.seconds()
+        if self.begin <= time < self._back and stage.gaits:
+            stage.kill_gait()
+        elif time >= self._back and not stage.gaits:
+            stage.start_gait()
 
 
 class BridgeReset(Fault):
@@ -44,10 +44,10 @@ class BridgeReset(Fault):
         super().__init__(random)
         self._done = False
 
-    def act(self, world: World) -> None:
-        if self.now(world) and not self._done:
+    def act(self, stage: Stage) -> None:
+        if self.now(stage) and not self._done:
             self._done = True
-            world.reset_robot()
+            stage.reset_robot()
 
 
 class BridgeRestart(Fault):
@@ -61,12 +61,12 @@ class BridgeRestart(Fault):
         self._silence = int(random.integers(10, 100))
         self._born: int | None = None
 
-    def act(self, world: World) -> None:
-        if self.now(world) and self._born is None:
-            self._born = world.simulation.time
-            world.restart_robot(self._silence)
+    def act(self, stage: Stage) -> None:
+        if self.now(stage) and self._born is None:
+            self._born = stage.simulation.time
+            stage.restart_robot(self._silence)
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         yield 0, message if self._born is None else shifted(message, -self._born)
 
 
@@ -81,13 +81,13 @@ class TwoDrivers(Fault):
         self._asked = random.uniform((-0.2, -0.1, -0.8), (0.3, 0.1, 0.8)).tolist()
         self._stop = random.uniform() < 0.3
 
-    def act(self, world: World) -> None:
-        if self.now(world):
-            world.others = Others(cmd_vel=2)
-            if world.tick % self._every == 0:
+    def act(self, stage: Stage) -> None:
+        if self.now(stage):
+            stage.others = Others(cmd_vel=2)
+            if stage.tick % self._every == 0:
                 x, y, yaw = (0.0, 0.0, 0.0) if self._stop else self._asked
                 twist = TwistInput((x, y, 0.0), (0.0, 0.0, yaw))
-                for gait in world.gaits:
+                for gait in stage.gaits:
                     gait.receive(Message("cmd_vel", twist))
 
 
@@ -101,12 +101,12 @@ class TwoGaits(Fault):
         super().__init__(random)
         self._first_ends = random.uniform() < 0.3
 
-    def act(self, world: World) -> None:
-        if self.now(world) and world.others.joint_command == 1:
-            world.start_gait()
-            world.others = Others(joint_command=2)
-        if self._first_ends and world.seconds() > self.begin + 1.0 and len(world.gaits) > 1:
-            world.kill_gait()
+    def act(self, stage: Stage) -> None:
+        if self.now(stage) and stage.others.joint_command == 1:
+            stage.start_gait()
+            stage.others = Others(joint_command=2)
+        if self._first_ends and stage.seconds() > self.begin + 1.0 and len(stage.gaits) > 1:
+            stage.kill_gait()
 
 
 class Parameters(Fault):
@@ -118,19 +118,19 @@ class Parameters(Fault):
         super().__init__(random)
         self._every = int(random.integers(5, 50))
 
-    def act(self, world: World) -> None:
-        if not self.now(world) or world.tick % self._every:
+    def act(self, stage: Stage) -> None:
+        if not self.now(stage) or stage.tick % self._every:
             return
-        for gait in world.gaits:
+        for gait in stage.gaits:
             before = gait.entry.parameters
             changes = self._changes(before.as_dict())
             try:
                 gait.entry.with_changes(changes)
             except NaoGaitError as error:
                 if not (error.field and error.allowed):
-                    world.judge.violate("parameters", f"refused without a reason: {changes}")
+                    stage.judge.violate("parameters", f"refused without a reason: {changes}")
                 if gait.entry.parameters != before:
-                    world.judge.violate("parameters", f"refused and taken: {changes}")
+                    stage.judge.violate("parameters", f"refused and taken: {changes}")
                 continue
             gait.entry.change_parameters(changes)
 
@@ -156,8 +156,8 @@ class Silent(Fault):
 
     summary = "cmd_vel falls silent: the robot has to stop"
 
-    def drive(self, world: World, message: Message) -> Iterable[Late]:
-        if not self.now(world):
+    def drive(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if not self.now(stage):
             yield 0, message
 
 
@@ -166,9 +166,9 @@ class BadCommands(Fault):
 
     summary = "cmd_vel with NaN, absurd and jumping values"
 
-    def drive(self, world: World, message: Message) -> Iterable[Late]:
+    def drive(self, stage: Stage, message: Message) -> Iterable[Late]:
         yield 0, message
-        if self.now(world):
+        if self.now(stage):
             pick = (math.nan, math.inf, 1e9, -1e9, 9.9, -9.9, 0.0)
             x, y, yaw = (pick[self.random.integers(len(pick))] for _ in range(3))
             bad = Message("cmd_vel", TwistInput((x, y, 0.0), (0.0, 0.0, yaw)))

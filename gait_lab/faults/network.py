@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from gait_lab.faults.fault import Fault, Late, LateCommand, Spell
+from gait_lab.faults.stage import Stage
 from gait_lab.faults.wire import Command, Message
-from gait_lab.faults.world import World
 
 
 class Loss(Fault):
@@ -20,19 +20,19 @@ class Loss(Fault):
         super().__init__(random)
         self.share = float(random.uniform(0.01, self.most))
 
-    def _lost(self, world: World) -> bool:
-        return self.now(world) and self.random.uniform() < self.share
+    def _lost(self, stage: Stage) -> bool:
+        return self.now(stage) and self.random.uniform() < self.share
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        if not self._lost(world):
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if not self._lost(stage):
             yield 0, message
 
-    def drive(self, world: World, message: Message) -> Iterable[Late]:
-        if not self._lost(world):
+    def drive(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if not self._lost(stage):
             yield 0, message
 
-    def commands(self, world: World, command: Command) -> Iterable[LateCommand]:
-        if not self._lost(world):
+    def commands(self, stage: Stage, command: Command) -> Iterable[LateCommand]:
+        if not self._lost(stage):
             yield 0, command
 
 
@@ -47,8 +47,8 @@ class Bursts(Loss):
         self._length = float(random.uniform(0.02, 0.15))
         self._apart = float(random.uniform(0.3, 1.0))
 
-    def _lost(self, world: World) -> bool:
-        since = world.seconds() - self.begin
+    def _lost(self, stage: Stage) -> bool:
+        since = stage.seconds() - self.begin
         return since >= 0.0 and since % self._apart < self._length
 
 
@@ -67,19 +67,19 @@ class Latency(Fault):
         self._jitter = bool(random.integers(2))
         self._arrival = {"": 0}
 
-    def _delay(self, world: World, way: str) -> int:
-        if not self.now(world):
+    def _delay(self, stage: Stage, way: str) -> int:
+        if not self.now(stage):
             return 0
         delay = int(self.random.integers(0, self._most + 1)) if self._jitter else self._most
-        arrival = max(world.tick + delay, self._arrival.get(way, 0))
+        arrival = max(stage.tick + delay, self._arrival.get(way, 0))
         self._arrival[way] = arrival
-        return arrival - world.tick
+        return arrival - stage.tick
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        yield self._delay(world, message.topic), message
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        yield self._delay(stage, message.topic), message
 
-    def commands(self, world: World, command: Command) -> Iterable[LateCommand]:
-        yield self._delay(world, "commands"), command
+    def commands(self, stage: Stage, command: Command) -> Iterable[LateCommand]:
+        yield self._delay(stage, "commands"), command
 
 
 class LateController(Fault):
@@ -94,12 +94,12 @@ class LateController(Fault):
         self._share = float(random.choice((0.05, 0.3, 1.0)))
         self._arrival = 0
 
-    def commands(self, world: World, command: Command) -> Iterable[LateCommand]:
+    def commands(self, stage: Stage, command: Command) -> Iterable[LateCommand]:
         delay = 0
-        if self.now(world) and self.random.uniform() < self._share:
+        if self.now(stage) and self.random.uniform() < self._share:
             delay = self._ticks
-        self._arrival = max(self._arrival, world.tick + delay)
-        yield self._arrival - world.tick, command
+        self._arrival = max(self._arrival, stage.tick + delay)
+        yield self._arrival - stage.tick, command
 
 
 class StarvedProcessor(Spell):
@@ -113,8 +113,8 @@ class StarvedProcessor(Spell):
         super().__init__(random)
         self._apart = float(random.uniform(0.4, 1.5)) + self.duration
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        since = world.seconds() - self.begin
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        since = stage.seconds() - self.begin
         left = self.duration - since % self._apart
         # Best effort with a queue of five: what is older is thrown away.
         if since < 0.0 or left <= 0.0:

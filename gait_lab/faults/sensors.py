@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from gait_lab.faults.fault import Fault, Late, Spell
+from gait_lab.faults.stage import Stage
 from gait_lab.faults.wire import Message
-from gait_lab.faults.world import World
 from nao_lipm_gait.ros.gait_entry import Settings
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput
 
@@ -23,8 +23,8 @@ class Silence(Spell):
         "and nobody computes."
     )
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        if not self.now(world):
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if not self.now(stage):
             yield 0, message
 
 
@@ -42,9 +42,9 @@ class Frozen(Spell):
         self._kinds = ((JointInput,), (ImuInput,), (JointInput, ImuInput))[random.integers(3)]
         self._kept: dict[type, JointInput | ImuInput] = {}
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         content = message.content
-        if not isinstance(content, self._kinds) or not self.now(world):
+        if not isinstance(content, self._kinds) or not self.now(stage):
             self._kept.pop(type(content), None)
             yield 0, message
             return
@@ -64,9 +64,9 @@ class JointDropout(Spell):
         self._kind = ("missing", "zero", "stuck")[random.integers(3)]
         self._value: float | None = None
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         content = message.content
-        if not isinstance(content, JointInput) or not self.now(world):
+        if not isinstance(content, JointInput) or not self.now(stage):
             yield 0, message
             return
         names, position, velocity = (
@@ -94,9 +94,9 @@ class NotANumber(Spell):
         self._share = float(random.uniform(0.05, 1.0))
         self._joints = bool(random.integers(2))
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         content = message.content
-        hit = self.now(world) and self.random.uniform() < self._share
+        hit = self.now(stage) and self.random.uniform() < self._share
         bad = (math.nan, math.inf, -math.inf)[self.random.integers(3)]
         if hit and isinstance(content, JointInput) and self._joints:
             position = list(content.position)
@@ -118,9 +118,9 @@ class Spikes(Fault):
         super().__init__(random)
         self._share = float(random.uniform(0.01, 0.1))
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         content = message.content
-        if self.now(world) and self.random.uniform() < self._share:
+        if self.now(stage) and self.random.uniform() < self._share:
             size = float(self.random.choice((-1.0, 1.0)) * self.random.uniform(0.1, 2.0))
             if isinstance(content, JointInput):
                 position = list(content.position)
@@ -149,9 +149,9 @@ class BiasJump(Fault):
         self._rate = random.uniform(-0.1, 0.1, 2).tolist()
         self._gyro = bool(random.integers(2))
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         content = message.content
-        if self.now(world):
+        if self.now(stage):
             if isinstance(content, JointInput) and not self._gyro:
                 position = list(content.position)
                 position[self._joint % len(position)] += self._angle
@@ -169,8 +169,8 @@ class ImuOutage(Spell):
     summary = "no IMU message for 0.05 s to the end"
     longest = 20.0
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        if not (isinstance(message.content, ImuInput) and self.now(world)):
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if not (isinstance(message.content, ImuInput) and self.now(stage)):
             yield 0, message
 
 
@@ -178,8 +178,8 @@ class ImuGone(ImuOutage):
     summary = "no IMU from now on; 9 s"
     end = 12.0
 
-    def now(self, world: World) -> bool:
-        return world.seconds() >= self.begin
+    def now(self, stage: Stage) -> bool:
+        return stage.seconds() >= self.begin
 
 
 class ImuIgnored(ImuGone):

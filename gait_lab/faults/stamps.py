@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from gait_lab.faults.fault import Fault, Late, Spell
+from gait_lab.faults.stage import Stage
 from gait_lab.faults.wire import Message
-from gait_lab.faults.world import World
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput, TwistInput
 
 _SECOND = 1_000_000_000
@@ -32,9 +32,9 @@ class Repeated(Fault):
         super().__init__(random)
         self._share = float(random.uniform(0.05, 0.5))
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
         yield 0, message
-        if self.now(world) and self.random.uniform() < self._share:
+        if self.now(stage) and self.random.uniform() < self._share:
             for _ in range(int(self.random.integers(1, 3))):
                 yield int(self.random.integers(0, 4)), message
 
@@ -48,8 +48,8 @@ class Reordered(Fault):
         super().__init__(random)
         self._share = float(random.uniform(0.02, 0.2))
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        late = self.now(world) and self.random.uniform() < self._share
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        late = self.now(stage) and self.random.uniform() < self._share
         yield int(self.random.integers(1, 6)) if late else 0, message
 
 
@@ -62,8 +62,8 @@ class Outliers(Spell):
         super().__init__(random)
         self._share = float(random.uniform(0.05, 0.3))
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        if self.now(world) and self.random.uniform() < self._share:
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if self.now(stage) and self.random.uniform() < self._share:
             size = 10.0 ** float(self.random.uniform(-1.0, 3.0))
             sign = int(self.random.choice((-1, 1)))
             message = shifted(message, sign * round(size * 1e9))
@@ -80,8 +80,8 @@ class Jump(Fault):
         size = 10.0 ** float(random.uniform(-1.7, 2.0))
         self._shift = int(random.choice((-1, 1))) * round(size * 100.0) * 10_000_000
 
-    def sensors(self, world: World, message: Message) -> Iterable[Late]:
-        if self.now(world) and isinstance(message.content, JointInput | ImuInput):
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if self.now(stage) and isinstance(message.content, JointInput | ImuInput):
             # Clocks begin anew, they do not go below zero.
             message = shifted(message, max(self._shift, -round(self.begin * 0.9e9)))
         yield 0, message

@@ -4,64 +4,26 @@ Physics runs in `Simulation`, the gait behind `GaitEntry` and the robot's ear be
 the classes of the two nodes. Only DDS is left out; what it does is a fault too.
 """
 
-import time
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from gait_lab.faults.fault import Fault
-from gait_lab.faults.judge import Judge
+from gait_lab.faults.stage import Stage
 from gait_lab.faults.wire import Channel, Command, Message
 from gait_lab.metrics import has_fallen
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Others
-from nao_lipm_gait.ros.health import Level, reports
+from nao_lipm_gait.ros.health import reports
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
-from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
-from sim_bridge.command_input import CommandInput
-from sim_bridge.simulation import GroundTruth, Reading, Simulation
+from nao_lipm_gait.signals import VelocityCommand
+from sim_bridge.simulation import Reading, Simulation
 
-PERIOD = 0.01
-"""[s] of a tick."""
 DRIVE_TICKS = 10
 """Between two messages of the operator."""
 WATCH_TICKS, DIAGNOSE_TICKS = 25, 100
-RESET_SILENCE = 60
-"""Ticks without sensors after a reset, as in the bridge."""
 _SECOND = 1_000_000_000
 
 
-class LiveGait:
-    """One gait process, as far as the world can tell."""
-
-    def __init__(self, world: "World", name: str) -> None:
-        self.name = name
-        self._world = world
-        self.entry = GaitEntry(
-            world.robot, world.parameters, world.fault.settings, self, world.seconds
-        )
-        self.sent: list[JointTargets] = []
-
-    def command(self, targets: JointTargets) -> None:
-        self.sent.append(targets)
-        self._world.judge.see_command(self, targets)
-
-    def status(self, status: GaitStatus) -> None:
-        pass
-
-    def log(self, level: Level, text: str) -> None:
-        pass
-
-    def receive(self, message: Message) -> None:
-        """Take a message; the judge looks at how long that took."""
-        before = time.thread_time()
-        self.entry.receive(message.topic, lambda: message.content)
-        self._world.judge.see_duration(message.topic, time.thread_time() - before)
-
-
-class World:
+class World(Stage):
     """Steps everything by one control period at a time."""
 
     def __init__(
@@ -73,66 +35,13 @@ class World:
         start: float = 1.0,
     ) -> None:
         """command: what the operator asks for, from `start` [s] on."""
-        self.simulation = simulation
-        self.robot: RobotDescription = simulation.robot
-        self.parameters = parameters
-        self.tick = 0
+        super().__init__(simulation, parameters, fault.settings, command)
         self.fault = fault
-        self.command = command
-        self.truth: GroundTruth = simulation.truth()
-        self.gaits: list[LiveGait] = []
-        self.others = Others()
-        self.fallen = False
-        self.walk_begins = start
-        self._height = float(self.truth.torso_position[2])
+        self._walk_begins = start
         self._to_gait: Channel[Message] = Channel()
         self._to_robot: Channel[Command] = Channel()
-        self._ear = CommandInput(self.robot)
-        self._targets: JointTargets | None = None
-        self._sent: Reading | None = None
-        self._silent_until = 0
         self._names = list(self.robot.joint_names)
-        self._births = 0
-        self.judge = Judge(self)
         self.start_gait()
-
-    def seconds(self) -> float:
-        """[s] since the start."""
-        return self.tick * PERIOD
-
-    # -- what a fault may do -----------------------------------------------------------------------
-
-    def start_gait(self) -> LiveGait:
-        """One more gait process."""
-        self._births += 1
-        gait = LiveGait(self, f"gait_{self._births}")
-        self.gaits.append(gait)
-        return gait
-
-    def kill_gait(self) -> None:
-        """End the first gait without a word; what it sent is still under way."""
-        del self.gaits[0]
-
-    def reset_robot(self) -> None:
-        """As the bridge's service: back to the start, the clock goes on, silence for a while."""
-        self.simulation.reset()
-        self._ear.reset(self.simulation.time)
-        self._targets = self._sent = None
-        self._silent_until = self.tick + RESET_SILENCE
-        self.fallen = False
-        self.judge.robot_was_reset()
-
-    def restart_robot(self, ticks: int) -> None:
-        """As if the bridge were killed and started again: nobody remembers who commanded."""
-        self.reset_robot()
-        self._ear = CommandInput(self.robot)
-        self._silent_until = self.tick + ticks
-
-    def disturb_robot(self, force: np.ndarray) -> None:
-        """A force (3,) [N] on the torso during the next tick."""
-        self.simulation.push(force, PERIOD)
-
-    # -- the tick ----------------------------------------------------------------------------------
 
     def run(self, ticks: int) -> None:
         for _ in range(ticks):
@@ -157,10 +66,11 @@ class World:
             self._obey(command)
         self.truth = self.simulation.truth()
         self.fallen = has_fallen(
-            self.truth.torso_position, self.truth.torso_quaternion, self._height
+            self.truth.torso_position, self.truth.torso_quaternion, self.height
         )
         self._look_after()
-        self.judge.see_tick()
+        asked_to_walk = self.seconds() > self._walk_begins and not self.command.is_zero
+        self.judge.see_tick(self.fallen, [gait.entry for gait in self.gaits], asked_to_walk)
 
     def _feel(self) -> None:
         """The robot publishes what it feels, IMU first."""
@@ -175,7 +85,7 @@ class World:
                 self._to_gait.put(self.tick + delay, changed)
 
     def _drive(self) -> None:
-        if self.seconds() < self.walk_begins or self.tick % DRIVE_TICKS:
+        if self.seconds() < self._walk_begins or self.tick % DRIVE_TICKS:
             return
         asked = self.command
         message = Message("cmd_vel", TwistInput((asked.x, asked.y, 0.0), (0.0, 0.0, asked.yaw)))
@@ -200,12 +110,7 @@ class World:
                 gait.entry.fenced("watchdog", gait.entry.watch)
             if self.tick % DIAGNOSE_TICKS == 0:
                 gait.entry.see_others(self.others)
-                self.judge.see_reports(gait, reports(gait.entry.health()))
-
-    @property
-    def height(self) -> float:
-        """[m] of the torso over the floor while standing."""
-        return self._height
+                self.judge.see_reports(reports(gait.entry.health()))
 
 
 def messages(reading: Reading, names: list[str], soles: Sequence[str]) -> Iterator[Message]:
