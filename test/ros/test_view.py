@@ -66,11 +66,15 @@ def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, serve
     assert viewer.link.heard.support.startswith("walk ")
     shown(lambda: len(scene._prints) >= 3, "footprints")
     assert scene.com.visible and scene.origin.visible
-    com, base = np.asarray(scene.com.position), scene.base
-    assert np.hypot(com[0] - base[0], com[1] - base[1]) < 0.15, "the CoM is over the robot"
-    assert 0.15 < com[2] < 0.35
-    true = truths[-1].pose.pose.position
-    assert np.hypot(true.x - base[0], true.y - base[1]) < 0.15
+
+    # Topics come in any order on a busy machine, so nearness is waited for.
+    def near(x: float, y: float) -> bool:
+        return bool(np.hypot(x - scene.base[0], y - scene.base[1]) < 0.15)
+
+    shown(lambda: near(*np.asarray(scene.com.position)[:2]), "the CoM over the robot")
+    assert 0.15 < scene.com.position[2] < 0.35
+    shown(lambda: near(truths[-1].pose.pose.position.x, truths[-1].pose.pose.position.y),
+          "the robot where it truly is")  # fmt: skip
     viewer.panel.through.value = True
     shown(lambda: all(mesh.opacity == 0.3 for mesh in scene._meshes), "a robot of glass")
     viewer.panel.impulse.value = 0.5
