@@ -76,6 +76,7 @@ def _bench(arguments: argparse.Namespace) -> int:
         "loss": arguments.loss,
         "ticks": arguments.ticks,
         "minutes": arguments.minutes,
+        "placo_python": arguments.placo_python,
     }
     # What was not given is the suite's to choose.
     asked = {name: value for name, value in given.items() if value is not None}
@@ -95,8 +96,8 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("suite", metavar="SUITE", help="speed, error, push, start, endurance, "
                         "delay, robust, rough (ground), getup, kick, posture, compute, plant (its "
                         "ingredients one by one), ablation (the gait's extensions one by one), "
-                        "faults (what goes wrong in the middle of a walk), loss (of messages), "
-                        "fuzz, soak, realtime, or all in a quick form")
+                        "peers (other walks), faults (what goes wrong in the middle of a walk), "
+                        "loss (of messages), fuzz, soak, realtime, or all in a quick form")
     parser.add_argument("--robots", type=int, metavar="N", help="number of robots (8; push and "
                         "ablation: 5; start, endurance, robust, rough, getup, kick, posture: 20; "
                         "delay: 4; plant: 2)")  # fmt: skip
@@ -109,7 +110,8 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
                         help="walk this instead of the suite's tasks, e.g. forward=31 (cm/s); "
                         "may be given often")  # fmt: skip
     parser.add_argument("--seconds", type=float, metavar="T",
-                        help="seconds at speed (20; delay: 10; ablation: 8; plant: 5)")  # fmt: skip
+                        help="seconds at speed (20; delay: 10; ablation, peers: 8; "
+                        "plant: 5)")  # fmt: skip
     parser.add_argument("--ingredient", action="append", default=[], metavar="NAME",
                         help="suite plant: vary only this, e.g. stiffness; "
                         "may be given often")  # fmt: skip
@@ -140,6 +142,9 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ticks", type=int, metavar="N", help="suite fuzz: ticks (1000000)")
     parser.add_argument("--minutes", type=float, metavar="M",
                         help="suite soak: simulated minutes in one process (30)")  # fmt: skip
+    parser.add_argument("--placo-python", metavar="PATH",
+                        help="suite peers: Python of an environment that has placo, to measure "
+                        "its walk too")  # fmt: skip
     parser.add_argument("--no-half", dest="half_speed", action="store_false", default=None,
                         help="suite speed: not also at half of each speed")  # fmt: skip
     parser.add_argument("--open-loop", choices=("beside", "off", "only"),

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import count, islice
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
+from nao_lipm_gait.signals import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.simulation import GroundTruth, Simulation
 
@@ -57,6 +57,15 @@ class Push:
         return np.array((size * math.cos(angle), size * math.sin(angle), 0.0))
 
 
+class Walker(Protocol):
+    """The gait, or what walks in its place."""
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets: ...
+
+    @property
+    def status(self) -> GaitStatus: ...
+
+
 @dataclass(frozen=True, slots=True)
 class RolloutSpec:
     """Everything that a rollout depends on; small and picklable."""
@@ -75,6 +84,8 @@ class RolloutSpec:
     push: Push | None = None
     urdf_effort: bool = False
     """Motors whose stall torque is the effort limit of the URDF, instead of their own."""
+    walker: Callable[[RobotDescription, Task, float], Walker] | None = None
+    """Makes what walks in the gait's place, for a robot, a task and a control period [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,10 +216,13 @@ def make_pair(spec: RolloutSpec) -> tuple[Simulation, Gait]:
 def rollout(spec: RolloutSpec) -> RolloutResult:
     """Run one task on one robot, until its end or a fall."""
     task = spec.task
-    simulation, gait = make_pair(spec)
+    walker: Walker
+    simulation, walker = make_pair(spec)
     recorder = Recorder()
     try:
-        ticks = walk(simulation, gait, task.command_at, push=spec.push)
+        if spec.walker is not None:
+            walker = spec.walker(loaded_robot(spec.urdf), task, CONTROL_PERIOD)
+        ticks = walk(simulation, walker, task.command_at, push=spec.push)
         for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
             recorder.add(tick.truth, tick.command, tick.status)
     finally:
@@ -231,7 +245,7 @@ class Tick:
 
 def walk(
     simulation: Simulation,
-    gait: Gait,
+    gait: Walker,
     command_at: Callable[[float], VelocityCommand],
     *,
     push: Push | None = None,

@@ -22,6 +22,9 @@ def test_all_runs_every_suite() -> None:
     assert {run.suite for run in suites.runs("all", {})} == set(suites.SUITES)
     wide = suites.runs("all", {"robots": 9})
     assert {run.options.robots for run in wide} == {9}
+    # The peers are made for NAOs.
+    other = suites.runs("all", {"urdf": "bruno"})
+    assert {run.suite for run in other} == set(suites.SUITES) - {"peers"}
 
 
 @pytest.mark.parametrize("run", suites.runs("all", {}), ids=lambda run: run.suite)
@@ -46,6 +49,7 @@ def test_every_option_survives_the_command_line(monkeypatch: pytest.MonkeyPatch)
         "tasks": ("spot", "forward=20"), "window": 2.5, "open_loop": "only",
         "ingredients": ("friction",), "impulses": (0.75, 2.0), "directions": ("left",),
         "phases": 4, "half_speed": False, "metres": 7.5, "changes": Path("a.yaml"),
+        "placo_python": "a b/python",
         "plant_options": (("motor.play", 0.035), ("variation.friction", (0.2, 0.3))),
     }  # fmt: skip
     found: list[dict[str, Any]] = []

@@ -11,6 +11,7 @@ _SINGLE = {
     "urdf": "--urdf", "window": "--seconds", "open_loop": "--open-loop", "phases": "--phases",
     "metres": "--metres", "attempts": "--attempts", "changes": "--changes", "runs": "--runs",
     "loss": "--loss", "ticks": "--ticks", "minutes": "--minutes",
+    "placo_python": "--placo-python",
 }  # fmt: skip
 _REPEATED = {
     "tasks": "--task", "ingredients": "--ingredient", "impulses": "--impulse",

@@ -26,6 +26,7 @@ TITLES = {
     "compute": "Cost of control",
     "plant": "One ingredient of the plant at a time",
     "ablation": "One extension of the gait at a time",
+    "peers": "Other walks on the same robots",
     "faults": "Faults in the middle of a walk",
     "loss": "Lost messages",
     "fuzz": "Messages that nobody would send",

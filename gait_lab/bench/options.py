@@ -49,6 +49,8 @@ class BenchOptions:
     """Of the suites `posture` and `rough`; empty = all."""
     changes: Path | None = None
     """Suite `ablation`: a list of changes of the gait; None = the shipped one."""
+    placo_python: str | None = None
+    """Suite `peers`: the Python of an environment that has placo; None = without placo."""
     attempts: int = 5
     """Suites `getup` (from each side) and `kick`: attempts of each robot."""
     runs: int = 2000

@@ -11,7 +11,7 @@ the spot and standing, it is none.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,12 +26,14 @@ from gait_lab.rollout import (
     Push,
     RolloutResult,
     RolloutSpec,
+    Walker,
     parallel_map,
     rollout,
     run_all,
 )
 from gait_lab.tasks import STAND_TIME, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import STANDSTILL
 
 SUITE = "push"
@@ -99,6 +101,8 @@ class Kind:
     unpushed: list[Unpushed] = field(default_factory=list)
     cells: dict[tuple[str, float], Cell] = field(default_factory=dict)
     detection: FallDetection = field(default_factory=FallDetection)
+    walker: Callable[[RobotDescription, Task, float], Walker] | None = None
+    """What walks in the gait's place."""
 
     @property
     def name(self) -> str:
@@ -143,10 +147,15 @@ def push(options: BenchOptions) -> Report:
 
 
 def push_cells(
-    options: BenchOptions, text: str, wanted: Sequence[tuple[str, float]], *, label: str
+    options: BenchOptions,
+    text: str,
+    wanted: Sequence[tuple[str, float]],
+    *,
+    label: str,
+    walker: Callable[[RobotDescription, Task, float], Walker] | None = None,
 ) -> Kind:
     """What came of these directions and impulses [N s], for one task in closed loop."""
-    kind = Kind(text, push_task(text), True)
+    kind = Kind(text, push_task(text), True, walker=walker)
     _walk_unpushed([kind], options)
     _push_all([(kind, direction, impulse) for direction, impulse in wanted], options, label=label)
     return kind
@@ -180,6 +189,7 @@ def _spec(kind: Kind, options: BenchOptions, seed: int) -> RolloutSpec:
         urdf=options.urdf,
         engine=options.engine,
         keep_trace=True,
+        walker=kind.walker,
     )
 
 

@@ -10,10 +10,11 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from gait_lab.bench.options import BenchOptions
-from gait_lab.rollout import RolloutResult, RolloutSpec, run_all
+from gait_lab.rollout import RolloutResult, RolloutSpec, Walker, run_all
 from gait_lab.tasks import AXES, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.robot_description import RobotDescription
 from sim_bridge.plant import PlantOption, option_text
 
 Pick = Callable[[Iterable[float]], float]
@@ -88,6 +89,8 @@ class Variant:
     """Parameters of the gait that are replaced."""
     urdf_effort: bool = False
     """See `RolloutSpec`."""
+    walker: Callable[[RobotDescription, Task, float], Walker] | None = None
+    """See `RolloutSpec`."""
 
     def plant_title(self, options: BenchOptions) -> str:
         """The plant of the options with what is different."""
@@ -140,6 +143,7 @@ def walk_all(
             urdf=options.urdf,
             engine=options.engine,
             urdf_effort=variant.urdf_effort,
+            walker=variant.walker,
         )
         for variant in variants
         for task, loop in kinds

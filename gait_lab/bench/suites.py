@@ -23,6 +23,8 @@ from gait_lab.bench.kick import kicks
 from gait_lab.bench.loss import TASKS as LOSS_TASKS
 from gait_lab.bench.loss import loss
 from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.peers import TASKS as PEERS_TASKS
+from gait_lab.bench.peers import peers, require_possible, walks_here
 from gait_lab.bench.plants import sweep
 from gait_lab.bench.posture import TASKS as POSTURE_TASKS
 from gait_lab.bench.posture import posture
@@ -122,6 +124,12 @@ SUITES = {
         ({"robots": 2, "window": 4.0, "phases": 2},),
         _WALKS | {"phases", "changes"},
     ),
+    "peers": Suite(
+        peers,
+        {"robots": 8, "window": 8.0, "phases": 4, "tasks": PEERS_TASKS},
+        ({"robots": 2, "window": 4.0, "phases": 2},),
+        _WALKS | {"phases", "placo_python"},
+    ),
     "faults": Suite(
         faults, {"engine": "mujoco"}, ({"runs": 56},), frozenset({"runs", "faults"})
     ),
@@ -152,10 +160,12 @@ class Run:
 def runs(name: str, asked: Mapping[str, Any]) -> tuple[Run, ...]:
     """The runs behind a name: a suite, or `all` of them in their quick form."""
     if name == "all":
+        with_peers = walks_here(asked.get("urdf", BenchOptions().urdf))
         quick = [
             (suite, {"engine": QUICK_ENGINE, **changes, **asked})
             for suite, entry in SUITES.items()
             for changes in entry.quick
+            if suite != "peers" or with_peers
         ]
         return tuple(Run(suite, options_for(suite, given), given) for suite, given in quick)
     if name not in SUITES:
@@ -219,6 +229,8 @@ def run(
         classes_of(each.options.faults)
         if each.suite == "ablation":
             load_changes(each.options.changes)
+        if each.suite == "peers":
+            require_possible(each.options)
     for file, name in ((json_file, "json"), (page, "report")):
         if file is not None:
             _check_writable(file, name)

@@ -1,0 +1,1 @@
+"""Walks of other packages, played on our plant."""

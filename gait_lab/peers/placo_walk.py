@@ -1,0 +1,158 @@
+"""placo's walk on our plant: its joint trajectories are planned in a process of its own.
+
+placo (Rhoban, on PyPI) pins a Pinocchio that does not fit ours, so it lives in another environment,
+whose Python is named. It plans for the same URDF and the same command over time, knows nothing of
+the robot's errors, and is played open loop, as in its own example.
+"""
+
+import json
+import subprocess
+import tempfile
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gait_lab.peers.player import JointPlan, Player
+from gait_lab.tasks import STAND_TIME, Task
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot_description import RobotDescription
+
+PROCESS = Path(__file__).with_name("placo_process.py")
+HOW_TO_GET_IT = "python3 -m venv placo-env && placo-env/bin/pip install placo==0.10.2"
+TIME_LIMIT = 300.0
+"""[s] for one plan; it takes about one."""
+REPLAN = 0.1
+"""[s] between two plans of the footsteps."""
+SOLE_WIDTH = 0.07
+"""[m] Less than the real sole: placo keeps soles of this width apart, with a margin of its own, and
+would shorten every step of a NAO."""
+WALK: Mapping[str, float] = {
+    "single_support_duration": 0.20,
+    "single_support_timesteps": 14,
+    "double_support_ratio": 0.0,
+    "startend_double_support_ratio": 1.5,
+    "planned_timesteps": 48,
+    "walk_com_height": 0.255,
+    "walk_foot_height": 0.025,
+    "walk_trunk_pitch": 0.05,
+    "walk_foot_rise_ratio": 0.3,
+    "foot_width": SOLE_WIDTH,
+    "feet_spacing": 0.122,
+    "zmp_margin": 0.02,
+    "foot_zmp_target_x": 0.0,
+    "foot_zmp_target_y": 0.0,
+    "walk_max_dx_forward": 0.12,
+    "walk_max_dx_backward": 0.12,
+    "walk_max_dy": 0.06,
+    "walk_max_dtheta": 0.6,
+}
+"""What walked best on a NAO; the values of placo's example are those of a robot of 7 kg."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placo:
+    """Makes players of placo's walk; small and picklable."""
+
+    python: str
+    """Of the environment that has placo."""
+
+    def __call__(self, robot: RobotDescription, task: Task, period: float) -> Player:
+        """A player for this robot and task; period [s] of the control ticks."""
+        knots = tuple((t, c.x, c.y, c.yaw) for t, c in task.knots)
+        plan = _planned(self.python, robot, knots, float(np.ceil(task.end)), period)
+        return Player(robot, plan, period)
+
+    def check(self) -> None:
+        """NaoGaitError unless this Python runs and has placo."""
+        try:
+            done = subprocess.run(
+                [self.python, "-I", "-c", "import placo"],
+                capture_output=True, text=True, timeout=TIME_LIMIT, check=False,
+            )  # fmt: skip
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise NaoGaitError("placo-python", self.python, f"a Python ({error})") from error
+        if done.returncode:
+            raise NaoGaitError(
+                "placo-python", self.python, f"a Python with placo ({_last_line(done.stderr)}); "
+                f"to make one: {HOW_TO_GET_IT}",
+            )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _planned(
+    python: str,
+    robot: RobotDescription,
+    knots: tuple[tuple[float, float, float, float], ...],
+    end: float,
+    period: float,
+) -> JointPlan:
+    with tempfile.TemporaryDirectory(prefix="nao_gait_placo_") as folder:
+        asked, answered = Path(folder, "request.json"), Path(folder, "answer.npz")
+        asked.write_text(json.dumps(request(robot, knots, end, period)), encoding="utf-8")
+        command = [python, "-I", str(PROCESS), str(asked), str(answered)]
+        try:
+            done = subprocess.run(
+                command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise NaoGaitError("placo-python", python, f"a plan ({error})") from error
+        if done.returncode or not answered.is_file():
+            reason = _last_line(done.stderr) or f"exit status {done.returncode}"
+            raise NaoGaitError("placo-python", python, f"a Python whose placo plans ({reason})")
+        with np.load(answered) as answer:
+            return JointPlan(answer["joints"], answer["support"], answer["com"])
+
+
+def request(
+    robot: RobotDescription,
+    knots: tuple[tuple[float, float, float, float], ...],
+    end: float,
+    period: float,
+) -> dict[str, Any]:
+    """What `placo_process.py` reads."""
+    outline_x = [x for x, _ in robot.sole_outline]
+    middle = 0.5 * (min(outline_x) + max(outline_x))
+    walking = {*robot.left_leg.names, *robot.right_leg.names}
+    held = {
+        name: float(angle)
+        for name, angle in zip(robot.joint_names, robot.stand_pose, strict=True)
+        if name not in walking
+    }
+    return {
+        "urdf": with_placo_frames(robot, middle),
+        "joints": robot.joint_names,
+        "held": held,
+        "coupled": robot.coupled_joints,
+        "foot_ahead": middle,
+        "knots": knots,
+        "begin": STAND_TIME,
+        "end": end,
+        "period": period,
+        "replan": REPLAN,
+        "walk": {**WALK, "foot_length": max(outline_x) - min(outline_x)},
+    }
+
+
+def with_placo_frames(robot: RobotDescription, foot_ahead: float) -> str:
+    """The URDF with the three frames that placo looks for; foot_ahead [m] of the sole frames."""
+    model = ET.fromstring(robot.urdf)
+    frames = {"trunk": (robot.torso_frame, 0.0)}
+    for name, sole in zip(("left_foot", "right_foot"), robot.sole_frames, strict=True):
+        frames[name] = (sole, foot_ahead)
+    for name, (parent, x) in frames.items():
+        ET.SubElement(model, "link", name=name)
+        joint = ET.SubElement(model, "joint", name=f"{name}_frame", type="fixed")
+        ET.SubElement(joint, "parent", link=parent)
+        ET.SubElement(joint, "child", link=name)
+        ET.SubElement(joint, "origin", xyz=f"{x:.6g} 0 0", rpy="0 0 0")
+    return ET.tostring(model, encoding="unicode")
+
+
+def _last_line(text: str) -> str:
+    lines = text.strip().splitlines()
+    return lines[-1] if lines else ""

@@ -1,0 +1,101 @@
+"""Plays planned joint trajectories tick by tick in the place of the gait: open loop."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import (
+    FloatArray,
+    GaitState,
+    GaitStatus,
+    JointTargets,
+    SensorFrame,
+    VelocityCommand,
+)
+
+BLEND_TIME = 0.8
+"""[s] from the first measured pose into the plan, which stands meanwhile."""
+LAG = 0.06
+"""[s] from a planned pose to its measurement: what the CoM is expected to be is as old as that."""
+NOWHERE = (0.0, 0.0, 0.0)
+NOT_MEASURED = (math.nan, math.nan, math.nan)
+_SUPPORT = {1: "left", -1: "right", 0: "double"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointPlan:
+    """A walk, planned for every control period from the start on."""
+
+    joints: FloatArray
+    """(n, joints) [rad]"""
+    support: FloatArray
+    """(n,) 1 left, -1 right, 0 both."""
+    com: FloatArray
+    """(n, 3) [m] in the frame of the supporting sole."""
+
+
+class Player:
+    """Answers every sensor frame with the plan's next pose."""
+
+    def __init__(self, robot: RobotDescription, plan: JointPlan, period: float):
+        """period [s] of the control ticks."""
+        self._robot = robot
+        self._plan = plan
+        self._period = period
+        self._lag = round(LAG / period)
+        self._first: tuple[int, FloatArray] | None = None
+        self._steps = 0
+        self._last_support = 0
+        self._status: GaitStatus | None = None
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        """The pose for this tick; the command is known to the plan already."""
+        if self._first is None:
+            self._first = frame.stamp, np.array(frame.joint_position, dtype=float)
+        began, start = self._first
+        elapsed = (frame.stamp - began) * 1e-9
+        tick = min(round(elapsed / self._period), len(self._plan.joints) - 1)
+        share = min(1.0, elapsed / BLEND_TIME)
+        smooth = share * share * (3.0 - 2.0 * share)
+        position = start + smooth * (self._plan.joints[tick] - start)
+        np.clip(position, self._robot.lower, self._robot.upper, out=position)
+        self._status = self._seen(frame.stamp, max(0, tick - self._lag))
+        return JointTargets(frame.stamp, position)
+
+    def _seen(self, stamp: int, tick: int) -> GaitStatus:
+        """What is expected now. Its Q is the supporting sole."""
+        support = int(self._plan.support[tick])
+        self._steps += support not in (0, self._last_support)
+        self._last_support = support or self._last_support
+        x, y, z = self._plan.com[tick].tolist()
+        sole = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return GaitStatus(
+            stamp=stamp,
+            state=GaitState.WALK if support else GaitState.STAND,
+            support=_SUPPORT[support],
+            com_expected_in_q=(x, y, z),
+            com_measured_in_q=NOT_MEASURED,
+            com_estimated_in_q=NOT_MEASURED,
+            pendulum_origin_in_q=(math.nan, math.nan),
+            step_size=NOWHERE,
+            step_count=self._steps,
+            time_to_support_change=0.0,
+            q_in_odom=NOWHERE,
+            base_footprint_in_odom=NOT_MEASURED,
+            velocity=NOT_MEASURED,
+            left_sole_in_odom=sole,
+            right_sole_in_odom=sole,
+            torso_roll=math.nan,
+            torso_pitch=math.nan,
+            ik_residual=0.0,
+            clipped_joints=0,
+        )
+
+    @property
+    def status(self) -> GaitStatus:
+        """After the first tick."""
+        if self._status is None:
+            raise RuntimeError("no frame has been answered yet")
+        return self._status
