@@ -207,7 +207,7 @@ class Broken(Fault):
         if self.what == "crash":
             entry._gait.step = self._raise  # type: ignore[method-assign]
         elif self.what == "exception":
-            entry._joints.read = self._raise  # type: ignore[method-assign]
+            entry._senses.joints = self._raise  # type: ignore[method-assign]
         elif self.what == "silent":
             entry._velocity.at = lambda stamp: VelocityCommand()  # type: ignore[method-assign]
         elif self.what == "stiff":

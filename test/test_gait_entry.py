@@ -9,10 +9,11 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import load_robot
-from nao_lipm_gait.ros.gait_entry import HELD_MAX, GaitEntry, Others, Settings
+from nao_lipm_gait.ros.gait_entry import HELD_MAX, GaitEntry, Settings
 from nao_lipm_gait.ros.health import Level, Report, reports
 from nao_lipm_gait.ros.inputs import ImuInput, JointInput, TwistInput
 from nao_lipm_gait.ros.joint_belief import JointBelief
+from nao_lipm_gait.ros.others import Others
 from nao_lipm_gait.ros.sole_loads import SoleLoads
 from nao_lipm_gait.ros.warm_up import warm_up
 from nao_lipm_gait.signals import (

@@ -12,9 +12,10 @@ from gait_lab.faults.judge import HANG, CommandCheck
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Input, Others, Settings
+from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
 from nao_lipm_gait.ros.health import Level, reports
-from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.ros.inputs import ImuInput, Input, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.ros.others import Others
 from nao_lipm_gait.signals import GaitStatus, JointTargets
 from sim_bridge.command_input import CommandInput
 from sim_bridge.commands import read_push

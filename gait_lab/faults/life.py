@@ -11,8 +11,8 @@ from gait_lab.faults.stamps import shifted
 from gait_lab.faults.wire import Message
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS
-from nao_lipm_gait.ros.gait_entry import Others
 from nao_lipm_gait.ros.inputs import TwistInput
+from nao_lipm_gait.ros.others import Others
 
 
 class GaitRestart(Fault):

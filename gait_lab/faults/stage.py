@@ -6,7 +6,8 @@ from gait_lab.faults.judge import Judge
 from gait_lab.faults.live_gait import LiveGait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.ros.gait_entry import Others, Settings
+from nao_lipm_gait.ros.gait_entry import Settings
+from nao_lipm_gait.ros.others import Others
 from nao_lipm_gait.signals import JointTargets, VelocityCommand
 from sim_bridge.command_input import CommandInput
 from sim_bridge.simulation import GroundTruth, Reading, Simulation

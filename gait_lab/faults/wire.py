@@ -4,7 +4,7 @@ import heapq
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from nao_lipm_gait.ros.gait_entry import Input
+from nao_lipm_gait.ros.inputs import Input
 from nao_lipm_gait.signals import JointTargets
 
 Item = TypeVar("Item")

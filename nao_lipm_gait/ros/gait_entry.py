@@ -18,28 +18,19 @@ from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.conductor import GET_UP
 from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.motion.motion_file import load_motions
-from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
+from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.ros.frame_assembly import FrameAssembler, ImuSample, JointSample
-from nao_lipm_gait.ros.frozen_sensors import FrozenSensors
+from nao_lipm_gait.ros.frame_assembly import FrameAssembler, JointSample
 from nao_lipm_gait.ros.guarded_gait import GuardedGait
-from nao_lipm_gait.ros.health import SILENCE, Health, Level, Remark
-from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
-from nao_lipm_gait.ros.joint_belief import JointBelief
-from nao_lipm_gait.ros.readings import (
-    ACCELERATION_ABSURD,
-    ROTATION_ABSURD,
-    JointReader,
-    check_orientation,
-    finite,
-    read_vector,
-    read_velocity,
-    stamp_of,
-)
+from nao_lipm_gait.ros.health import SILENCE, Health, Level
+from nao_lipm_gait.ros.inputs import ImuInput, Input, JointInput, LoadInput
+from nao_lipm_gait.ros.others import Others
+from nao_lipm_gait.ros.parameter_changes import changed_by, needing_reset
+from nao_lipm_gait.ros.readings import finite, read_velocity, stamp_of
+from nao_lipm_gait.ros.remarks import COMMANDS, SENSORS, WALK, Remarks
+from nao_lipm_gait.ros.sensor_belief import SensorBelief
 from nao_lipm_gait.ros.sole_loads import SoleLoads
-from nao_lipm_gait.ros.spike_filter import SpikeFilter
 from nao_lipm_gait.ros.stamp_watch import StampWatch, Step
-from nao_lipm_gait.ros.throttle import Throttle
 from nao_lipm_gait.ros.tick_statistics import TickStatistics
 from nao_lipm_gait.ros.velocity_input import VelocityInput
 from nao_lipm_gait.signals import (
@@ -52,12 +43,8 @@ from nao_lipm_gait.signals import (
     SensorFrame,
 )
 
-Input = TwistInput | ImuInput | JointInput | LoadInput
-SENSORS, WALK, COMMANDS = "sensors", "walk", "commands"
 STEADY = 0.1
 """[s] of wall time between two joint states: whatever their stamps say, none is missing."""
-STUCK = 0.06
-"""[rad] by which stuck joints are not where they were told to be."""
 NEAR = 0.3
 """[rad] between two joint states of one motion."""
 WITHOUT_JOINTS = 300_000_000
@@ -66,8 +53,7 @@ HELD_MAX = 5
 """Ticks in a row without usable targets, after which the gait begins anew."""
 LOAD_ABSURD = 1e5
 """[N]"""
-_REMARKS_MAX = 32
-"""Per report; a flood of bad messages shall not grow a list."""
+_CRASHES_MAX = 32
 
 
 class Outlet(Protocol):
@@ -95,15 +81,6 @@ class Settings:
     """[s] without an IMU, after which the robot stops walking."""
 
 
-@dataclass(frozen=True, slots=True)
-class Others:
-    """Publishers on the topics of this gait, as discovery sees them; this gait counts too."""
-
-    cmd_vel: int = 1
-    joint_states: int = 1
-    joint_command: int = 1
-
-
 class GaitEntry:
     """One gait and all that stands between it and the messages."""
 
@@ -124,21 +101,14 @@ class GaitEntry:
         self._parameters = parameters
         self._gait = Gait(robot, parameters, settings.control_period, motions)
         self._guarded = GuardedGait(self._gait, robot, settings.control_period)
-        self._joints = JointReader(robot, "joint_states")
+        self._remarks = Remarks(outlet.log, clock)
+        self._senses = SensorBelief(robot, self._remarks)
         self._assembler = FrameAssembler(self._force_at_rest)
-        self._frozen = FrozenSensors()
-        self._spikes = SpikeFilter(robot)
-        self._belief = JointBelief()
         self._loads = SoleLoads(self._gait.mass)
-        self._unread_since: int | None = None
         self._blind = self._held = 0
         self._stamps = StampWatch(round(settings.control_period * 1e9), MISSED_TICKS_MAX)
         self._velocity = VelocityInput(settings.cmd_vel_timeout)
         self._ticks = TickStatistics()
-        self._throttle = Throttle()
-        self._remarks: dict[str, list[Remark]] = {SENSORS: [], WALK: [], COMMANDS: []}
-        self.rejected: Counter[str] = Counter()
-        """Refused messages per topic."""
         self.faults = 0
         """Ticks whose targets were held or cut."""
         self.unexpected = 0
@@ -169,6 +139,11 @@ class GaitEntry:
         """Of the last tick; None before the first."""
         return self._status
 
+    @property
+    def rejected(self) -> Counter[str]:
+        """Refused messages per topic."""
+        return self._remarks.rejected
+
     # -- messages ----------------------------------------------------------------------------------
 
     def receive(self, topic: str, make: Callable[[], Input]) -> None:
@@ -185,12 +160,12 @@ class GaitEntry:
             work()
         except NaoGaitError as error:
             self.rejected[topic] += 1
-            self._tell(group, Level.WARN, error.field, f"{error}; message ignored", burst=5)
+            self._remarks.tell(group, Level.WARN, error.field, f"{error}; message ignored", burst=5)
         except Exception as error:  # noqa: BLE001 - a walking robot must not lose its gait
             self.rejected[topic] += 1
             self.unexpected += 1
             text = f"{topic}: {type(error).__name__}: {error}; message ignored"
-            self._tell(group, Level.ERROR, topic, text)
+            self._remarks.tell(group, Level.ERROR, topic, text)
 
     def _take(self, message: Input) -> None:
         if isinstance(message, JointInput):
@@ -208,39 +183,19 @@ class GaitEntry:
             self._velocity.receive(command, self._stamps.last)
 
     def _take_imu(self, message: ImuInput) -> None:
-        stamp = stamp_of(message.sec, message.nanosec, "imu/data header.stamp")
-        for field, covariance in (
-            ("angular_velocity", message.angular_velocity_covariance),
-            ("linear_acceleration", message.linear_acceleration_covariance),
-        ):
-            if covariance == -1.0:
-                raise NaoGaitError(
-                    f"imu/data {field}_covariance[0]", -1.0, "0 or more: this gait needs the field"
-                )
-        rotation, force = message.angular_velocity, message.linear_acceleration
-        rate = read_vector(rotation, "imu/data angular_velocity", ROTATION_ABSURD, "rad/s")
-        pull = read_vector(force, "imu/data linear_acceleration", ACCELERATION_ABSURD, "m/s^2")
-        rate, spike = self._spikes.rotation(rate)
-        if spike is not None:
-            self._tell(SENSORS, Level.WARN, "gyro spike", spike)
-        try:
-            check_orientation(message.orientation, message.orientation_covariance, "imu/data")
-        except NaoGaitError as error:
-            # Not used by the gait, which estimates its own; but someone should know.
-            text = f"{error}; the orientation is not used, walking goes on"
-            self._tell(SENSORS, Level.WARN, error.field, text)
-        self._frozen.see_imu(rotation, force)
-        if self._frozen.imu:
-            raise NaoGaitError(
-                "imu/data", "the same numbers while joints move", "an IMU that is not stuck"
-            )
-        frame = self._assembler.add_imu(ImuSample(stamp, rate, pull))
+        frame = self._assembler.add_imu(self._senses.imu(message))
         if frame is not None:
             self._tick(frame)
 
     def _take_joints(self, message: JointInput) -> None:
         stamp = stamp_of(message.sec, message.nanosec, "joint_states header.stamp")
-        position, velocity, unread = self._read_joints(stamp, message)
+        delay = round(self._parameters.feedback_delay * 1e9)
+        position, velocity, unread = self._senses.joints(
+            stamp, message,
+            delay=delay,
+            is_next=self._stamps.is_next(stamp),
+            on_the_way=self._gait.state in ON_THE_WAY,
+        )  # fmt: skip
         last, now = self._stamps.last, self._clock()
         self._sensors_at = now
         step = self._stamps.see(stamp)
@@ -256,47 +211,12 @@ class GaitEntry:
         self._followed_at = now
         period = self._settings.control_period
         elapsed = period if last is None or step is not Step.NEXT else (stamp - last) * 1e-9
-        position, spike = self._spikes.joints(position, elapsed, self._told(stamp))
-        if spike is not None:
-            self._unread_since = self._unread_since or stamp
-            self._tell(SENSORS, Level.WARN, "joint spike", spike)
-        elif not unread:
-            self._unread_since = None
+        position = self._senses.without_spikes(
+            stamp, position, delay=delay, elapsed=elapsed, unread=unread
+        )
         self._pose = position
         for frame in self._assembler.add_joints(JointSample(stamp, position, velocity)):
             self._tick(frame)
-
-    def _read_joints(
-        self, stamp: int, message: JointInput
-    ) -> tuple[FloatArray, FloatArray | None, bool]:
-        """Position and velocity; true where they cannot be read, but are those that were told."""
-        told = self._told(stamp) if self._stamps.is_next(stamp) else None
-        try:
-            position, velocity = self._joints.read(
-                message.names, message.position, message.velocity
-            )
-        except NaoGaitError as error:
-            if told is None:
-                raise
-            self.rejected["joint_states"] += 1
-            trouble, key = str(error), error.field
-        else:
-            self._frozen.see_joints(position)
-            stuck = self._frozen.joints and self._gait.state in ON_THE_WAY
-            if told is None or not stuck:
-                return position, velocity, False
-            # Once found, they stay stuck until they move: on its way the walk comes by here again.
-            if self._unread_since is None and np.abs(told - position).max() < STUCK:
-                return position, velocity, False
-            trouble = key = "joint_states position: stuck while the robot walks"
-        self._unread_since = self._unread_since or stamp
-        text = f"{trouble}; the joints are taken to be where they were told to be"
-        self._tell(SENSORS, Level.WARN, key, text, burst=5)
-        return told, None, True
-
-    def _told(self, stamp: int) -> FloatArray | None:
-        """(n,) [rad] where the joints should be at this stamp [ns]; None where nobody can tell."""
-        return self._belief.at(stamp, round(self._parameters.feedback_delay * 1e9))
 
     def _is_near(self, position: FloatArray) -> bool:
         """The joints are where they were a moment ago."""
@@ -322,7 +242,7 @@ class GaitEntry:
     def _begin_anew(self, step: Step, stamp: int, steady: bool) -> None:
         """Stand. A walk whose clock alone has jumped comes to its end first."""
         longest = self._stamps.longest_gap * 1e-9
-        self._tell(
+        self._remarks.tell(
             WALK,
             Level.WARN,
             f"stamp {step.value}",
@@ -331,16 +251,13 @@ class GaitEntry:
             + ("stopping" if steady else "beginning anew from a stand"),
         )
         self._assembler.begin_at(stamp)
-        self._frozen.begin_anew()
-        self._belief.begin_anew()
-        self._unread_since = None
+        self._senses.begin_anew(steady)
         self._velocity.clear()
         if steady:
             self._gait.go_on_at(stamp)
             self._guarded.go_on_at(stamp)
             self._gait.request_stand()
             return
-        self._spikes.begin_anew()
         self._guarded.begin_anew()
         relaxed = self._gait.state is GaitState.RELAXED
         self._gait.reset()
@@ -354,7 +271,7 @@ class GaitEntry:
         trouble = self._sensor_trouble(frame.stamp)
         if trouble is not None:
             command = STANDSTILL
-            self._tell(SENSORS, Level.ERROR, trouble.split(":")[0], trouble)
+            self._remarks.tell(SENSORS, Level.ERROR, trouble.split(":")[0], trouble)
         begin = self._clock()
         answer = self._guarded.step(frame, command)
         self._ticks.add((self._clock() - begin) * 1e6)
@@ -362,14 +279,14 @@ class GaitEntry:
         if self._clock() - begin > self._settings.control_period:
             self.deadline_misses += 1
             text = f"a tick took longer than {self._settings.control_period:g} s"
-            self._tell(WALK, Level.WARN, "deadline", text)
+            self._remarks.tell(WALK, Level.WARN, "deadline", text)
         self._last_targets = answer.targets
-        self._belief.told(answer.targets)
+        self._senses.told(answer.targets)
         if answer.fault is not None:
             self.faults += 1
-            if answer.held and len(self.crashes) < _REMARKS_MAX:
+            if answer.held and len(self.crashes) < _CRASHES_MAX:
                 self.crashes.append(answer.fault)
-            self._tell(WALK, Level.ERROR, "tick", f"targets held or cut: {answer.fault}")
+            self._remarks.tell(WALK, Level.ERROR, "tick", f"targets held or cut: {answer.fault}")
         self._held = self._held + 1 if answer.held else 0
         if self._held >= HELD_MAX:
             # What it remembers may be spoilt for ever; a stand needs none of it.
@@ -392,7 +309,7 @@ class GaitEntry:
             return f"imu/data: none for {blind * 1e-9:.1f} s; the robot stops and stands"
         if blind == 0 and before > patience:
             self._see_again()
-        since = self._unread_since
+        since = self._senses.unread_since
         if since is not None and stamp - since > WITHOUT_JOINTS:
             unread = (stamp - since) * 1e-9
             return f"joint_states: none to be read for {unread:.1f} s; the robot stops"
@@ -459,31 +376,18 @@ class GaitEntry:
 
         Raises NaoGaitError that names parameter, value and what is allowed.
         """
-        checked = {
-            name: BY_NAME[name].check(value) for name, value in changes.items() if name in BY_NAME
-        }
-        changed = self._parameters.replace(**checked)
-        needing = self._needing_reset(changed)
-        if needing and self._gait.state in ON_THE_WAY:
-            raise NaoGaitError(
-                needing[0], getattr(changed, needing[0]), "no change while walking; stand first"
-            )
-        return changed
+        return changed_by(self._parameters, changes, self._gait.state in ON_THE_WAY)
 
     def change_parameters(self, changes: Mapping[str, object]) -> None:
         """Take changes over; a walking robot does so where it next changes its support foot."""
         changed = self.with_changes(changes)
         if changed == self._parameters:
             return
-        needs_reset = bool(self._needing_reset(changed))
+        needs_reset = bool(needing_reset(self._parameters, changed))
         self._parameters = changed
         self._gait.set_parameters(changed)
         if needs_reset:
             self._gait.reset()  # the standing robot blends from its pose into the same one
-
-    def _needing_reset(self, changed: GaitParameters) -> list[str]:
-        before = self._parameters
-        return [name for name in NEEDS_RESET if getattr(changed, name) != getattr(before, name)]
 
     # -- watching ----------------------------------------------------------------------------------
 
@@ -495,33 +399,15 @@ class GaitEntry:
         if now - silent_since > patience:
             # Nothing can be commanded without sensors; the robot holds the last targets.
             text = f"no joint_states for {now - silent_since:.1f} s"
-            self._tell(SENSORS, Level.ERROR, "silence", text)
+            self._remarks.tell(SENSORS, Level.ERROR, "silence", text)
 
     def see_others(self, others: Others) -> None:
         """Report who else is there."""
-        if others.joint_states > 1:
-            self._tell(
-                SENSORS, Level.ERROR, "robots",
-                f"{others.joint_states} publishers on joint_states; allowed: one robot; does "
-                "another run share this ROS_DOMAIN_ID?",
-            )  # fmt: skip
-        if others.joint_command > 1:
-            self._tell(
-                WALK, Level.ERROR, "gaits",
-                f"{others.joint_command} publishers on joint_command; allowed: one gait; the "
-                "simulated robot obeys the one that it obeyed before",
-            )  # fmt: skip
-        if others.cmd_vel > 1:
-            self._tell(
-                COMMANDS, Level.WARN, "drivers",
-                f"{others.cmd_vel} publishers on cmd_vel; the newest command counts",
-            )  # fmt: skip
+        others.report(self._remarks)
 
     def health(self) -> Health:
         """How it went since the last call."""
-        remarks = {group: tuple(said) for group, said in self._remarks.items()}
-        for said in self._remarks.values():
-            said.clear()
+        remarks = self._remarks.take()
         stamp = self._stamps.last
         return Health(
             ticks=self._ticks.summarize(),
@@ -537,13 +423,3 @@ class GaitEntry:
             walk=remarks[WALK],
             commands=remarks[COMMANDS],
         )
-
-    def _tell(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
-        """Into the next report, and into the log where that does not flood it."""
-        said = self._remarks[group]
-        if len(said) < _REMARKS_MAX:
-            said.append(Remark(level, text))
-        held_back = self._throttle.allow(key, self._clock(), burst)
-        if held_back is not None:
-            more = f" ({held_back} more like it)" if held_back else ""
-            self._outlet.log(level, text + more)

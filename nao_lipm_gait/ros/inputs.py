@@ -59,3 +59,6 @@ class LoadInput:
     """0 left, 1 right."""
     force: float
     """[N] of the floor along the normal of the sole."""
+
+
+Input = TwistInput | ImuInput | JointInput | LoadInput

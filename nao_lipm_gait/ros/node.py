@@ -27,10 +27,11 @@ from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.diagnostics import diagnostics
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Input, Others, Settings
+from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
 from nao_lipm_gait.ros.garbage import GarbageKeeper
 from nao_lipm_gait.ros.head_input import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.ros.health import Level
+from nao_lipm_gait.ros.inputs import Input
 from nao_lipm_gait.ros.messages import (
     COMMAND_WRITERS,
     StatusWriter,
@@ -51,6 +52,7 @@ from nao_lipm_gait.ros.node_parameters import (
     unknown_overrides,
     used_as,
 )
+from nao_lipm_gait.ros.others import Others
 from nao_lipm_gait.ros.warm_up import warm_up
 from nao_lipm_gait.signals import GaitStatus, JointTargets
 

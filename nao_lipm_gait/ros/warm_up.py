@@ -2,9 +2,9 @@
 
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Input, Settings
+from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
 from nao_lipm_gait.ros.health import Level
-from nao_lipm_gait.ros.inputs import ImuInput, JointInput, TwistInput
+from nao_lipm_gait.ros.inputs import ImuInput, Input, JointInput, TwistInput
 from nao_lipm_gait.signals import GRAVITY, GaitStatus, JointTargets
 
 STANDS, WALKS = 2, 60

@@ -1,0 +1,30 @@
+"""Which changes of the gait's parameters are taken, and which of them need a standing robot."""
+
+from collections.abc import Mapping
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
+
+
+def changed_by(
+    parameters: GaitParameters, changes: Mapping[str, object], on_the_way: bool
+) -> GaitParameters:
+    """The parameters with these changes, all or none; other names are not ours.
+
+    Raises NaoGaitError that names parameter, value and what is allowed.
+    """
+    checked = {
+        name: BY_NAME[name].check(value) for name, value in changes.items() if name in BY_NAME
+    }
+    changed = parameters.replace(**checked)
+    needing = needing_reset(parameters, changed)
+    if needing and on_the_way:
+        raise NaoGaitError(
+            needing[0], getattr(changed, needing[0]), "no change while walking; stand first"
+        )
+    return changed
+
+
+def needing_reset(before: GaitParameters, after: GaitParameters) -> list[str]:
+    """Names of the changed parameters with which a gait begins anew."""
+    return [name for name in NEEDS_RESET if getattr(after, name) != getattr(before, name)]
