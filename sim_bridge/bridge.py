@@ -1,4 +1,4 @@
-"""The simulation as a ROS 2 node. It owns the clock, and its own loop: no timer drives physics."""
+"""The simulation as a ROS 2 node. It owns the clock; `driving` steps it, no timer does."""
 
 import os
 import sys
@@ -8,7 +8,6 @@ from typing import Any
 
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from nav_msgs.msg import Odometry
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy,
@@ -24,60 +23,40 @@ from std_srvs.srv import Trigger
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.node_parameters import (
-    NodeParameter,
     declare,
     of_type,
     unknown_overrides,
     used_as,
 )
 from nao_lipm_gait.ros.readings import stamp_of
-from nao_lipm_gait.ros.stop_request import StopRequest
 from nao_lipm_gait.ros.throttle import Throttle
 from nao_lipm_gait.signals import JointTargets
 from sim_bridge.ball import Ball
+from sim_bridge.bridge_parameters import (
+    BALL,
+    ENGINE,
+    GUI,
+    LOCKSTEP,
+    NODE_PARAMETERS,
+    PLANT,
+    PUSH_DURATION,
+    REAL_TIME_FACTOR,
+    ROBOT_SEED,
+    SENSOR_DELAY,
+    START_STATE,
+    URDF,
+)
 from sim_bridge.command_input import CommandInput
 from sim_bridge.commands import read_push
-from sim_bridge.engines import ENGINES
 from sim_bridge.messages import ReadingWriter, TruthWriter
-from sim_bridge.pacing import Pacer
 from sim_bridge.plant import load_plant
-from sim_bridge.simulation import START_STATES, Reading, Simulation
+from sim_bridge.simulation import Reading, Simulation
 
 CONTROL_PERIOD = 0.01
 """[s] between two readings; a NAO's own."""
 RESET_SILENCE = 0.6
 """[s] without sensors after a reset. The clock goes on, so this gap is how a controller learns that
 its past is void (it takes a gap over 0.5 s for a new beginning)."""
-RESEND = 0.25
-"""[s] wall time until lockstep sends an unanswered reading again: sensors are best effort."""
-COMPLAIN = 3.0
-"""[s] wall time until lockstep complains about a missing answer, and again."""
-
-URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
-ENGINE = NodeParameter("engine", "pybullet", "physics engine", choices=ENGINES)
-PLANT = NodeParameter("plant", "reference", "plant: a shipped name or a YAML file")
-ROBOT_SEED = NodeParameter(
-    "robot_seed", 0, "which individual robot; -1 is the nominal one", "", -1, 2**31 - 1
-)
-SENSOR_DELAY = NodeParameter(
-    "sensor_delay", 0.04, "age of the sensors when published; default: the plant's", "s", 0.0, 1.0
-)
-REAL_TIME_FACTOR = NodeParameter(
-    "real_time_factor", 1.0, "simulated per wall second; 0 = as fast as possible", "", 0.0, 100.0
-)
-LOCKSTEP = NodeParameter(
-    "lockstep", False, "physics waits for the joint_command that answers the last joint_states"
-)
-GUI = NodeParameter("gui", False, "open the window of the physics engine")
-START_STATE = NodeParameter("start_state", "stand", "how the robot starts", choices=START_STATES)
-PUSH_DURATION = NodeParameter(
-    "push_duration", 0.1, "how long a push acts (simulated time)", "s", 0.002, 10.0
-)
-BALL = NodeParameter("ball", False, "a ball on the floor, 0.5 m ahead of the robot's start")
-NODE_PARAMETERS = (
-    URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
-    PUSH_DURATION, BALL,
-)  # fmt: skip
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -281,48 +260,3 @@ def _needs_display(gui: bool) -> bool:
     if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         raise NaoGaitError("gui", gui, "false, because DISPLAY is not set")
     return gui
-
-
-def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:
-    """Step physics when it is due, and serve callbacks in between, until a stop is asked for."""
-    if not isinstance(node, BridgeNode):
-        raise TypeError(type(node).__name__)
-    pacer = Pacer(node.control_period, node.factor)
-    lost = 0
-    while not stop:
-        if not _served(node, executor, stop, pacer):
-            return
-        node.advance()
-        pacer.stepped()
-        if pacer.lost > lost:
-            lost = pacer.lost
-            node.fall_behind(lost * 1e-9)
-
-
-def _served(
-    node: BridgeNode, executor: SingleThreadedExecutor, stop: StopRequest, pacer: Pacer
-) -> bool:
-    """Serve callbacks until the next step may be taken; False when a stop was asked for."""
-    begin = resent = complained = time.monotonic()
-    spun = False  # once at least: also a bridge that is late has to listen
-    while not stop:
-        wait = pacer.wait()
-        waits_for_answer = node.lockstep and node.awaited is not None
-        if not waits_for_answer:
-            if wait <= 0.0 and spun:
-                return True
-            executor.spin_once(timeout_sec=min(max(wait, 0.0), 0.1))
-            spun = True
-            continue
-        spun = True
-        executor.spin_once(timeout_sec=0.05)
-        now = time.monotonic()
-        if node.awaited is not None and now - resent > RESEND:
-            resent = now
-            node.resend()
-        if node.awaited is not None and now - complained > COMPLAIN:
-            complained = now
-            node.complain(now - begin)
-        if now - begin > RESEND:
-            pacer.restart()
-    return False

@@ -14,7 +14,8 @@ def main(args: Sequence[str] | None = None) -> int:
     stop.install()
     # Late, because these imports take a second in which Ctrl-C shall be clean too.
     from nao_lipm_gait.ros.running import run
-    from sim_bridge.bridge import BridgeNode, drive
+    from sim_bridge.bridge import BridgeNode
+    from sim_bridge.driving import drive
 
     return run(NAME, DESCRIPTION, BridgeNode, drive, args, stop)
 
