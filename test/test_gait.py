@@ -8,7 +8,7 @@ import pytest
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import (
     STANDSTILL,
     GaitState,
@@ -22,11 +22,6 @@ GRAVITY = np.array([0.0, 0.0, 9.81])
 FORWARD = VelocityCommand(0.15, 0.0, 0.0)
 P = GaitParameters(torso_pitch=0.0)
 """The obedient robot below keeps its torso upright whatever its legs say."""
-
-
-@pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
 
 
 class ObedientRobot:

@@ -22,11 +22,6 @@ CHANCE = 1e-3
 
 
 @pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
-
-
-@pytest.fixture(scope="module")
 def plant() -> Plant:
     return load_plant("reference")
 

@@ -8,13 +8,8 @@ from nao_lipm_gait.kinematics.body_placement import BodyPlacement, rotation_rows
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.leg_kinematics import LegAngles
 from nao_lipm_gait.kinematics.legs import make_legs
-from nao_lipm_gait.robot_description import LegJoints, RobotDescription, load_robot
+from nao_lipm_gait.robot_description import LegJoints, RobotDescription
 from nao_lipm_gait.walk import BodyTargets, SoleTarget
-
-
-@pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
 
 
 @pytest.fixture(scope="module")

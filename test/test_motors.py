@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.individual import NOMINAL, Individual, draw_individual
 from sim_bridge.motors import Setpoints, TorqueLimits
@@ -15,11 +15,6 @@ from sim_bridge.plant import Plant, load_plant
 
 SUBSTEPS = 5
 PERIOD = 0.01
-
-
-@pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
 
 
 @pytest.fixture(scope="module")

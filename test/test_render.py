@@ -9,16 +9,11 @@ import numpy as np
 import pytest
 
 from gait_lab.render import Stage
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from nao_lipm_gait.robot_description import RobotDescription
 from sim_bridge.individual import NOMINAL, draw_individual
 from sim_bridge.plant import load_plant
 
 UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
 
 
 @pytest.fixture

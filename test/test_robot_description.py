@@ -27,11 +27,6 @@ ORDER = (
 )
 
 
-@pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
-
-
 def test_order_of_the_joints(robot: RobotDescription) -> None:
     assert robot.joint_names == ORDER
     assert [robot.index(joint) for joint in ORDER] == list(range(22))

@@ -29,11 +29,6 @@ IMU = np.array([-0.008, 0.00606, 0.027])
 
 
 @pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
-
-
-@pytest.fixture(scope="module")
 def nominal(robot: RobotDescription) -> Individual:
     return draw_individual(load_plant("ideal"), robot, NOMINAL)
 
@@ -41,11 +36,6 @@ def nominal(robot: RobotDescription) -> Individual:
 @pytest.fixture(scope="module")
 def body(robot: RobotDescription, nominal: Individual) -> Body:
     return Body(robot, nominal)
-
-
-@pytest.fixture(scope="module")
-def ideal() -> Plant:
-    return load_plant("ideal")
 
 
 def with_sensors(plant: Plant, **options: object) -> Plant:

@@ -1,0 +1,46 @@
+"""What most tests walk on: the shipped NAO, the shipped plants, the engines."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from engine_bench import Bench, weightless
+from nao_lipm_gait.robot_description import RobotDescription, load_robot
+from sim_bridge import engines
+from sim_bridge.plant import Plant, load_plant
+
+
+@pytest.fixture(scope="session")
+def robot() -> RobotDescription:
+    return load_robot()
+
+
+@pytest.fixture(scope="session")
+def reference() -> Plant:
+    return load_plant("reference")
+
+
+@pytest.fixture(scope="session")
+def ideal() -> Plant:
+    return load_plant("ideal")
+
+
+@pytest.fixture(params=engines.ENGINES)
+def engine(request: pytest.FixtureRequest) -> str:
+    """Each engine that is installed."""
+    if not engines.installed(request.param):
+        pytest.skip(f"{request.param} is not installed")
+    return str(request.param)
+
+
+@pytest.fixture
+def mujoco_only() -> None:
+    if not engines.installed("mujoco"):
+        pytest.skip("mujoco is not installed")
+
+
+@pytest.fixture
+def floating(engine: str, robot: RobotDescription, reference: Plant) -> Iterator[Bench]:
+    bench = Bench(engine, robot, weightless(reference))
+    yield bench
+    bench.backend.close()

@@ -1,0 +1,116 @@
+"""A nominal robot on each physics engine, and the same robot in Pinocchio."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pinocchio as pin
+
+from gait_lab.rollout import RolloutSpec, rollout
+from gait_lab.tasks import TASKS
+from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.signals import FloatArray
+from sim_bridge import engines
+from sim_bridge.backend import Backend, StartState, TrueState
+from sim_bridge.body import Body
+from sim_bridge.individual import NOMINAL, draw_individual
+from sim_bridge.motors import TorqueLimits
+from sim_bridge.plant import Plant
+from sim_bridge.vectors import rotation_matrix
+
+G = 9.81
+STILL = np.zeros(3)
+TUMBLED = np.array([0.3, -0.2, 0.5, math.sqrt(1.0 - 0.38)])
+"""A torso rotation without any symmetry."""
+HIGH = np.array([0.4, -0.3, 3.0])
+
+
+def changed(plant: Plant, **sections: dict[str, object]) -> Plant:
+    """The plant with some options of some sections replaced."""
+    return dataclasses.replace(
+        plant,
+        **{
+            name: dataclasses.replace(getattr(plant, name), **options)
+            for name, options in sections.items()
+        },
+    )
+
+
+def weightless(plant: Plant) -> Plant:
+    return changed(plant, physics={"gravity": 0.0})
+
+
+class Bench:
+    """A nominal robot on a backend, without setpoint handling, sensors or delay."""
+
+    def __init__(self, engine: str, robot: RobotDescription, plant: Plant, seed: int = NOMINAL):
+        individual = draw_individual(plant, robot, seed)
+        self.robot, self.plant = robot, plant
+        self.body = Body(robot, individual)
+        self.limits = TorqueLimits(robot, plant, individual)
+        self.backend: Backend = engines.make_backend(engine, robot, plant, individual, self.body)
+        self.setpoint = np.array(robot.stand_pose)
+
+    def float(self, rotation: FloatArray = TUMBLED) -> TrueState:
+        """High above the floor."""
+        self.setpoint = np.array(self.robot.stand_pose)
+        self.backend.reset(StartState(HIGH, rotation, self.setpoint))
+        return self.backend.observe()
+
+    def step(self, push: FloatArray = STILL, stiffness: float = 1.0) -> TrueState:
+        self.backend.step(self.setpoint, stiffness, push)
+        return self.backend.observe()
+
+    def set(self, joint: str, angle: float) -> int:
+        index = self.robot.index(joint)
+        self.setpoint[index] = angle
+        return index
+
+    def com(self, state: TrueState) -> FloatArray:
+        rotation = rotation_matrix(state.torso_rotation)
+        return self.body.pose(state.torso_position, rotation, state.joint_position).com
+
+
+def swing(bench: Bench, step: int) -> None:
+    """All joints in motion, inside their limits."""
+    count = len(bench.setpoint)
+    phase = 9.0 * step * bench.plant.physics.step + np.arange(count)
+    share = 0.3 * np.sin(phase) * min(1.0, step * bench.plant.physics.step / 0.1)
+    for leader, follower in bench.robot.coupled_joints:
+        share[bench.robot.index(follower)] = share[bench.robot.index(leader)]
+    pose = np.array(bench.robot.stand_pose) + share
+    bench.setpoint = np.clip(pose, bench.robot.lower + 0.05, bench.robot.upper - 0.05)
+
+
+class UrdfModel:
+    """The robot by Pinocchio alone; the URDF's root and the torso frame coincide in this robot."""
+
+    def __init__(self, robot: RobotDescription) -> None:
+        self.model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+        self.data = self.model.createData()
+        self.columns = [self.model.joints[self.model.getJointId(j)] for j in robot.joint_names]
+
+    def momentum(self, state: TrueState) -> FloatArray:
+        """(6,) about the centre of mass, in world axes."""
+        q, v = pin.neutral(self.model), np.zeros(self.model.nv)
+        rotation = rotation_matrix(state.torso_rotation)
+        q[:3], q[3:7] = state.torso_position, state.torso_rotation
+        v[:3], v[3:6] = rotation.T @ state.torso_linear_velocity, state.torso_angular_velocity
+        for joint, angle, speed in zip(
+            self.columns, state.joint_position, state.joint_velocity, strict=True
+        ):
+            q[joint.idx_q], v[joint.idx_v] = angle, speed
+        return np.array(pin.computeCentroidalMomentum(self.model, self.data, q, v))
+
+    @property
+    def mass(self) -> float:
+        return float(sum(inertia.mass for inertia in self.model.inertias))
+
+
+def walked(task: str, engine: str, plant: str = "reference") -> float:
+    """[m/s] of robot 0 in the asked direction, over 3 s at full command; NaN after a fall."""
+    spec = RolloutSpec(TASKS[task].lasting(3.0), robot_seed=0, engine=engine, plant=plant)
+    metrics = rollout(spec).metrics
+    return math.nan if metrics.fell else math.copysign(1.0, spec.task.asked) * metrics.speed_x

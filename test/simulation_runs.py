@@ -1,0 +1,76 @@
+"""A simulated robot that stands, sways or is pushed, and what came of it in numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pinocchio as pin
+
+from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
+from sim_bridge.plant import Plant
+from sim_bridge.simulation import GroundTruth, Simulation
+
+MS = 1_000_000
+G = 9.81
+
+
+def with_physics(plant: Plant, **options: object) -> Plant:
+    return dataclasses.replace(plant, physics=dataclasses.replace(plant.physics, **options))
+
+
+def targets(simulation: Simulation, stiffness: float = 1.0, **joints: float) -> JointTargets:
+    """The stand pose with some joints elsewhere [rad]."""
+    position = np.array(simulation.robot.stand_pose)
+    for joint, angle in joints.items():
+        position[simulation.robot.index(joint)] = angle
+    return JointTargets(simulation.time, position, stiffness)
+
+
+def sway(simulation: Simulation, tick: int) -> JointTargets:
+    """Legs in motion."""
+    roll = 0.1 * math.sin(0.2 * tick)
+    return targets(simulation, LHipRoll=roll, RHipRoll=roll, LKneePitch=0.7 + roll)
+
+
+def run(simulation: Simulation, ticks: int) -> tuple[FloatArray, FloatArray]:
+    """(ticks, ...) truth and sensor frames while swaying and being pushed."""
+    truths, frames = [], []
+    for tick in range(ticks):
+        if tick == ticks // 2:
+            simulation.push(np.array([8.0, -5.0, 0.0]), 0.1)
+        simulation.step(sway(simulation, tick))
+        truths.append(flat(simulation.truth()))
+        frame = simulation.sense()
+        if frame is not None:
+            frames.append(flat_frame(frame))
+    return np.array(truths), np.array(frames)
+
+
+def flat(truth: GroundTruth) -> FloatArray:
+    """Everything but the stamp."""
+    return np.concatenate(
+        [
+            truth.torso_position, truth.torso_quaternion, truth.torso_linear_velocity_in_torso,
+            truth.torso_angular_velocity_in_torso, truth.com, truth.sole_force, truth.sole_slip,
+            truth.joint_position, truth.joint_torque, [truth.torque_saturated, truth.legs_touch],
+            *(sole.position for sole in truth.soles),
+            *(sole.rotation.ravel() for sole in truth.soles),
+        ]
+    )  # fmt: skip
+
+
+def flat_frame(frame: SensorFrame) -> FloatArray:
+    assert frame.sole_load is not None
+    return np.concatenate(
+        [
+            frame.joint_position, frame.joint_velocity, frame.angular_velocity,
+            frame.linear_acceleration, frame.sole_load,
+        ]
+    )  # fmt: skip
+
+
+def tilt(truth: GroundTruth) -> float:
+    """[deg] of the torso."""
+    return math.degrees(math.acos(pin.Quaternion(truth.torso_quaternion).matrix()[2, 2]))
