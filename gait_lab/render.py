@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.body import Body, simulation_urdf
+from sim_bridge.body import Body
 from sim_bridge.individual import Individual
 from sim_bridge.pybullet_terrain import lay_terrain
+from sim_bridge.simulation_urdf import simulation_urdf
 from sim_bridge.terrain import Prism
 
 Image = NDArray[np.uint8]

@@ -7,7 +7,8 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.body import Shape, Sole
+from sim_bridge.body import Sole
+from sim_bridge.shapes import Shape
 
 SHOE_HEIGHT = 0.0292
 """[m] of the shell of a foot above its sole, which meets the ball; the plate that meets the other

@@ -5,7 +5,6 @@ the robot description does not know held at zero. Engines get it as `simulation_
 centre of mass comes from the same numbers.
 """
 
-import dataclasses
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.individual import Individual
+from sim_bridge.shapes import Shape, half_height, read_colors, read_shapes
 from sim_bridge.soles import SolePoints, corner_points
 
 CONTACT_RADIUS = 0.005
@@ -26,22 +26,6 @@ SHOE = "_shoe"
 """Ends the name of the link of a foot that only a ball meets."""
 _PLATE_THICKNESS = 0.02
 """[m] of the box with which a foot meets the other leg."""
-
-
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A primitive, placed in the frame of its link."""
-
-    kind: str
-    """`box` (size x y z), `sphere` (radius), `cylinder` (radius, length along z)."""
-    size: tuple[float, ...]
-    """[m]."""
-    position: FloatArray
-    """(3,) [m]."""
-    rotation: FloatArray
-    """(3, 3)."""
-    color: tuple[float, ...] = (0.8, 0.8, 0.8, 1.0)
-    """Red, green, blue, alpha; only seen in pictures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +165,7 @@ class Body:
             for shape in link.collision:
                 up = (placement.rotation @ shape.rotation)[2]
                 height = placement.act(shape.position)[2]
-                lowest = min(lowest, height - _half_height(shape, up))
+                lowest = min(lowest, height - half_height(shape, up))
         for sole, frame in zip(self.soles, self._sole_frames, strict=True):
             placement = pin.updateFramePlacement(model, data, frame)
             for point in sole.points:
@@ -212,7 +196,7 @@ class Body:
 
     def _read_links(self, robot: RobotDescription, tree: ET.Element) -> tuple[Link, ...]:
         model = self._model
-        colors = _colors(tree)
+        colors = read_colors(tree)
         collision: dict[int, list[Shape]] = {}
         visual: dict[int, list[Shape]] = {}
         for element in tree.findall("link"):
@@ -222,7 +206,7 @@ class Body:
                 placement = self._root_in_torso * placement
             for kind, shapes in (("collision", collision), ("visual", visual)):
                 shapes.setdefault(frame.parentJoint, []).extend(
-                    _read_shapes(element, kind, placement, colors)
+                    read_shapes(element, kind, placement, colors)
                 )
         elements = {joint.attrib["name"]: joint for joint in tree.findall("joint")}
         sides = {joint: "left" for joint in robot.left_leg.names}
@@ -295,61 +279,6 @@ class Body:
         return soles[0], soles[1]
 
 
-def simulation_urdf(
-    body: Body, *, visual: bool = False, shoes: tuple[Shape, ...] = ()
-) -> str:
-    """The body as a URDF of revolute joints; the contact points of a sole are a massless link, and
-    so are shapes in the foot links that only a ball meets, `<sole>_shoe`.
-
-    Inertias are given about their principal axes, so that no engine has to rotate them.
-    """
-    robot = ET.Element("robot", name="simulated")
-    for link in body.links:
-        element = ET.SubElement(robot, "link", name=link.name)
-        _write_inertial(element, link)
-        for shape in link.collision:
-            _write_shape(element, "collision", shape)
-        for sole in body.soles:
-            if sole.parent == link.name:
-                _write_shape(element, "collision", sole.plate)
-        if visual:
-            for shape in link.visual:
-                _write_shape(element, "visual", shape)
-        if link.joint:
-            joint = _write_joint(robot, link.joint, "revolute", link)
-            ET.SubElement(joint, "axis", xyz=_text(link.axis))
-            # the engines take torque and speed from the plant, not from here
-            ET.SubElement(
-                joint,
-                "limit",
-                lower=repr(link.lower),
-                upper=repr(link.upper),
-                effort="1000",
-                velocity="1000",
-            )
-            ET.SubElement(joint, "dynamics", damping="0", friction="0")
-    for sole in body.soles:
-        points = [Shape("sphere", (CONTACT_RADIUS,), point, np.eye(3)) for point in sole.points]
-        _add_massless(robot, sole, points)
-    for sole, shape in zip(body.soles, shoes, strict=bool(shoes)):
-        foot = dataclasses.replace(
-            sole, name=f"{sole.name}{SHOE}", position=np.zeros(3), rotation=np.eye(3)
-        )
-        _add_massless(robot, foot, [shape])
-    ET.indent(robot)  # PyBullet cannot read lines of more than 1024 characters
-    return ET.tostring(robot, encoding="unicode")
-
-
-def _add_massless(robot: ET.Element, frame: Sole, shapes: list[Shape]) -> None:
-    element = ET.SubElement(robot, "link", name=frame.name)
-    inertial = ET.SubElement(element, "inertial")
-    ET.SubElement(inertial, "mass", value="0")
-    ET.SubElement(inertial, "inertia", ixx="0", iyy="0", izz="0", ixy="0", ixz="0", iyz="0")
-    for shape in shapes:
-        _write_shape(element, "collision", shape)
-    _write_joint(robot, f"{frame.name}_fixed", "fixed", frame)
-
-
 def _scale_inertial(link: ET.Element, scale: float) -> None:
     """A heavier link is denser, not larger: the inertia scales with the mass."""
     inertial = link.find("inertial")
@@ -367,100 +296,3 @@ def _axis(joint: ET.Element) -> FloatArray:
     text = "1 0 0" if element is None else element.attrib["xyz"]
     axis = np.array([float(v) for v in text.split()])
     return axis / np.linalg.norm(axis)
-
-
-def _colors(tree: ET.Element) -> dict[str, tuple[float, ...]]:
-    colors = {}
-    for material in tree.iter("material"):
-        color = material.find("color")
-        if color is not None:
-            rgba = tuple(float(v) for v in color.attrib["rgba"].split())
-            colors[material.attrib.get("name", "")] = rgba
-    return colors
-
-
-def _read_shapes(
-    link: ET.Element, tag: str, placement: pin.SE3, colors: dict[str, tuple[float, ...]]
-) -> list[Shape]:
-    """The primitives among the shapes of a link; meshes are left out."""
-    shapes = []
-    for element in link.findall(tag):
-        geometry = element.find("geometry")
-        primitive = None if geometry is None or not len(geometry) else geometry[0]
-        if primitive is None:
-            continue
-        if primitive.tag == "box":
-            size = tuple(float(v) for v in primitive.attrib["size"].split())
-        elif primitive.tag == "sphere":
-            size = (float(primitive.attrib["radius"]),)
-        elif primitive.tag == "cylinder":
-            size = (float(primitive.attrib["radius"]), float(primitive.attrib["length"]))
-        else:
-            continue
-        origin = element.find("origin")
-        attributes = {} if origin is None else origin.attrib
-        xyz, rpy = (
-            np.array([float(v) for v in attributes.get(key, "0 0 0").split()])
-            for key in ("xyz", "rpy")
-        )
-        pose = placement * pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz)
-        material = element.find("material")
-        color = colors.get("" if material is None else material.attrib.get("name", ""))
-        shape = Shape(primitive.tag, size, pose.translation.copy(), pose.rotation.copy())
-        shapes.append(shape if color is None else dataclasses.replace(shape, color=color))
-    return shapes
-
-
-def _half_height(shape: Shape, up: FloatArray) -> float:
-    """[m] from the middle of a shape down to its lowest point; `up` in the axes of the shape."""
-    if shape.kind == "sphere":
-        return shape.size[0]
-    if shape.kind == "box":
-        return float(np.abs(up) @ np.array(shape.size)) / 2.0
-    radius, length = shape.size
-    return radius * math.hypot(up[0], up[1]) + length / 2.0 * abs(float(up[2]))
-
-
-def _text(values: FloatArray) -> str:
-    return " ".join(repr(float(v)) for v in values)
-
-
-def _write_origin(element: ET.Element, position: FloatArray, rotation: FloatArray) -> None:
-    rpy = pin.rpy.matrixToRpy(np.asarray(rotation))
-    ET.SubElement(element, "origin", xyz=_text(position), rpy=_text(rpy))
-
-
-def _write_joint(robot: ET.Element, name: str, kind: str, child: Link | Sole) -> ET.Element:
-    joint = ET.SubElement(robot, "joint", name=name, type=kind)
-    _write_origin(joint, child.position, child.rotation)
-    ET.SubElement(joint, "parent", link=child.parent)
-    ET.SubElement(joint, "child", link=child.name)
-    return joint
-
-
-def _write_inertial(element: ET.Element, link: Link) -> None:
-    moments, axes = np.linalg.eigh(link.inertia)
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 0] = -axes[:, 0]
-    inertial = ET.SubElement(element, "inertial")
-    _write_origin(inertial, link.com, axes)
-    ET.SubElement(inertial, "mass", value=repr(link.mass))
-    ixx, iyy, izz = (repr(float(v)) for v in moments)
-    ET.SubElement(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz="0", iyz="0")
-
-
-def _write_shape(element: ET.Element, tag: str, shape: Shape) -> None:
-    outer = ET.SubElement(element, tag)
-    _write_origin(outer, shape.position, shape.rotation)
-    geometry = ET.SubElement(outer, "geometry")
-    if shape.kind == "box":
-        ET.SubElement(geometry, "box", size=_text(np.array(shape.size)))
-    elif shape.kind == "sphere":
-        ET.SubElement(geometry, "sphere", radius=repr(shape.size[0]))
-    else:
-        radius, length = shape.size
-        ET.SubElement(geometry, "cylinder", radius=repr(radius), length=repr(length))
-    if tag == "visual":
-        name = "color_" + "_".join(f"{round(255 * v)}" for v in shape.color)
-        material = ET.SubElement(outer, "material", name=name)
-        ET.SubElement(material, "color", rgba=_text(np.array(shape.color)))

@@ -7,12 +7,13 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.ball import Ball, shoe
-from sim_bridge.body import CONTACT_RADIUS, Body, Link, Shape, Sole
+from sim_bridge.body import CONTACT_RADIUS, Body, Link, Sole
 from sim_bridge.individual import Individual
 from sim_bridge.mujoco_ball import BALL, DEGREES_OF_FREEDOM, add_ball
 from sim_bridge.mujoco_springs import COUPLING, DRY_FRICTION, END_STOP, RIGID_FLOOR, Spring
 from sim_bridge.mujoco_terrain import add_terrain
 from sim_bridge.plant import Plant
+from sim_bridge.shapes import Shape
 from sim_bridge.soles import contact_of
 from sim_bridge.terrain import prisms
 

@@ -17,11 +17,12 @@ from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.backend import StartState, TrueState
 from sim_bridge.ball import FRICTION, Ball, BallState, shoe
-from sim_bridge.body import SHOE, Body, BodyPose, simulation_urdf
+from sim_bridge.body import SHOE, Body, BodyPose
 from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.pybullet_terrain import lay_terrain
+from sim_bridge.simulation_urdf import simulation_urdf
 from sim_bridge.soles import contact_of
 from sim_bridge.terrain import prisms
 from sim_bridge.vectors import cross, rotation_matrix

@@ -16,14 +16,10 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
 from nao_lipm_gait.signals import FloatArray
-from sim_bridge.body import CONTACT_RADIUS, Body, simulation_urdf
+from sim_bridge.body import CONTACT_RADIUS, Body
 from sim_bridge.individual import NOMINAL, Individual, draw_individual
 from sim_bridge.plant import load_plant
-
-
-@pytest.fixture(scope="module")
-def robot() -> RobotDescription:
-    return load_robot()
+from sim_bridge.simulation_urdf import simulation_urdf
 
 
 @pytest.fixture(scope="module")

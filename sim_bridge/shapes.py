@@ -1,0 +1,80 @@
+"""Shapes of the links: boxes, spheres and cylinders, as a URDF has them."""
+
+import dataclasses
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from nao_lipm_gait.signals import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A primitive, placed in the frame of its link."""
+
+    kind: str
+    """`box` (size x y z), `sphere` (radius), `cylinder` (radius, length along z)."""
+    size: tuple[float, ...]
+    """[m]."""
+    position: FloatArray
+    """(3,) [m]."""
+    rotation: FloatArray
+    """(3, 3)."""
+    color: tuple[float, ...] = (0.8, 0.8, 0.8, 1.0)
+    """Red, green, blue, alpha; only seen in pictures."""
+
+
+def read_colors(tree: ET.Element) -> dict[str, tuple[float, ...]]:
+    """Name of a material -> red, green, blue, alpha."""
+    colors = {}
+    for material in tree.iter("material"):
+        color = material.find("color")
+        if color is not None:
+            rgba = tuple(float(v) for v in color.attrib["rgba"].split())
+            colors[material.attrib.get("name", "")] = rgba
+    return colors
+
+
+def read_shapes(
+    link: ET.Element, tag: str, placement: pin.SE3, colors: dict[str, tuple[float, ...]]
+) -> list[Shape]:
+    """The primitives among the shapes of a link; meshes are left out."""
+    shapes = []
+    for element in link.findall(tag):
+        geometry = element.find("geometry")
+        primitive = None if geometry is None or not len(geometry) else geometry[0]
+        if primitive is None:
+            continue
+        if primitive.tag == "box":
+            size = tuple(float(v) for v in primitive.attrib["size"].split())
+        elif primitive.tag == "sphere":
+            size = (float(primitive.attrib["radius"]),)
+        elif primitive.tag == "cylinder":
+            size = (float(primitive.attrib["radius"]), float(primitive.attrib["length"]))
+        else:
+            continue
+        origin = element.find("origin")
+        attributes = {} if origin is None else origin.attrib
+        xyz, rpy = (
+            np.array([float(v) for v in attributes.get(key, "0 0 0").split()])
+            for key in ("xyz", "rpy")
+        )
+        pose = placement * pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz)
+        material = element.find("material")
+        color = colors.get("" if material is None else material.attrib.get("name", ""))
+        shape = Shape(primitive.tag, size, pose.translation.copy(), pose.rotation.copy())
+        shapes.append(shape if color is None else dataclasses.replace(shape, color=color))
+    return shapes
+
+
+def half_height(shape: Shape, up: FloatArray) -> float:
+    """[m] from the middle of a shape down to its lowest point; `up` in the axes of the shape."""
+    if shape.kind == "sphere":
+        return shape.size[0]
+    if shape.kind == "box":
+        return float(np.abs(up) @ np.array(shape.size)) / 2.0
+    radius, length = shape.size
+    return radius * math.hypot(up[0], up[1]) + length / 2.0 * abs(float(up[2]))
