@@ -29,8 +29,8 @@ from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
 from nao_lipm_gait.ros.garbage import GarbageKeeper
-from nao_lipm_gait.ros.health import Level
-from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
+from nao_lipm_gait.ros.outlet import DeafOutlet
+from nao_lipm_gait.signals import VelocityCommand
 
 SUITE = "realtime"
 SPEED = VelocityCommand(0.2, 0.0, 0.0)
@@ -66,17 +66,6 @@ class _Ear(Fault):
         yield 0, message
 
     sensors = drive = _write
-
-
-class _Silent:
-    def command(self, targets: JointTargets) -> None:
-        pass
-
-    def status(self, status: GaitStatus) -> None:
-        pass
-
-    def log(self, level: Level, text: str) -> None:
-        pass
 
 
 def realtime(options: BenchOptions) -> Report:
@@ -126,7 +115,7 @@ def _play(
     options: BenchOptions, script: list[list[Message]], load: bool, keeper: bool
 ) -> Timing:
     entry = GaitEntry(
-        load_robot(options.urdf), options.parameters, Settings(PERIOD), _Silent(), time.monotonic
+        load_robot(options.urdf), options.parameters, Settings(PERIOD), DeafOutlet(), time.monotonic
     )
     gc.collect()
     gc.freeze()

@@ -8,11 +8,11 @@ from gait_lab.faults.wire import Message
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
-from nao_lipm_gait.ros.health import Level
-from nao_lipm_gait.signals import GaitStatus, JointTargets
+from nao_lipm_gait.ros.outlet import DeafOutlet
+from nao_lipm_gait.signals import JointTargets
 
 
-class LiveGait:
+class LiveGait(DeafOutlet):
     """Gathers what its gait sends, and shows it to the judge."""
 
     def __init__(
@@ -33,12 +33,6 @@ class LiveGait:
     def command(self, targets: JointTargets) -> None:
         self.sent.append(targets)
         self._judge.see_command(self.name, self.entry.state, targets)
-
-    def status(self, status: GaitStatus) -> None:
-        pass
-
-    def log(self, level: Level, text: str) -> None:
-        pass
 
     def receive(self, message: Message) -> None:
         """Take a message; the judge looks at how long that took."""

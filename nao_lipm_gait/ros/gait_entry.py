@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from nao_lipm_gait.ros.guarded_gait import GuardedGait
 from nao_lipm_gait.ros.health import SILENCE, Health, Level
 from nao_lipm_gait.ros.inputs import ImuInput, Input, JointInput, LoadInput
 from nao_lipm_gait.ros.others import Others
+from nao_lipm_gait.ros.outlet import Outlet
 from nao_lipm_gait.ros.parameter_changes import changed_by, needing_reset
 from nao_lipm_gait.ros.readings import finite, read_velocity, stamp_of
 from nao_lipm_gait.ros.remarks import COMMANDS, SENSORS, WALK, Remarks
@@ -54,19 +54,6 @@ HELD_MAX = 5
 LOAD_ABSURD = 1e5
 """[N]"""
 _CRASHES_MAX = 32
-
-
-class Outlet(Protocol):
-    """Where the answers go."""
-
-    def command(self, targets: JointTargets) -> None:
-        """The answer to a sensor frame."""
-
-    def status(self, status: GaitStatus) -> None:
-        """What the gait did in this tick."""
-
-    def log(self, level: Level, text: str) -> None:
-        """A line for people."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,29 +3,18 @@
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
-from nao_lipm_gait.ros.health import Level
 from nao_lipm_gait.ros.inputs import ImuInput, Input, JointInput, TwistInput
-from nao_lipm_gait.signals import GRAVITY, GaitStatus, JointTargets
+from nao_lipm_gait.ros.outlet import DeafOutlet
+from nao_lipm_gait.signals import GRAVITY
 
 STANDS, WALKS = 2, 60
 """Ticks with a stand time of nearly nothing."""
 
 
-class _Nobody:
-    def command(self, targets: JointTargets) -> None:
-        pass
-
-    def status(self, status: GaitStatus) -> None:
-        pass
-
-    def log(self, level: Level, text: str) -> None:
-        pass
-
-
 def warm_up(robot: RobotDescription, parameters: GaitParameters, settings: Settings) -> None:
     """Stand and walk for a moment; nothing of it is kept."""
     quick = parameters.replace(stand_time=0.05)
-    entry = GaitEntry(robot, quick, settings, _Nobody(), lambda: 0.0)
+    entry = GaitEntry(robot, quick, settings, DeafOutlet(), lambda: 0.0)
     names, pose = list(robot.joint_names), robot.stand_pose.tolist()
     period = round(settings.control_period * 1e9)
 
