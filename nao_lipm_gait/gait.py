@@ -7,68 +7,50 @@
 Deterministic: no clock, no I/O, no globals; the same frames give the same targets.
 """
 
-import math
-
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
-from nao_lipm_gait.estimation.fall_detection import FallDetector
-from nao_lipm_gait.estimation.lying import LyingDetector
-from nao_lipm_gait.estimation.odometry import Odometry
-from nao_lipm_gait.estimation.stance_turn import StanceTurn
-from nao_lipm_gait.estimation.tipping import Tipping
-from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
+from nao_lipm_gait.estimation.proprioception import Proprioception, point
+from nao_lipm_gait.gait_status import snapshot
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.goals import Goal
-from nao_lipm_gait.head.head_control import HeadControl, TorsoPlace
+from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.heading_hold import HeadingHold
-from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
+from nao_lipm_gait.kinematics.body_model import BodyModel
 from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.legs import make_legs
-from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
-from nao_lipm_gait.lipm_walk.walk_state import LEFT
 from nao_lipm_gait.motion.conductor import ATTEMPTS, Conductor
 from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
 from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.posture_feedback import PostureFeedback
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import (
-    GRAVITY,
+    DOWN,
+    IN_MOTION,
+    ON_THE_WAY,
     STANDSTILL,
     FloatArray,
     GaitState,
     GaitStatus,
     JointTargets,
-    Point3,
     Pose2,
-    Pose6,
     SensorFrame,
     VelocityCommand,
 )
+from nao_lipm_gait.stand_blend import StandBlend
 from nao_lipm_gait.tilt_compensation import TiltCompensation
-from nao_lipm_gait.walk import BodyTargets, SoleTarget
+from nao_lipm_gait.walk import BodyTargets
 from nao_lipm_gait.walks import make_walk
 
 MISSED_TICKS_MAX = 20
 """A longer gap between two frames is a time jump: the gait starts anew."""
 UPRIGHT_TILT = 0.2
 """[rad] below which a fallen robot counts as put back on its feet."""
-LYING_TILT = 1.0
-"""[rad] of a torso at rest beyond which the robot lies."""
-REST_FORCE, REST_RATE = 0.3, 0.05
-"""[m/s^2] from gravity and [rad/s]: what is less is a robot at rest."""
 UPRIGHT_TIME = 0.5
 """[s] for which it must stay there."""
 NOWHERE: Pose2 = (0.0, 0.0, 0.0)
-DOWN = (GaitState.FALLEN, GaitState.RELAXED)
-ON_THE_WAY = (GaitState.WALK, GaitState.STOP)
-IN_MOTION = (GaitState.MOTION, GaitState.GETTING_UP)
-STOOD_UP_TILT = 0.4
-"""[rad] below which a get-up that has come to its end counts as done."""
 
 
 class Gait:
@@ -103,28 +85,17 @@ class Gait:
         self._pending = None
         self._walk = make_walk(p, self._dt)
         self._placement = BodyPlacement(self.robot, self._body, make_legs(self.robot))
-        self._orientation = TorsoOrientation(
-            p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
-        )
-        self._fall = FallDetector()
-        self._tipping = Tipping()
-        self._fall_told = False
+        self._senses = Proprioception(self._body, p, self._dt)
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
-        self._odometry = Odometry()
-        self._stance_turn = StanceTurn()
         self._heading_hold = HeadingHold()
         self._conductor = Conductor(self.robot, self._motions)
         self._head.rest()
-        self._lying = LyingDetector()
-        self._side: Posture | None = None
         self._last_position: FloatArray | None = None
         self._state = GaitState.STAND
         self._stamp: int | None = None
-        self._blend_from: FloatArray | None = None
-        self._blend_time = 0.0
+        self._blend = StandBlend()
         self._upright_time = 0.0
-        self._measured: Point3 = (0.0, 0.0, 0.0)
         self._residual = 0.0
         self._clipped = 0
         self._targets: BodyTargets | None = None
@@ -136,7 +107,7 @@ class Gait:
 
     def believe_fallen(self) -> None:
         """Somebody else knows: the next tick is that of a fallen robot."""
-        self._fall_told = True
+        self._senses.believe_fallen()
 
     def request_stand(self) -> None:
         """Stop if walking; get stiff and stand if relaxed."""
@@ -177,11 +148,7 @@ class Gait:
         self._pending = None
         self._parameters = parameters
         self._walk.set_parameters(parameters)
-        self._orientation.set_times(
-            parameters.tilt_accelerometer_time,
-            parameters.tilt_stance_time,
-            parameters.tilt_stance_limit,
-        )
+        self._senses.set_parameters(parameters)
 
     # -- the tick ----------------------------------------------------------------------------------
 
@@ -195,14 +162,16 @@ class Gait:
         self._stamp = frame.stamp
 
         expected = self._walk.expect()
-        self._sense(frame, expected.support, expected.sole_in_q)
+        self._senses.update(
+            frame, expected.support, expected.sole_in_q, self._state, settled=self._settled
+        )
         self._change_state(frame, command)
         if self._is_down:
             return self._relaxed(frame)
         if self._state in IN_MOTION:
             return self._moved(frame, missed + 1)
 
-        self._walk.observe(self._measured[0], self._measured[1])
+        self._walk.observe(self._senses.com_in_q[0], self._senses.com_in_q[1])
         walking = self._state is not GaitState.STAND and not self._stops
         before = self._walk.predicted.support
         self._targets = self._walk.plan(self._steered(command) if walking else STANDSTILL)
@@ -215,17 +184,17 @@ class Gait:
             self._targets = self._tilt.apply(
                 self._targets,
                 self._walk.predicted.support,
-                self._unwanted_tilt(frame) if walks else (0.0, 0.0),
+                self._senses.unwanted_tilt(frame) if walks else (0.0, 0.0),
                 self._parameters,
                 self._dt,
             )
         placed = self._placement.place(self._targets, self._parameters.arm_swing)
-        position = self._blended(placed.position)
+        position = self._blend.apply(placed.position, self._dt, self._parameters.stand_time)
         if self._parameters.feedback and self._state is GaitState.WALK:
             self._posture.apply(
                 position,
                 self._walk.predicted.support,
-                _point(frame.angular_velocity),
+                point(frame.angular_velocity),
                 self._parameters,
                 self._dt,
             )
@@ -236,30 +205,14 @@ class Gait:
         return JointTargets(frame.stamp, position)
 
     def _turn_head(self, position: FloatArray) -> None:
-        """By the joints as they were measured: the head need not know better."""
-        if self._head.is_free:
-            return
-        left, right = self._soles
-        place = TorsoPlace(
-            self._orientation.up_in_torso, left, right, self._odometry.base_footprint_in_odom
-        )
-        self._head.apply(position, place, self._dt)
+        if not self._head.is_free:
+            self._head.apply(position, self._senses.place, self._dt)
 
     def _steered(self, command: VelocityCommand) -> VelocityCommand:
         p = self._parameters
         gain = p.heading_gain if p.feedback else 0.0
-        heading = self._odometry.base_footprint_in_odom[2]
+        heading = self._senses.odometry.base_footprint_in_odom[2]
         return self._heading_hold.steered(command, heading, gain, self._dt)
-
-    def _unwanted_tilt(self, frame: SensorFrame) -> tuple[float, float]:
-        """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""
-        p = self._parameters
-        roll_rate, pitch_rate, _ = _point(frame.angular_velocity)
-        orientation = self._orientation
-        return (
-            orientation.roll + p.feedback_delay * roll_rate,
-            orientation.pitch + p.feedback_delay * pitch_rate - p.torso_pitch,
-        )
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
         """Ticks without a frame since the last one; begins anew at a start or a time jump."""
@@ -267,47 +220,10 @@ class Gait:
         if self._stamp is not None and 1 <= ticks <= MISSED_TICKS_MAX:
             return ticks - 1
         self.reset()
-        self._begin_stand(frame)
-        if not _at_rest(frame):
-            self._orientation.reset_upright()
-            return 0
-        self._orientation.reset(_point(frame.linear_acceleration))
-        if self._orientation.tilt > LYING_TILT:
+        self._begin_stand(frame.joint_position)
+        if self._senses.begin(frame):
             self._state = GaitState.FALLEN
         return 0
-
-    def _sense(self, frame: SensorFrame, support: int, sole_in_q: Pose2) -> None:
-        """Torso orientation, measured CoM (11) and odometry from one frame."""
-        self._body.set_joints(frame.joint_position)
-        com = self._body.com_in_torso()
-        sole = self._body.sole_in_torso(support)
-        other = self._body.sole_in_torso(-support)
-        self._soles = (sole, other) if support > 0 else (other, sole)
-        roll_rate, pitch_rate, _ = _point(frame.angular_velocity)
-        # Not every robot has a yaw gyro; the feet know how fast the torso turns.
-        rate = (roll_rate, pitch_rate, self._odometry.velocity[2])
-        normal = None if self._is_down else sole.normal
-        if self._is_down or self._state in IN_MOTION:
-            # The feet need not stand still: they say nothing about the torso.
-            normal, rate = None, _point(frame.angular_velocity)
-            self._side = self._lying.update(_point(frame.linear_acceleration), self._dt)
-        self._orientation.update(rate, _point(frame.linear_acceleration), normal, self._dt)
-        up = self._orientation.up_in_torso
-        self._measured = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
-        if self._state in IN_MOTION:
-            return
-        turn = self._turn_of_stance(frame, support, sole) if self._parameters.yaw_gyro else 0.0
-        self._odometry.update(support, sole, other, up, self._dt, turn)
-
-    def _turn_of_stance(self, frame: SensorFrame, support: int, sole: SolePose) -> float:
-        return self._stance_turn.update(
-            support,
-            sole,
-            _point(frame.angular_velocity),
-            self._orientation.up_in_torso,
-            self._dt,
-            at_rest=self._state is GaitState.STAND and self._blend_from is None,
-        )
 
     # -- motions -----------------------------------------------------------------------------------
 
@@ -317,7 +233,7 @@ class Gait:
         running = self._conductor.running
         if self._state in IN_MOTION and running is not None:
             return running.ends
-        return self._side if self._is_down else Posture.STANDING
+        return self._senses.lying_side if self._is_down else Posture.STANDING
 
     @property
     def _stops(self) -> bool:
@@ -330,11 +246,11 @@ class Gait:
         self._limits.cut(placed.position)
         self._conductor.begin(motion, start, placed.position)
         self._state = GaitState.GETTING_UP if motion.gets_up else GaitState.MOTION
-        self._lying.restart()
+        self._senses.watch_lying()
 
     def _moved(self, frame: SensorFrame, ticks: int) -> JointTargets:
         """Targets of the running motion."""
-        targets = self._conductor.advance(ticks * self._dt, _point(frame.angular_velocity))
+        targets = self._conductor.advance(ticks * self._dt, point(frame.angular_velocity))
         if self._conductor.turns_head:
             self._head.yield_to(targets.position)
         else:
@@ -353,7 +269,7 @@ class Gait:
         running, position = conductor.running, self._last_position
         if running is None or position is None or not conductor.finished:
             return
-        if running.ends in LYING or running.gets_up and self._lies(frame):
+        if running.ends in LYING or running.gets_up and self._senses.lies_after_motion():
             conductor.end()
             # Who lies down because he was asked to does not get up unasked.
             self._state = GaitState.FALLEN if running.gets_up else GaitState.RELAXED
@@ -362,17 +278,11 @@ class Gait:
             self._begin_motion(conductor.waiting, position)
         elif running.ends is Posture.STANDING:
             conductor.stop()
-            self._begin_stand(frame)
-            self._blend_from = position.copy()
+            self._begin_stand(position)
         elif self._stand_requested:
             way_up = conductor.library.between(running.ends, Posture.STANDING)
             if way_up is not None:
                 self._begin_motion(way_up, position)
-
-    def _lies(self, frame: SensorFrame) -> bool:
-        """After a get-up; the accelerometer takes the tilt over, which the gyros lost by then."""
-        self._orientation.reset(self._lying.force)
-        return self._orientation.tilt > STOOD_UP_TILT
 
     def _get_up_motion(self) -> Motion | None:
         """What a fallen robot begins now, if anything."""
@@ -380,10 +290,11 @@ class Gait:
         if conductor.waiting is not None:
             return conductor.waiting
         wanted = conductor.get_up_wanted or self._parameters.get_up and not self._relaxed_by_hand
-        if self._side is None or not wanted or conductor.attempts >= ATTEMPTS:
+        side = self._senses.lying_side
+        if side is None or not wanted or conductor.attempts >= ATTEMPTS:
             return None
         conductor.attempts += 1
-        return conductor.get_up_from(self._side)
+        return conductor.get_up_from(side)
 
     # -- states ------------------------------------------------------------------------------------
 
@@ -398,6 +309,11 @@ class Gait:
         return self._state is GaitState.RELAXED
 
     @property
+    def _settled(self) -> bool:
+        """It stands in its stand pose."""
+        return self._state is GaitState.STAND and not self._blend.active
+
+    @property
     def _is_down(self) -> bool:
         return self._state in DOWN
 
@@ -409,7 +325,7 @@ class Gait:
             self._change_in_motion(frame)
         elif self._is_down and (motion := self._get_up_motion()) is not None:
             self._begin_motion(motion, self._measured_pose(frame))
-        elif self._falls(frame) and not self._lies_down:
+        elif self._senses.falls(frame) and not self._lies_down:
             self._conductor.forget_if_upright()
             if self._state is not GaitState.RELAXED or self._stand_requested:
                 # A lying robot that shall stand does so once it is upright again.
@@ -417,26 +333,26 @@ class Gait:
             self._upright_time = 0.0
         elif self._state is GaitState.RELAXED:
             if self._stand_requested:
-                self._begin_stand(frame)
+                self._begin_stand(frame.joint_position)
         elif self._state is GaitState.FALLEN:
-            upright = self._orientation.tilt < UPRIGHT_TILT
+            upright = self._senses.orientation.tilt < UPRIGHT_TILT
             self._upright_time = self._upright_time + self._dt if upright else 0.0
             if self._upright_time > UPRIGHT_TIME:
-                self._begin_stand(frame)
+                self._begin_stand(frame.joint_position)
         elif self._state is GaitState.MOTION:
             self._change_in_motion(frame)
         elif self._state is GaitState.STAND:
             waiting = self._conductor.waiting
-            if waiting is not None and self._blend_from is None:
+            if waiting is not None and self._settled:
                 position = self._last_position
                 self._begin_motion(
                     waiting, self._measured_pose(frame) if position is None else position
                 )
-            elif self._blend_from is None and (tipping := self._tipping_com()) is not None:
+            elif self._settled and (tipping := self._senses.tipping_com()) is not None:
                 self._walk.catch(*tipping)
                 self._tilt = TiltCompensation()
                 self._state = GaitState.WALK
-            elif not command.is_zero and self._blend_from is None and not self._stops:
+            elif not command.is_zero and self._settled and not self._stops:
                 self._conductor.attempts = 0
                 self._walk.start(command)
                 self._tilt = TiltCompensation()
@@ -447,50 +363,21 @@ class Gait:
             self._state = GaitState.STOP if self._walk.stopping else GaitState.WALK
         self._relax_requested = False
         if self._state is not GaitState.STAND:
-            self._tipping.forget()
+            self._senses.forget_stand()
         if self._state not in (*ON_THE_WAY, *IN_MOTION):
             self._stand_requested = False
-
-    def _tipping_com(self) -> tuple[float, float, float, float] | None:
-        p = self._parameters
-        limit = p.stand_catch if p.feedback else 0.0
-        k = natural_frequency(p.pendulum_height)
-        return self._tipping.update(self._measured, k, limit, self._dt)
-
-    def _falls(self, frame: SensorFrame) -> bool:
-        p, orientation = self._parameters, self._orientation
-        told, self._fall_told = self._fall_told, False
-        return told or self._fall.falls(
-            orientation.up_in_torso,
-            orientation.tilt,
-            _point(frame.angular_velocity),
-            p.fall_tilt,
-            p.fall_horizon,
-        )
 
     def _measured_pose(self, frame: SensorFrame) -> FloatArray:
         pose = np.array(frame.joint_position, dtype=float)
         self._limits.cut(pose)
         return pose
 
-    def _begin_stand(self, frame: SensorFrame) -> None:
+    def _begin_stand(self, position: FloatArray) -> None:
+        """From this pose (n,) [rad]."""
         self._state = GaitState.STAND
         self._walk.stand_at(NOWHERE)
-        self._blend_from = np.array(frame.joint_position, dtype=float)
-        self._blend_time = 0.0
+        self._blend.begin(position)
         self._upright_time = 0.0
-
-    def _blended(self, position: FloatArray) -> FloatArray:
-        """From the pose in which the stand began into the stand, with no speed at both ends."""
-        if self._blend_from is None:
-            return position
-        self._blend_time += self._dt
-        share = min(1.0, self._blend_time / self._parameters.stand_time)
-        smooth = share * share * (3.0 - 2.0 * share)
-        blended = self._blend_from + smooth * (position - self._blend_from)
-        if share >= 1.0:
-            self._blend_from = None
-        return blended
 
     def _relaxed(self, frame: SensorFrame) -> JointTargets:
         self._head.rest()
@@ -514,56 +401,15 @@ class Gait:
     @property
     def status(self) -> GaitStatus:
         """A snapshot of the last tick."""
-        expected, estimated = self._walk.expected, self._walk.estimated
-        height = self._parameters.com_height
-        two_footed = self._walk.stopping
-        # The walk's own chain of Qs only orders them; where they are is the odometry's to say.
-        q_in_odom = compose(
-            self._odometry.support_sole_in_odom, relative(NOWHERE, estimated.sole_in_q)
-        )
-        left: Pose6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        right = left
-        if self._targets is not None:
-            ahead = relative(self._targets.q_in_odom, estimated.q_in_odom)
-            command_q_in_odom = compose(q_in_odom, ahead)
-            left = _in_odom(command_q_in_odom, self._targets.left_sole)
-            right = _in_odom(command_q_in_odom, self._targets.right_sole)
-        return GaitStatus(
-            stamp=self._stamp or 0,
-            state=self._state,
-            support="double" if two_footed else "left" if estimated.support == LEFT else "right",
-            com_expected_in_q=(expected.x, expected.y, height),
-            com_measured_in_q=self._measured,
-            com_estimated_in_q=(estimated.x, estimated.y, height),
-            pendulum_origin_in_q=self._walk.origin_in_q,
-            step_size=self._walk.step_size,
-            step_count=estimated.step_count,
-            time_to_support_change=self._walk.time_left,
-            q_in_odom=q_in_odom,
-            base_footprint_in_odom=self._odometry.base_footprint_in_odom,
-            velocity=self._odometry.velocity,
-            left_sole_in_odom=left,
-            right_sole_in_odom=right,
-            torso_roll=self._orientation.roll,
-            torso_pitch=self._orientation.pitch,
+        running = self._conductor.running
+        return snapshot(
+            self._stamp or 0,
+            self._state,
+            self._walk,
+            self._senses,
+            self._targets,
+            self._parameters.com_height,
             ik_residual=self._residual,
             clipped_joints=self._clipped,
-            motion=running.name if (running := self._conductor.running) is not None else "",
+            motion="" if running is None else running.name,
         )
-
-
-def _at_rest(frame: SensorFrame) -> bool:
-    force, rate = _point(frame.linear_acceleration), _point(frame.angular_velocity)
-    return (
-        abs(math.hypot(*force) - GRAVITY) < REST_FORCE and math.hypot(rate[0], rate[1]) < REST_RATE
-    )
-
-
-def _point(vector: FloatArray) -> Point3:
-    x, y, z = vector.tolist()
-    return x, y, z
-
-
-def _in_odom(q_in_odom: Pose2, sole: SoleTarget) -> Pose6:
-    x, y, yaw = compose(q_in_odom, (sole.x, sole.y, sole.yaw))
-    return x, y, sole.z, sole.roll, sole.pitch, yaw

@@ -80,6 +80,10 @@ class GaitState(StrEnum):
     RELAXED = "relaxed"
 
 
+DOWN = (GaitState.FALLEN, GaitState.RELAXED)
+ON_THE_WAY = (GaitState.WALK, GaitState.STOP)
+IN_MOTION = (GaitState.MOTION, GaitState.GETTING_UP)
+
 Point3 = tuple[float, float, float]
 Pose2 = tuple[float, float, float]
 """x [m], y [m], yaw [rad]."""
