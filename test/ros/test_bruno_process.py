@@ -33,4 +33,5 @@ def test_bruno_walks_and_stops_by_cmd_vel(probe: Probe) -> None:
     stood = stamp(truth[-1])
     probe.wait(lambda: stamp(truth[-1]) > stood + 1_000_000_000, "another second")
     assert truth[-1].pose.pose.position.z > 0.2
-    assert support[-1].data.startswith("stand")
+    # A late command on a busy machine may have made it stop once before.
+    probe.wait(lambda: support[-1].data.startswith("stand"), "the stand that it ends in")

@@ -65,9 +65,16 @@ class StandingRobot:
             self.now += PERIOD
             answered = len(self.commands)
             self.send()
-            self.probe.wait(lambda n=answered: len(self.commands) > n, "a joint_command")
+            self.probe.wait(lambda n=answered: self._is_answered(n), "a joint_command")
             if isinstance(self.commands[-1], JointState):
                 self.pose = list(self.commands[-1].position)
+
+    def _is_answered(self, before: int) -> bool:
+        """The frame of now, and not one that was still on its way."""
+        if len(self.commands) <= before:
+            return False
+        last = self.commands[-1]
+        return not isinstance(last, JointState) or stamp(last) == self.now
 
     def check_answers(self) -> None:
         """Never a NaN, never beyond a limit."""
