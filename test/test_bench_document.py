@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from gait_lab import cli
-from gait_lab.bench import BenchOptions, Report, Row, suites
+from gait_lab.bench import BenchOptions, Report, Row, running, suites
 from gait_lab.bench.ablation import PUSHES, ablation, load_changes
 from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
@@ -38,7 +38,7 @@ def test_the_command_on_the_page_gives_the_options_of_the_run(
     def take(suite: str, asked: dict[str, Any], **_: object) -> None:
         found.append(suites.options_for(suite, asked))
 
-    monkeypatch.setattr(suites, "run", take)
+    monkeypatch.setattr(running, "run", take)
     assert cli.main(words[1:]) == 0
     assert found == [run.options]
 
@@ -53,7 +53,7 @@ def test_every_option_survives_the_command_line(monkeypatch: pytest.MonkeyPatch)
         "plant_options": (("motor.play", 0.035), ("variation.friction", (0.2, 0.3))),
     }  # fmt: skip
     found: list[dict[str, Any]] = []
-    monkeypatch.setattr(suites, "run", lambda suite, asked, **kw: found.append({**asked, **kw}))
+    monkeypatch.setattr(running, "run", lambda suite, asked, **kw: found.append({**asked, **kw}))
     line = command_line("push", given, "paper", ("swing_lift=0.03",))
     assert cli.main(shlex.split(line)[1:]) == 0
     assert found[0]["preset"] == "paper" and found[0]["settings"] == ["swing_lift=0.03"]
@@ -156,5 +156,5 @@ def test_an_ablation_measures_every_change_on_the_same_robots(tmp_path: Path) ->
 def test_the_list_is_checked_before_the_first_suite(tmp_path: Path) -> None:
     said: list[str] = []
     with pytest.raises(NaoGaitError):
-        suites.run("all", {"changes": tmp_path / "none.yaml"}, out=said.append)
+        running.run("all", {"changes": tmp_path / "none.yaml"}, out=said.append)
     assert not said

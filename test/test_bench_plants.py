@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from gait_lab import bench, cli
-from gait_lab.bench import plants, score, suites
+from gait_lab.bench import plants, running, score, suites
 from gait_lab.bench.plants import INGREDIENTS, Ingredient
 from gait_lab.metrics import Metrics
 from gait_lab.rollout import RolloutResult, RolloutSpec, rollout
@@ -138,7 +138,7 @@ def test_the_command_line_fills_in_what_the_suite_usually_runs_on(
     def run(suite: str, given: dict[str, Any], **_: object) -> None:
         asked.append(suites.options_for(suite, given))
 
-    monkeypatch.setattr(suites, "run", run)
+    monkeypatch.setattr(running, "run", run)
     assert cli.main(["bench", "plant", "--plant-set", "motor.play=0.035"]) == 0
     assert cli.main(["bench", "speed", "--robots", "3"]) == 0
     plant, speed = asked

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gait_lab.bench import posture as suite
-from gait_lab.bench import suites
+from gait_lab.bench import running
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.score import Score
 from gait_lab.metrics import Metrics
@@ -80,7 +80,7 @@ def test_the_suite_runs_on_bruno_with_and_without_gains(
     file = tmp_path / "rows.json"
     asked = {"robots": 1, "engine": "mujoco", "window": 0.5, "jobs": 1, "show": False}
     said: list[str] = []
-    suites.run("posture", asked, json_file=file, out=said.append)
+    running.run("posture", asked, json_file=file, out=said.append)
     assert seen == [{}, dict.fromkeys(suite.GAINS, 0.0)]
     rows = {row["metric"]: row["value"] for row in json.loads(file.read_text())}
     assert rows["start_on_runs"] == rows["soccer_off_runs"] == 1

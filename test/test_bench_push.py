@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.bench import BenchOptions, push, suites
+from gait_lab.bench import BenchOptions, push, running
 from gait_lab.bench.push import DIRECTIONS, LADDER, Cell, Kind, cycle_after, push_task, survives
 from gait_lab.metrics import Metrics
 from gait_lab.rollout import Push, RolloutResult, RolloutSpec
@@ -150,5 +150,5 @@ def test_the_later_robots_are_spared_where_the_first_ones_are_lost(
 )  # fmt: skip
 def test_what_cannot_be_pushed_is_one_clear_error(asked: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError) as caught:
-        suites.run("push", {"engine": "mujoco", "show": False, **asked}, out=lambda _: None)
+        running.run("push", {"engine": "mujoco", "show": False, **asked}, out=lambda _: None)
     assert caught.value.field == field

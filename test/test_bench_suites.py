@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from gait_lab import cli
-from gait_lab.bench import BenchOptions, Score, endurance, robust, speed, start, suites
+from gait_lab.bench import BenchOptions, Score, endurance, robust, running, speed, start, suites
 from gait_lab.bench.delay import DELAYS, MOTOR_LAG, Late
 from gait_lab.bench.endurance import RandomCommands, Stretch, Total, Way
 from gait_lab.bench.falls import FallDetection
@@ -47,7 +47,7 @@ HEADLINES = {
 def run(suite: str, file: Path) -> list[dict[str, Any]]:
     asked = {"robots": 1, "seed": 2, "engine": "mujoco", "jobs": 1, "show": False, **TINY[suite]}
     said: list[str] = []
-    suites.run(suite, asked, json_file=file, out=said.append)
+    running.run(suite, asked, json_file=file, out=said.append)
     assert said[0].strip()
     rows: list[dict[str, Any]] = json.loads(file.read_text())
     return rows

@@ -13,7 +13,7 @@ import pinocchio as pin
 import pytest
 
 from gait_lab.bench import peers as suite
-from gait_lab.bench import suites
+from gait_lab.bench import running
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.score import Variant, walk_all
@@ -195,7 +195,7 @@ def run(tmp_path: Path, **asked: object) -> tuple[dict[str, float | None], str]:
     said: list[str] = []
     given = {"robots": 1, "engine": "mujoco", "window": 0.5, "jobs": 1, "show": False, "phases": 1,
              "tasks": ("forward=10",), **asked}  # fmt: skip
-    suites.run("peers", given, json_file=file, out=said.append)
+    running.run("peers", given, json_file=file, out=said.append)
     return {row["metric"]: row["value"] for row in json.loads(file.read_text())}, said[0]
 
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from gait_lab import bench
-from gait_lab.bench import suites
+from gait_lab.bench import running
 from gait_lab.bench.compute import compute
+from gait_lab.bench.settings import overridden
 from gait_lab.bench.speed import _rows
 from gait_lab.metrics import Metrics, Trace
 from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
@@ -127,7 +128,7 @@ def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:
     asked = {
         "robots": 1, "seed": -1, "tasks": ("forward=10",), "window": 0.5, "jobs": 1, "show": False
     }  # fmt: skip
-    suites.run("speed", asked, json_file=tmp_path / "rows.json", out=said.append)
+    running.run("speed", asked, json_file=tmp_path / "rows.json", out=said.append)
     rows = json.loads((tmp_path / "rows.json").read_text())
     assert set(rows[0]) == {
         "suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"
@@ -150,11 +151,11 @@ def test_compute_measures_ticks_and_rollouts() -> None:
 
 
 def test_settings_are_typed_and_checked() -> None:
-    parameters = suites.overridden(GaitParameters(), ["swing_lift=0.03", "feedback=false"])
+    parameters = overridden(GaitParameters(), ["swing_lift=0.03", "feedback=false"])
     assert parameters.swing_lift == 0.03 and parameters.feedback is False
     for bad in ("swing_lift", "nothing=1", "swing_lift=high", "swing_lift=9", "feedback=1"):
         with pytest.raises(NaoGaitError):
-            suites.overridden(GaitParameters(), [bad])
+            overridden(GaitParameters(), [bad])
 
 
 @pytest.mark.parametrize(

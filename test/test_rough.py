@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gait_lab.bench import suites
+from gait_lab.bench import running
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.rough import GIVEN, WALKERS, parameters_of, walkers_of
 from gait_lab.crossing import CrossingSpec, Walker, cross, plant_of
@@ -85,7 +85,7 @@ def test_the_suite_writes_its_rows(tmp_path: Path) -> None:
         "robots": 2, "seed": 1, "engine": "mujoco", "jobs": 1, "show": False,
         "experiments": ("bruno_fast",), "open_loop": "off", "plant_options": LEVEL,
     }  # fmt: skip
-    suites.run("rough", asked, json_file=file, out=said.append)
+    running.run("rough", asked, json_file=file, out=said.append)
     rows = {row["metric"]: row for row in json.loads(file.read_text())}
     ends = [rows[f"bruno_fast_{end}"]["value"] for end in ("crossed", "fell", "left", "late")]
     assert sum(ends) == rows["bruno_fast_runs"]["value"] == 2

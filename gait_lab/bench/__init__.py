@@ -1,4 +1,4 @@
-"""Benchmarks of the gait: one file per suite, run by `suites.run`."""
+"""Benchmarks of the gait: one file per suite, run by `running.run`."""
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table

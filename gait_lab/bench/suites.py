@@ -1,22 +1,17 @@
-"""The suites of `nao_gait bench`: which there are, what they run on, and running them."""
+"""The suites of `nao_gait bench`: which there are, what they run on, their quick form."""
 
-import json
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from gait_lab.bench.ablation import ablation, load_changes
-from gait_lab.bench.command import command_line
+from gait_lab.bench.ablation import ablation
 from gait_lab.bench.compute import compute
 from gait_lab.bench.delay import TASKS as DELAY_TASKS
 from gait_lab.bench.delay import delay
-from gait_lab.bench.document import Section, write
 from gait_lab.bench.endurance import endurance
 from gait_lab.bench.error import TASKS as ERROR_TASKS
 from gait_lab.bench.error import error
-from gait_lab.bench.faults import classes_of, faults
+from gait_lab.bench.faults import faults
 from gait_lab.bench.fuzz import fuzz
 from gait_lab.bench.getup import getup
 from gait_lab.bench.kick import kicks
@@ -24,12 +19,12 @@ from gait_lab.bench.loss import TASKS as LOSS_TASKS
 from gait_lab.bench.loss import loss
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.peers import TASKS as PEERS_TASKS
-from gait_lab.bench.peers import peers, require_possible, walks_here
+from gait_lab.bench.peers import peers, walks_here
 from gait_lab.bench.plants import sweep
 from gait_lab.bench.posture import TASKS as POSTURE_TASKS
 from gait_lab.bench.posture import posture
 from gait_lab.bench.push import TASKS as PUSH_TASKS
-from gait_lab.bench.push import directions_of, push
+from gait_lab.bench.push import push
 from gait_lab.bench.realtime import realtime
 from gait_lab.bench.report import Report
 from gait_lab.bench.robust import TASKS as ROBUST_TASKS
@@ -39,12 +34,7 @@ from gait_lab.bench.rough import rough
 from gait_lab.bench.soak import soak_suite
 from gait_lab.bench.speed import speed
 from gait_lab.bench.start import start
-from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.parameters import BY_NAME, GaitParameters
-from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.robot_description import load_robot
-from sim_bridge.plant import load_plant, with_options
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,88 +166,3 @@ def runs(name: str, asked: Mapping[str, Any]) -> tuple[Run, ...]:
 def options_for(name: str, given: Mapping[str, Any]) -> BenchOptions:
     """What a suite runs on: what is given, else what it usually runs on."""
     return BenchOptions(**{**SUITES[name].usual, **given})
-
-
-def overridden(parameters: GaitParameters, settings: Iterable[str]) -> GaitParameters:
-    """Parameters with `name=value` settings applied, as typed on a command line."""
-    changes: dict[str, float | bool | str] = {}
-    for setting in settings:
-        name, equals, text = setting.partition("=")
-        parameter = BY_NAME.get(name)
-        if parameter is None or not equals:
-            raise NaoGaitError("set", setting, f"name=value, name one of {', '.join(BY_NAME)}")
-        words = {"true": True, "false": False}
-        if parameter.is_switch:
-            if text.lower() not in words:
-                raise NaoGaitError(name, text, parameter.allowed)
-            changes[name] = words[text.lower()]
-        elif parameter.choices:
-            changes[name] = text
-        else:
-            try:
-                changes[name] = float(text)
-            except ValueError:
-                raise NaoGaitError(name, text, parameter.allowed) from None
-    return parameters.replace(**changes)
-
-
-def run(
-    suite: str,
-    asked: Mapping[str, Any],
-    *,
-    preset: str = "default",
-    settings: Sequence[str] = (),
-    json_file: Path | None = None,
-    page: Path | None = None,
-    out: Callable[[str], None] = print,
-) -> None:
-    """Run a suite (or all), print its tables, write its JSON and a page of everything.
-
-    `asked`: the options of `BenchOptions` that shall not be the suite's usual ones.
-    """
-    planned = runs(suite, asked)
-    # What is wrong with the input shall be said before the work, not after it.
-    parameters = {
-        urdf: overridden(preset_for(load_robot(urdf), preset), settings)
-        for urdf in dict.fromkeys(each.options.urdf for each in planned)
-    }
-    for each in planned:
-        with_options(load_plant(each.options.plant), each.options.plant_options)
-        for task in each.options.tasks:
-            find_task(task)
-        directions_of(each.options.directions)
-        classes_of(each.options.faults)
-        if each.suite == "ablation":
-            load_changes(each.options.changes)
-        if each.suite == "peers":
-            require_possible(each.options)
-    for file, name in ((json_file, "json"), (page, "report")):
-        if file is not None:
-            _check_writable(file, name)
-    rows: list[dict[str, Any]] = []
-    sections: list[Section] = []
-    for each in planned:
-        began = time.monotonic()
-        options = replace(each.options, parameters=parameters[each.options.urdf])
-        report = SUITES[each.suite].measure(options)
-        rows += report.as_json(options)
-        reads = EVERY_SUITE | SUITES[each.suite].reads
-        given = {name: value for name, value in each.given.items() if name in reads}
-        command = command_line(each.suite, given, preset, settings)
-        sections.append(Section(each.suite, command, options, report))
-        out(f"{report.text}\n{each.suite}: took {time.monotonic() - began:.0f} s\n")
-    if json_file is not None:
-        json_file.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-        out(f"wrote {json_file}")
-    if page is not None:
-        whole = command_line(suite, asked, preset, settings) + f" --report {page}"
-        out(f"wrote {', '.join(map(str, write(page, sections, whole)))}")
-
-
-def _check_writable(path: Path, name: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a", encoding="utf-8"):
-            pass
-    except OSError as error:
-        raise NaoGaitError(name, str(path), f"a file that can be written ({error})") from error

@@ -1,0 +1,31 @@
+"""`nao_gait record`: record topics to a bag."""
+
+import argparse
+from pathlib import Path
+
+from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK, say
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it; the exit status."""
+    from gait_lab import bag
+
+    messages = bag.record(
+        arguments.out,
+        topics=tuple(arguments.topics),
+        duration=arguments.duration,
+        storage=arguments.storage,
+        say=say,
+    )
+    return EXIT_OK if messages else EXIT_FAILED
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("--topics", nargs="+", default=[], metavar="TOPIC",
+                        help="only these (default: all that appear)")  # fmt: skip
+    parser.add_argument("--out", type=Path, default=Path("out/bag"), metavar="DIR",
+                        help="a new folder for the bag (out/bag)")  # fmt: skip
+    parser.add_argument("--duration", type=float, metavar="S", help="seconds of wall time")
+    parser.add_argument("--storage", default="mcap", metavar="S", help="mcap (default) or sqlite3")
+    parser.set_defaults(run=run)

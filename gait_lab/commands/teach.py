@@ -1,0 +1,48 @@
+"""`nao_gait teach`: teach the robot a motion."""
+
+import argparse
+from pathlib import Path
+
+from gait_lab.commands.terminal import EXIT_OK, say
+from nao_lipm_gait.errors import NaoGaitError
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it; the exit status."""
+    from gait_lab import teach
+
+    if arguments.action == "list":
+        say(teach.listing(arguments.urdf))
+    elif arguments.file is None:
+        raise NaoGaitError("file", "none", f"a motion file to {arguments.action}")
+    elif arguments.action == "check":
+        for motion in teach.check(arguments.file, arguments.urdf):
+            say(f"{motion.name}: {len(motion.keyframes)} keyframes, {motion.time:.2f} s")
+    elif arguments.action == "play":
+        teach.play(
+            arguments.file, urdf=arguments.urdf, namespace=arguments.namespace, say=say
+        )
+    else:
+        teach.record(
+            arguments.file, urdf=arguments.urdf, meaning=arguments.meaning,
+            starts=arguments.starts, ends=arguments.ends, stiff=arguments.stiff,
+            head=arguments.head, namespace=arguments.namespace, say=say,
+        )  # fmt: skip
+    return EXIT_OK
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("action", choices=("record", "play", "check", "list"),
+                        help="record poses of the running robot, play a file on it, check a file, "
+                        "list the shipped motions")  # fmt: skip
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="motion file (.yaml)")
+    parser.add_argument("--urdf", default="nao_h21_v33", metavar="FILE", help="of the robot")
+    parser.add_argument("--meaning", default="", metavar="TEXT", help="record: what it is for")
+    parser.add_argument("--starts", default="standing", metavar="P", help="record: posture before")
+    parser.add_argument("--ends", default="standing", metavar="P", help="record: posture after")
+    parser.add_argument("--stiff", action="store_true",
+                        help="record: do not take the torque off")  # fmt: skip
+    parser.add_argument("--head", action="store_true", help="record: the head too")
+    parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")
+    parser.set_defaults(run=run)
