@@ -105,13 +105,11 @@ def ablation(options: BenchOptions) -> Report:
 def _rows(outcome: Outcome) -> list[Row]:
     rows = []
     for score in outcome.scores:
-        name, speeds = f"{outcome.name}_{score.task.name}", score.speeds
+        name = f"{outcome.name}_{score.task.name}"
         rows.append(Row(SUITE, f"{name}_upright", "robots", score.upright))
         rows.append(Row(SUITE, f"{name}_counts", "bool", float(not score.faults)))
         if score.task.axis:
-            for statistic, summary in (("worst", min), ("median", statistics.median)):
-                value = float(summary(speeds)) if speeds and not score.faults else None
-                rows.append(Row(SUITE, f"{name}_{statistic}", score.unit, value))
+            rows += score.speed_rows(SUITE, name, not score.faults)
         else:
             error = score.over(statistics.fmean, "com_error_y", 1000.0)
             rows.append(Row(SUITE, f"{name}_com_y_error_mean", "mm", error))
@@ -138,10 +136,10 @@ def _text(outcomes: Sequence[Outcome], options: BenchOptions) -> str:
         line = [outcome.name.replace("_", " ")]
         for score in outcome.scores:
             mark = "x" if score.upright < len(score.results) else "!" if score.faults else ""
-            median = statistics.median(score.speeds) if score.speeds else None
+            shown = score.median
             if not score.task.axis:
-                median = score.over(statistics.fmean, "com_error_y", 1000.0)
-            line += [f"{mark}{score.upright_text}", number(median)]
+                shown = score.over(statistics.fmean, "com_error_y", 1000.0)
+            line += [f"{mark}{score.upright_text}", number(shown)]
         line += [f"{100.0 * cell.share:.0f}%" for cell in outcome.cells.values()]
         lines.append(line)
     pushes = options.robots * options.phases

@@ -1,6 +1,5 @@
 """The suite `delay`: sensors that are late, with a gait that knows it and one that does not."""
 
-import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -63,12 +62,8 @@ def delay(options: BenchOptions) -> Report:
 
 def _rows(late: Late, score: Score) -> list[Row]:
     name = f"{late.name}_{score.name}"
-    upright, speeds = score.upright == len(score.results), score.speeds
-    rows = [Row(SUITE, f"{name}_upright", "robots", score.upright)]
-    for statistic, summary in (("worst", min), ("median", statistics.median)):
-        value = float(summary(speeds)) if speeds and upright else None
-        rows.append(Row(SUITE, f"{name}_{statistic}", score.unit, value))
-    return rows
+    upright = Row(SUITE, f"{name}_upright", "robots", score.upright)
+    return [upright, *score.speed_rows(SUITE, name, score.all_upright)]
 
 
 def _text(
@@ -86,8 +81,7 @@ def _text(
             line = [f"{late.delay}", f"{1000 * late.feedback_delay:.0f}", loop_name(closed)]
             for score in scores:
                 if score.closed_loop == closed:
-                    median = statistics.median(score.speeds) if score.speeds else None
-                    line += [score.upright_text, number(median)]
+                    line += [score.upright_text, number(score.median)]
             lines.append(line)
     title = f"Late sensors, {options.window:g} s at speed, {options.title}"
     notes = (

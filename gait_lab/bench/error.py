@@ -13,7 +13,6 @@ from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, finite, loop_name, number, table
 from gait_lab.bench.score import Score, labelled_tasks, walk_all
-from gait_lab.tasks import AXES
 
 SUITE = "error"
 TASKS = ("spot", "forward=10", "forward")
@@ -37,7 +36,6 @@ def error(options: BenchOptions) -> Report:
 
 def _rows(score: Score) -> list[Row]:
     paper = PAPER_COM_ERROR.get(score.task.name)
-    upright = score.upright == len(score.results)
     rows = [Row(SUITE, f"{score.name}_upright", "robots", score.upright)]
     for metric, attribute in ERRORS.items():
         beside = paper if metric.startswith("com_y") else None
@@ -45,9 +43,7 @@ def _rows(score: Score) -> list[Row]:
             value = finite(score.over(pick, attribute, 1000.0))
             rows.append(Row(SUITE, f"{score.name}_{metric}_{statistic}", "mm", value, beside))
     if score.task.axis:
-        for statistic, summary in (("worst", min), ("median", statistics.median)):
-            speed = float(summary(score.speeds)) if score.speeds and upright else None
-            rows.append(Row(SUITE, f"{score.name}_speed_{statistic}", score.unit, speed))
+        rows += score.speed_rows(SUITE, f"{score.name}_speed", score.all_upright)
     return rows
 
 
@@ -58,15 +54,14 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
         ("", "", "", "cm/s", "median", "", "mm", "", "mm", "mm", "mm", "mm"),
     ]  # fmt: skip
     for score in scores:
-        axis, speeds = score.task.axis, score.speeds
         lines.append(
             (
                 score.task.name.replace("_", " "),
                 loop_name(score.closed_loop),
                 score.upright_text,
-                number(abs(score.task.asked) * AXES[axis][1]) if axis else "",
-                number(statistics.median(speeds)) if speeds else "",
-                number(min(speeds)) if speeds else "",
+                score.asked_text,
+                number(score.median) if score.speeds else "",
+                number(score.worst) if score.speeds else "",
                 number(score.over(statistics.fmean, "com_error_y", 1000.0), 2),
                 number(score.over(max, "com_error_y", 1000.0), 2),
                 number(score.over(statistics.fmean, "com_error_y_measured", 1000.0), 2),

@@ -6,7 +6,6 @@ stayed upright is below `SLOW` times the one on the unchanged plant.
 """
 
 import math
-import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -146,17 +145,13 @@ def _fallen(score: Score) -> int:
     return len(score.results) - score.upright
 
 
-def _median(score: Score) -> float | None:
-    return float(statistics.median(score.speeds)) if score.speeds else None
-
-
 def _slow(score: Score, unchanged: Score) -> bool:
-    speed, before = _median(score), _median(unchanged)
+    speed, before = score.median, unchanged.median
     return speed is not None and before is not None and speed < SLOW * before
 
 
 def _rows(name: str, score: Score) -> list[Row]:
-    base, median, counts = f"{name}_{score.name}", _median(score), not score.faults
+    base, median, counts = f"{name}_{score.name}", score.median, not score.faults
     rows = [
         Row(SUITE, f"{base}_upright", "robots", score.upright),
         Row(SUITE, f"{base}_counts", "bool", float(counts)),
@@ -211,7 +206,7 @@ def _cells(scores: Sequence[Score], unchanged: Sequence[Score]) -> list[str]:
     cells = []
     for score, before in zip(scores, unchanged, strict=True):
         mark = "x" if _fallen(score) else "!" if score.faults else ""
-        median = _median(score)
+        median = score.median
         slow = "~" if _slow(score, before) else ""
         cells.append(f"{mark}{score.upright}/{len(score.results)}")
         cells.append("-" if median is None else f"{slow}{median:.1f}")

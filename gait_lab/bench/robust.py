@@ -1,7 +1,6 @@
 """The suite `robust`: a fast walk on plants that are harder in one way each."""
 
 import math
-import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -9,7 +8,6 @@ from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
 from gait_lab.bench.score import Score, Variant, labelled_tasks, walk_all
-from gait_lab.tasks import AXES
 
 SUITE = "robust"
 TASKS = ("forward=30",)
@@ -49,17 +47,14 @@ def robust(options: BenchOptions) -> Report:
 
 
 def _rows(plant: str, score: Score) -> list[Row]:
-    name, speeds, total = f"{plant}_{score.name}", score.speeds, len(score.results)
-    upright = score.upright == total
+    name, total = f"{plant}_{score.name}", len(score.results)
     rows = [
         Row(SUITE, f"{name}_upright", "robots", score.upright),
         Row(SUITE, f"{name}_upright_share", "%", 100.0 * score.upright / total),
         Row(SUITE, f"{name}_counts", "bool", float(not score.faults)),
     ]
     if score.task.axis:
-        for statistic, summary in (("worst", min), ("median", statistics.median)):
-            value = float(summary(speeds)) if speeds and upright else None
-            rows.append(Row(SUITE, f"{name}_{statistic}", score.unit, value))
+        rows += score.speed_rows(SUITE, name, score.all_upright)
     return rows
 
 
@@ -70,16 +65,15 @@ def _text(found: Mapping[str, Sequence[Score]], options: BenchOptions) -> str:
     ]
     for plant, scores in found.items():
         for score in scores:
-            axis, speeds = score.task.axis, score.speeds
             lines.append(
                 (
                     plant.replace("_", " "),
                     score.task.name.replace("_", " "),
                     loop_name(score.closed_loop),
                     score.upright_text,
-                    number(abs(score.task.asked) * AXES[axis][1]) if axis else "",
-                    number(min(speeds)) if speeds else "-",
-                    number(statistics.median(speeds)) if speeds else "-",
+                    score.asked_text,
+                    number(score.worst),
+                    number(score.median),
                     score.unit,
                     f"x {', '.join(score.faults)}" if score.faults else "",
                 )

@@ -5,11 +5,13 @@ does not count is marked with the reason and its headline values are null in the
 """
 
 import math
+import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.report import Row, number
 from gait_lab.rollout import RolloutResult, RolloutSpec, Walker, run_all
 from gait_lab.tasks import AXES, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
@@ -42,6 +44,10 @@ class Score:
         return sum(not result.metrics.fell for result in self.results)
 
     @property
+    def all_upright(self) -> bool:
+        return self.upright == len(self.results)
+
+    @property
     def upright_text(self) -> str:
         return f"{self.upright}/{len(self.results)}"
 
@@ -58,6 +64,29 @@ class Score:
             for result in self.results
             if not result.metrics.fell
         ]
+
+    @property
+    def worst(self) -> float | None:
+        """Of the speeds; None where no robot stayed upright."""
+        return float(min(self.speeds)) if self.speeds else None
+
+    @property
+    def median(self) -> float | None:
+        """Of the speeds; None where no robot stayed upright."""
+        return float(statistics.median(self.speeds)) if self.speeds else None
+
+    def speed_rows(self, suite: str, name: str, counts: bool) -> list[Row]:
+        """The worst and the median speed, null where they do not count."""
+        return [
+            Row(suite, f"{name}_worst", self.unit, self.worst if counts else None),
+            Row(suite, f"{name}_median", self.unit, self.median if counts else None),
+        ]
+
+    @property
+    def asked_text(self) -> str:
+        """The asked speed as a cell of a table."""
+        axis = self.task.axis
+        return number(abs(self.task.asked) * AXES[axis][1]) if axis else ""
 
     @property
     def faults(self) -> tuple[str, ...]:

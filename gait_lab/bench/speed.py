@@ -46,13 +46,12 @@ def deviations(score: Score) -> list[float]:
 
 
 def _half_rows(score: Score) -> list[Row]:
-    off, upright = deviations(score), score.upright == len(score.results)
+    off, upright = deviations(score), score.all_upright
     rows = [Row(SUITE, f"{score.name}_upright", "robots", score.upright)]
     for statistic, summary in (("worst", max), ("median", statistics.median)):
         value = float(summary(off)) if off else None
         rows.append(Row(SUITE, f"{score.name}_error_{statistic}", "%", value if upright else None))
-    median = float(statistics.median(score.speeds)) if score.speeds else None
-    rows.append(Row(SUITE, f"{score.name}_median", score.unit, median if upright else None))
+    rows.append(Row(SUITE, f"{score.name}_median", score.unit, score.median if upright else None))
     return rows
 
 
@@ -69,7 +68,7 @@ def _half_text(scores: Sequence[Score], options: BenchOptions) -> str:
                 loop_name(score.closed_loop),
                 score.upright_text,
                 number(abs(score.task.asked) * AXES[score.task.axis or "x"][1]),
-                number(statistics.median(score.speeds)) if off else "-",
+                number(score.median),
                 score.unit,
                 number(statistics.median(off)) if off else "-",
                 number(max(off)) if off else "-",
@@ -85,9 +84,7 @@ def _rows(score: Score) -> list[Row]:
     paper = PAPER_SPEED.get(score.task.name)
     rows = []
     if score.task.axis:
-        speeds = score.speeds
-        for statistic, summary in (("worst", min), ("median", statistics.median)):
-            value = float(summary(speeds)) if speeds else None
+        for statistic, value in (("worst", score.worst), ("median", score.median)):
             rows.append(
                 Row(suite, f"{name}_{statistic}", score.unit, value if counts else None, paper)
             )
@@ -125,16 +122,15 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
     )  # fmt: skip
     lines: list[tuple[str, ...]] = [header, units]
     for score in scores:
-        axis, speeds = score.task.axis, score.speeds
-        turn, anchor = axis == "yaw", score.task.name
+        turn, anchor = score.task.axis == "yaw", score.task.name
         lines.append(
             (
                 score.task.name,
                 loop_name(score.closed_loop),
                 score.upright_text,
-                number(abs(score.task.asked) * AXES[axis][1]) if axis else "",
-                number(min(speeds)) if speeds else "-",
-                number(statistics.median(speeds)) if speeds else "-",
+                score.asked_text,
+                number(score.worst),
+                number(score.median),
                 score.unit,
                 _cell(PAPER_SPEED.get(anchor)),
                 placo_speed(anchor),
