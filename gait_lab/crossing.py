@@ -21,7 +21,7 @@ RAMP = 1.0
 """[s] in which the first command rises."""
 STEERING = 0.5
 """[1/s] turn rate per heading error: someone sees the robot and steers it,"""
-STEERING_MAX = 0.15
+STEERING_MAX = 0.4
 """[rad/s] at most so fast,"""
 INWARDS, INWARDS_MAX = 1.5, 0.5
 """[rad/m] and [rad]: towards the middle of the field, the more so the further it is from there."""
