@@ -84,7 +84,8 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     commands = probe.subscribe(JointState, "joint_command")
     gait = probe.start("gait")
-    bridge = probe.start("sim_bridge", **PACED)
+    # What is shown here is not speed: a busy machine must not be what fells the robot.
+    bridge = probe.start("sim_bridge", real_time_factor=0.2)
     probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
     driver.forward = 0.15
     names = list(load_robot().joint_names)
@@ -105,7 +106,7 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
     publishers = {topic: probe.publisher(type(message), topic) for topic, message in bad}
     start, begin = truth[-1].pose.pose.position, stamp(truth[-1])
     again = begin
-    while stamp(truth[-1]) < begin + 4_000_000_000:
+    while stamp(truth[-1]) < begin + 3_000_000_000:
         for topic, message in bad:
             publishers[topic].publish(message)
         again += 20_000_000
@@ -114,7 +115,7 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
     assert now.z > 0.25, "upright"
     assert math.hypot(now.x - start.x, now.y - start.y) > 0.15, "and on its way"
     good = [m for m in commands if len(m.position) == len(names) and m.effort]
-    assert len(good) > 300
+    assert len(good) > 200
     assert all(math.isfinite(q) for m in good for q in m.position)
     for process in (gait, bridge):
         assert process.status is None and "Traceback" not in process.log

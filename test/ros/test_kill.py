@@ -82,12 +82,13 @@ def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
     bridge.signal(signal.SIGKILL)
     bridge.wait()
     probe.processes.remove(bridge)
-    last = stamp(truth[-1])
     truth.clear()
     probe.start("sim_bridge", **SLOW)
     probe.wait(lambda: truth, "the truth about a new robot")
-    assert stamp(truth[0]) < last, "its clock begins again"
-    probe.wait(lambda: gait.says("joint_states header.stamp: backwards"), "a word about the time")
+    probe.wait(
+        lambda: gait.says("joint_states header.stamp: backwards"),
+        "a word about its clock, which begins again",
+    )
 
     def walks() -> bool:
         speed = [message.twist.twist.linear.x for message in truth[-100:]]
