@@ -16,7 +16,7 @@ from gait_lab.report.page import (
     table_block,
     verdict_html,
 )
-from gait_lab.report.plots import all_figures
+from gait_lab.report.plots.page_order import all_figures
 from gait_lab.report.replay import replay
 from gait_lab.report.tables import joint_table, key_numbers, stretch_table
 from gait_lab.report.verdict import findings, headline

@@ -16,7 +16,10 @@ from gait_lab.report.page import (
     page,
     verdict_html,
 )
-from gait_lab.report.plots import LEG_JOINTS, origins, speeds, whiteness
+from gait_lab.report.plots.joints import LEG_JOINTS
+from gait_lab.report.plots.motion import speeds
+from gait_lab.report.plots.observer import whiteness
+from gait_lab.report.plots.steps import origins
 from gait_lab.report.stretches import Stretch
 from gait_lab.report.tables import number
 from gait_lab.report.verdict import BAD, FAIR, GOOD, NOTE, Finding, findings, headline

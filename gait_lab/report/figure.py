@@ -13,6 +13,7 @@ INK, RED, BLUE, GREY, GOLD, GREEN = (
     "#16202a", "#d1495b", "#0f7c94", "#9aa3ab", "#e0a030", "#3f8f5b",
 )  # fmt: skip
 """Distinguishable also without colour vision: they differ in lightness."""
+LEFT_COLOR, RIGHT_COLOR = "#c8553d", "#2f7f5f"
 MOST_POINTS = 12000
 """Of one line; a longer one is thinned for drawing alone."""
 
