@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from gait_lab import cli
-from gait_lab.bench import BenchOptions, Report, Row, running, suites
-from gait_lab.bench.ablation import PUSHES, ablation, load_changes
+from gait_lab.bench import BenchOptions, Report, Row, catalogue, running
 from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
 from gait_lab.bench.figures import push_figure, speed_figure
+from gait_lab.bench.suites.ablation import PUSHES, ablation, load_changes
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 
@@ -19,24 +19,24 @@ PNG = b"\x89PNG"
 
 
 def test_all_runs_every_suite() -> None:
-    assert {run.suite for run in suites.runs("all", {})} == set(suites.SUITES)
-    wide = suites.runs("all", {"robots": 9})
+    assert {run.suite for run in catalogue.runs("all", {})} == set(catalogue.SUITES)
+    wide = catalogue.runs("all", {"robots": 9})
     assert {run.options.robots for run in wide} == {9}
     # The peers are made for NAOs.
-    other = suites.runs("all", {"urdf": "bruno"})
-    assert {run.suite for run in other} == set(suites.SUITES) - {"peers"}
+    other = catalogue.runs("all", {"urdf": "bruno"})
+    assert {run.suite for run in other} == set(catalogue.SUITES) - {"peers"}
 
 
-@pytest.mark.parametrize("run", suites.runs("all", {}), ids=lambda run: run.suite)
+@pytest.mark.parametrize("run", catalogue.runs("all", {}), ids=lambda run: run.suite)
 def test_the_command_on_the_page_gives_the_options_of_the_run(
-    run: suites.Run, monkeypatch: pytest.MonkeyPatch
+    run: catalogue.Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words = shlex.split(command_line(run.suite, run.given))
     assert words[0] == "nao_gait"
     found: list[BenchOptions] = []
 
     def take(suite: str, asked: dict[str, Any], **_: object) -> None:
-        found.append(suites.options_for(suite, asked))
+        found.append(catalogue.options_for(suite, asked))
 
     monkeypatch.setattr(running, "run", take)
     assert cli.main(words[1:]) == 0

@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from gait_lab import bench, cli
-from gait_lab.bench import plants, running, score, suites
-from gait_lab.bench.plants import INGREDIENTS, Ingredient
+from gait_lab.bench import catalogue, running, score
+from gait_lab.bench.suites import plants
+from gait_lab.bench.suites.plants import INGREDIENTS, Ingredient
 from gait_lab.metrics import Metrics
 from gait_lab.rollout import RolloutResult, RolloutSpec, rollout
 from gait_lab.tasks import walk
@@ -136,7 +137,7 @@ def test_the_command_line_fills_in_what_the_suite_usually_runs_on(
     asked: list[bench.BenchOptions] = []
 
     def run(suite: str, given: dict[str, Any], **_: object) -> None:
-        asked.append(suites.options_for(suite, given))
+        asked.append(catalogue.options_for(suite, given))
 
     monkeypatch.setattr(running, "run", run)
     assert cli.main(["bench", "plant", "--plant-set", "motor.play=0.035"]) == 0

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from gait_lab.bench import posture as suite
 from gait_lab.bench import running
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.score import Score
+from gait_lab.bench.suites import posture as suite
 from gait_lab.metrics import Metrics
 from gait_lab.rollout import RolloutResult, RolloutSpec
 from gait_lab.tasks import STAND_TIME, Task

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.bench import BenchOptions, push, running
-from gait_lab.bench.push import DIRECTIONS, LADDER, Cell, Kind, cycle_after, push_task, survives
+from gait_lab.bench import BenchOptions, push_search, running
+from gait_lab.bench.push_cells import DIRECTIONS, Cell, Kind, cycle_after, push_task, survives
+from gait_lab.bench.push_search import LADDER
+from gait_lab.bench.suites import push
 from gait_lab.metrics import Metrics
 from gait_lab.rollout import Push, RolloutResult, RolloutSpec
 from gait_lab.tasks import find_task
@@ -108,9 +110,9 @@ def test_the_search_finds_the_edge_of_each_direction(monkeypatch: pytest.MonkeyP
         for kind, direction, impulse in wanted:
             kind.cells[direction, impulse] = Cell(int(impulse <= edges[direction]), 1)
 
-    monkeypatch.setattr(push, "_push_all", push_all)
+    monkeypatch.setattr(push_search, "push_all", push_all)
     kind = Kind("spot", find_task("spot"), True)
-    push._search([kind], list(edges), TINY)
+    push_search.search_largest([kind], list(edges), TINY)
     assert kind.largest("left") == 1.0
     assert kind.largest("forward") == LADDER[-1] == 3.5
     assert kind.largest("back") is None
@@ -132,10 +134,10 @@ def test_the_later_robots_are_spared_where_the_first_ones_are_lost(
             cell.survived += count if direction == "left" else count - 2
             pushed.append((direction, count))
 
-    monkeypatch.setattr(push, "_push_all", push_all)
+    monkeypatch.setattr(push_search, "push_all", push_all)
     kind = Kind("spot", find_task("spot"), True)
     options = dataclasses.replace(TINY, robots=8, phases=2)
-    push._push_until_lost([(kind, "left", 1.0), (kind, "right", 1.0)], options)
+    push_search.push_until_lost([(kind, "left", 1.0), (kind, "right", 1.0)], options)
     assert pushed == [("left", 4), ("right", 4), ("left", 12)]
     assert kind.cells["left", 1.0].passes and not kind.cells["left", 1.0].given_up
     assert kind.cells["right", 1.0].given_up and not kind.cells["right", 1.0].passes

@@ -9,12 +9,14 @@ from typing import Any
 import pytest
 
 from gait_lab import cli
-from gait_lab.bench import BenchOptions, Score, endurance, robust, running, speed, start, suites
-from gait_lab.bench.delay import DELAYS, MOTOR_LAG, Late
-from gait_lab.bench.endurance import RandomCommands, Stretch, Total, Way
+from gait_lab.bench import BenchOptions, Score, catalogue, running
 from gait_lab.bench.falls import FallDetection
-from gait_lab.bench.robust import PLANTS
+from gait_lab.bench.suites import endurance, robust, speed, start
+from gait_lab.bench.suites.delay import DELAYS, MOTOR_LAG, Late
+from gait_lab.bench.suites.endurance import Stretch, Total, Way
+from gait_lab.bench.suites.robust import PLANTS
 from gait_lab.metrics import Metrics
+from gait_lab.random_commands import RandomCommands
 from gait_lab.rollout import RolloutResult, RolloutSpec, rollout
 from gait_lab.tasks import TASKS, find_task
 from nao_lipm_gait.errors import NaoGaitError
@@ -103,7 +105,7 @@ def test_falls_belong_to_the_start_or_to_the_stop() -> None:
 
 
 def test_two_hundred_starts_are_the_usual_ones() -> None:
-    options = suites.options_for("start", {})
+    options = catalogue.options_for("start", {})
     assert options.robots * len(start.cases()) == 200
     assert not any(command.is_zero for command in start.cases().values())
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gait_lab.bench import running
-from gait_lab.bench.faults import classes_of
+from gait_lab.bench.suites.faults import classes_of
 from gait_lab.faults.campaign import STOPPED, VIOLATED, WALKS, FaultRun, run_fault
 from gait_lab.faults.classes import CLASSES
 from gait_lab.faults.fault import Fault, Late, LateCommand

@@ -12,11 +12,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from gait_lab.bench import peers as suite
 from gait_lab.bench import running
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.score import Variant, walk_all
+from gait_lab.bench.suites import peers as suite
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo, request, with_placo_frames
 from gait_lab.peers.player import BLEND_TIME, LAG, JointPlan, Player
 from gait_lab.rollout import RolloutSpec, rollout

@@ -11,9 +11,9 @@ import pytest
 
 from gait_lab import bench
 from gait_lab.bench import running
-from gait_lab.bench.compute import compute
 from gait_lab.bench.settings import overridden
-from gait_lab.bench.speed import _rows
+from gait_lab.bench.suites.compute import compute
+from gait_lab.bench.suites.speed import _rows
 from gait_lab.metrics import Metrics, Trace
 from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
 from gait_lab.tasks import Task, find_task, walk

@@ -9,7 +9,7 @@ import pytest
 
 from gait_lab.bench import running
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.rough import GIVEN, WALKERS, parameters_of, walkers_of
+from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
 from gait_lab.crossing import STEERING_MAX, CrossingSpec, Walker, cross, plant_of
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset

@@ -1,4 +1,4 @@
-"""Benchmarks of the gait: one file per suite, run by `running.run`."""
+"""Benchmarks of the gait: `suites/` measure, `catalogue` lists them, `running` runs them."""
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table

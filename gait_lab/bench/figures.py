@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gait_lab.bench.anchors import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
-from gait_lab.bench.push import DIRECTIONS
+from gait_lab.bench.push_cells import DIRECTIONS
 from gait_lab.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 
 Values = Mapping[str, float | None]

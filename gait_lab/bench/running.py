@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gait_lab.bench.ablation import load_changes
+from gait_lab.bench.catalogue import EVERY_SUITE, SUITES, runs
 from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
-from gait_lab.bench.faults import classes_of
-from gait_lab.bench.peers import require_possible
-from gait_lab.bench.push import directions_of
+from gait_lab.bench.push_cells import directions_of
 from gait_lab.bench.settings import overridden
-from gait_lab.bench.suites import EVERY_SUITE, SUITES, runs
+from gait_lab.bench.suites.ablation import load_changes
+from gait_lab.bench.suites.faults import classes_of
+from gait_lab.bench.suites.peers import require_possible
 from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gait_lab.bench.endurance import RandomCommands
 from gait_lab.faults.campaign import FaultRun
 from gait_lab.faults.fault import Fault
 from gait_lab.faults.network import Loss
 from gait_lab.faults.stage import PERIOD
 from gait_lab.faults.world import World
+from gait_lab.random_commands import RandomCommands
 from gait_lab.rollout import RolloutSpec, make_pair
 from gait_lab.tasks import TASKS
 from nao_lipm_gait.signals import VelocityCommand

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.bench.faults import fault_run
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
+from gait_lab.bench.suites.faults import fault_run
 from gait_lab.faults.fault import Fault, Late
 from gait_lab.faults.stage import PERIOD, Stage
 from gait_lab.faults.walks import rollout_spec

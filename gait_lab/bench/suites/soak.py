@@ -2,9 +2,9 @@
 
 from tqdm import tqdm
 
-from gait_lab.bench.faults import fault_run
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row
+from gait_lab.bench.suites.faults import fault_run
 from gait_lab.faults.walks import Sample, soak
 
 SUITE = "soak"

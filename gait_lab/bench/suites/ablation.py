@@ -14,7 +14,7 @@ import yaml
 
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.push import Cell, push_cells
+from gait_lab.bench.push_cells import Cell, push_cells
 from gait_lab.bench.report import Report, Row, number, table
 from gait_lab.bench.score import Score, Variant, tasks_of, walk_all
 from gait_lab.tasks import AXES, find_task

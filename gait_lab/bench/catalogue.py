@@ -1,39 +1,39 @@
-"""The suites of `nao_gait bench`: which there are, what they run on, their quick form."""
+"""Which suites `nao_gait bench` has, what they run on, and their quick form."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from gait_lab.bench.ablation import ablation
-from gait_lab.bench.compute import compute
-from gait_lab.bench.delay import TASKS as DELAY_TASKS
-from gait_lab.bench.delay import delay
-from gait_lab.bench.endurance import endurance
-from gait_lab.bench.error import TASKS as ERROR_TASKS
-from gait_lab.bench.error import error
-from gait_lab.bench.faults import faults
-from gait_lab.bench.fuzz import fuzz
-from gait_lab.bench.getup import getup
-from gait_lab.bench.kick import kicks
-from gait_lab.bench.loss import TASKS as LOSS_TASKS
-from gait_lab.bench.loss import loss
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.peers import TASKS as PEERS_TASKS
-from gait_lab.bench.peers import peers, walks_here
-from gait_lab.bench.plants import sweep
-from gait_lab.bench.posture import TASKS as POSTURE_TASKS
-from gait_lab.bench.posture import posture
-from gait_lab.bench.push import TASKS as PUSH_TASKS
-from gait_lab.bench.push import push
-from gait_lab.bench.realtime import realtime
 from gait_lab.bench.report import Report
-from gait_lab.bench.robust import TASKS as ROBUST_TASKS
-from gait_lab.bench.robust import robust
-from gait_lab.bench.rough import TASKS as ROUGH_TASKS
-from gait_lab.bench.rough import rough
-from gait_lab.bench.soak import soak_suite
-from gait_lab.bench.speed import speed
-from gait_lab.bench.start import start
+from gait_lab.bench.suites.ablation import ablation
+from gait_lab.bench.suites.compute import compute
+from gait_lab.bench.suites.delay import TASKS as DELAY_TASKS
+from gait_lab.bench.suites.delay import delay
+from gait_lab.bench.suites.endurance import endurance
+from gait_lab.bench.suites.error import TASKS as ERROR_TASKS
+from gait_lab.bench.suites.error import error
+from gait_lab.bench.suites.faults import faults
+from gait_lab.bench.suites.fuzz import fuzz
+from gait_lab.bench.suites.getup import getup
+from gait_lab.bench.suites.kick import kicks
+from gait_lab.bench.suites.loss import TASKS as LOSS_TASKS
+from gait_lab.bench.suites.loss import loss
+from gait_lab.bench.suites.peers import TASKS as PEERS_TASKS
+from gait_lab.bench.suites.peers import peers, walks_here
+from gait_lab.bench.suites.plants import sweep
+from gait_lab.bench.suites.posture import TASKS as POSTURE_TASKS
+from gait_lab.bench.suites.posture import posture
+from gait_lab.bench.suites.push import TASKS as PUSH_TASKS
+from gait_lab.bench.suites.push import push
+from gait_lab.bench.suites.realtime import realtime
+from gait_lab.bench.suites.robust import TASKS as ROBUST_TASKS
+from gait_lab.bench.suites.robust import robust
+from gait_lab.bench.suites.rough import TASKS as ROUGH_TASKS
+from gait_lab.bench.suites.rough import rough
+from gait_lab.bench.suites.soak import soak_suite
+from gait_lab.bench.suites.speed import speed
+from gait_lab.bench.suites.start import start
 from nao_lipm_gait.errors import NaoGaitError
 
 

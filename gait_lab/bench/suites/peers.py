@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.push import Cell, push_cells
+from gait_lab.bench.push_cells import Cell, push_cells
 from gait_lab.bench.report import Report, Row, finite, number, table
 from gait_lab.bench.score import Score, Variant, tasks_of, walk_all
 from gait_lab.metrics import Metrics

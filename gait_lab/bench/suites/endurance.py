@@ -15,55 +15,17 @@ from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
 from gait_lab.metrics import ALARM_STATES
+from gait_lab.random_commands import STOP_SHARE, RandomCommands
 from gait_lab.rollout import CONTROL_PERIOD, RolloutSpec, make_pair, parallel_map, walk
-from gait_lab.tasks import STAND_TIME, TASKS
-from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
+from gait_lab.tasks import TASKS
 
 SUITE = "endurance"
-HOLD_TIME = (1.0, 4.0)
-"""A command is held for a time between these [s]."""
-CHANGE_TIME = 1.0
-"""From one command to the next [s]."""
-STOP_SHARE = 0.1
-"""Of the commands, these are to stop."""
 FALLS_MAX = 100
 """A robot that fell this often is not made to walk on."""
 SLOWEST = 0.02
 """[m/s] A robot that is slower on the whole is not made to walk on."""
 PIECE = round(1.0 / CONTROL_PERIOD)
 """Ticks."""
-
-
-class RandomCommands:
-    """A smooth random command over time: held, changed, held again."""
-
-    def __init__(self, seed: Sequence[int]) -> None:
-        self._random = np.random.default_rng(list(seed))
-        self._before = self._after = STANDSTILL
-        self._change, self._end = 0.0, STAND_TIME
-
-    def at(self, time: float) -> VelocityCommand:
-        """The command at rising times [s]."""
-        while time >= self._end:
-            self._before, self._after = self._after, self._draw()
-            self._change = self._end
-            self._end += CHANGE_TIME + float(self._random.uniform(*HOLD_TIME))
-        share = min(1.0, (time - self._change) / CHANGE_TIME)
-        share *= share * (3.0 - 2.0 * share)
-        a, b = self._before, self._after
-        return VelocityCommand(
-            a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * (b.yaw - a.yaw)
-        )
-
-    def _draw(self) -> VelocityCommand:
-        """Any direction up to full speed: uniform in the ball whose axes are the full speeds."""
-        direction = self._random.normal(size=3)
-        radius = self._random.uniform() ** (1.0 / 3.0)
-        if self._random.uniform() < STOP_SHARE:
-            return STANDSTILL
-        x, y, yaw = (radius / np.linalg.norm(direction) * direction).tolist()
-        ahead = TASKS["forward"].asked if x > 0.0 else -TASKS["back"].asked
-        return VelocityCommand(ahead * x, TASKS["side"].asked * y, TASKS["turn"].asked * yaw)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The suite `push`: the largest push that the robots survive, from eight sides, in any gait phase.
+"""Pushes from one side with one impulse, in any gait phase: who survives them.
 
 A push is a force on the torso for 0.1 s; its direction is relative to the robot's heading at that
 moment. The phases are spread evenly over one cycle of two steps, found for each robot in a rollout
@@ -16,13 +16,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gait_lab.bench.anchors import PLACO_PUSH
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, loop_name, number, table
 from gait_lab.metrics import LEFT, Metrics, Trace
 from gait_lab.rollout import (
-    PUSH_DURATION,
     Push,
     RolloutResult,
     RolloutSpec,
@@ -36,15 +33,11 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import STANDSTILL
 
-SUITE = "push"
-TASKS = ("spot", "stand", "forward=20")
 DIRECTIONS: Mapping[str, float] = {
     "forward": 0.0, "forward_left": 45.0, "left": 90.0, "back_left": 135.0,
     "back": 180.0, "back_right": 225.0, "right": 270.0, "forward_right": 315.0,
 }  # fmt: skip
 """Where the force points [deg], counter-clockwise from the heading."""
-LADDER = tuple(0.25 * step for step in range(3, 15))
-"""Impulses among which the largest survived one is looked for [N s]."""
 SURVIVAL = 0.95
 """Share of the pushes that has to be survived."""
 RAMP_TIME = 1.0
@@ -124,28 +117,6 @@ class Kind:
         return best
 
 
-def push(options: BenchOptions) -> Report:
-    """Push the robots at the asked impulses, or search the ladder for the largest survived one."""
-    directions = directions_of(options.directions)
-    kinds = [
-        Kind(text, push_task(text), closed) for text in options.tasks for closed in options.loops
-    ]
-    if len({kind.name for kind in kinds}) < len(kinds):
-        raise NaoGaitError("task", ", ".join(options.tasks), "each task at most once")
-    _walk_unpushed(kinds, options)
-    if options.impulses:
-        impulses = sorted(set(options.impulses))
-        everything = [
-            (kind, direction, impulse)
-            for kind in kinds for direction in directions for impulse in impulses
-        ]  # fmt: skip
-        _push_all(everything, options)
-    else:
-        _search(kinds, directions, options)
-    rows = [row for kind in kinds for row in _rows(kind, directions)]
-    return Report(tuple(rows), _text(kinds, directions, options))
-
-
 def push_cells(
     options: BenchOptions,
     text: str,
@@ -156,8 +127,8 @@ def push_cells(
 ) -> Kind:
     """What came of these directions and impulses [N s], for one task in closed loop."""
     kind = Kind(text, push_task(text), True, walker=walker)
-    _walk_unpushed([kind], options)
-    _push_all([(kind, direction, impulse) for direction, impulse in wanted], options, label=label)
+    walk_unpushed([kind], options)
+    push_all([(kind, direction, impulse) for direction, impulse in wanted], options, label=label)
     return kind
 
 
@@ -193,10 +164,7 @@ def _spec(kind: Kind, options: BenchOptions, seed: int) -> RolloutSpec:
     )
 
 
-# -- without a push --------------------------------------------------------------------------------
-
-
-def _walk_unpushed(kinds: Sequence[Kind], options: BenchOptions) -> None:
+def walk_unpushed(kinds: Sequence[Kind], options: BenchOptions) -> None:
     """Fill in each kind's `unpushed`, one per robot."""
     specs = [(_spec(kind, options, seed), options.phases) for kind in kinds
              for seed in options.seeds]  # fmt: skip
@@ -235,10 +203,7 @@ def cycle_after(trace: Trace, begin: float) -> tuple[float, float] | None:
     return (float(times[0]), float(times[1])) if len(times) > 1 else None
 
 
-# -- with pushes -----------------------------------------------------------------------------------
-
-
-def _push_all(
+def push_all(
     wanted: Iterable[tuple[Kind, str, float]],
     options: BenchOptions,
     robots: slice = slice(None),
@@ -292,115 +257,3 @@ def survives(result: RolloutResult, unpushed: Metrics) -> bool:
         and math.hypot(metrics.speed_x - x, metrics.speed_y - y) <= SPEED_BOUND
         and abs(metrics.turn_rate - turn) <= TURN_BOUND
     )
-
-
-def _push_until_lost(wanted: Sequence[tuple[Kind, str, float]], options: BenchOptions) -> None:
-    """`_push_all`, but the later robots only where the first ones leave a chance to pass."""
-    first = max(1, options.robots // 4)
-    bearable = int((1.0 - SURVIVAL) * options.robots * options.phases + 1e-9)
-    _push_all(wanted, options, slice(first))
-    left = []
-    for kind, direction, impulse in wanted:
-        cell = kind.cells[direction, impulse]
-        if cell.pushed - cell.survived <= bearable:
-            left.append((kind, direction, impulse))
-        else:
-            cell.given_up = first < options.robots
-    if left and first < options.robots:
-        _push_all(left, options, slice(first, None))
-
-
-def _search(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOptions) -> None:
-    """Bisect the ladder in every direction, all of them in the same rounds."""
-    # Index of the largest impulse that passes and of the smallest that does not.
-    spans = {(index, direction): (-1, len(LADDER)) for index in range(len(kinds))
-             for direction in directions}  # fmt: skip
-    while True:
-        asked = {key: (low + high) // 2 for key, (low, high) in spans.items() if high - low > 1}
-        if not asked:
-            return
-        _push_until_lost(
-            [(kinds[index], direction, LADDER[step])
-             for (index, direction), step in asked.items()],
-            options,
-        )  # fmt: skip
-        for key, step in asked.items():
-            index, direction = key
-            low, high = spans[key]
-            passes = kinds[index].cells[direction, LADDER[step]].passes
-            spans[key] = (step, high) if passes else (low, step)
-
-
-# -- report ----------------------------------------------------------------------------------------
-
-
-def _rows(kind: Kind, directions: Sequence[str]) -> list[Row]:
-    rows = []
-    for direction in directions:
-        base = f"push_{kind.name}_{direction}"
-        rows.append(Row(SUITE, f"{base}_max", "N s", kind.largest(direction)))
-        for impulse, cell in kind.of(direction).items():
-            name = f"{base}_{impulse:g}"
-            if cell.given_up:
-                continue
-            rows.append(Row(SUITE, f"{name}_survival", "%", 100.0 * cell.share))
-            rows.append(Row(SUITE, f"{name}_fell", "pushes", cell.fell))
-    tried = len({impulse for _, impulse in kind.cells})
-    rows.append(Row(SUITE, f"push_{kind.name}_tried", "impulses", tried))
-    walking = sum(alone.times is not None for alone in kind.unpushed)
-    rows.append(Row(SUITE, f"push_{kind.name}_unpushed_upright", "robots", walking))
-    rows += kind.detection.rows(SUITE, f"push_{kind.name}")
-    return rows
-
-
-def _text(kinds: Sequence[Kind], directions: Sequence[str], options: BenchOptions) -> str:
-    impulses = sorted({impulse for kind in kinds for _, impulse in kind.cells})
-    lines: list[tuple[str, ...]] = [
-        ("task", "loop", "direction", "largest", "placo",
-         *(f"{impulse:g}" for impulse in impulses)),
-        ("", "", "", "N s", "N s", *("%" for _ in impulses)),
-    ]  # fmt: skip
-    for kind in kinds:
-        for direction in directions:
-            cells = kind.of(direction)
-            lines.append(
-                (
-                    kind.text,
-                    loop_name(kind.closed_loop),
-                    direction,
-                    _largest_text(kind, direction),
-                    f"{PLACO_PUSH[direction]:g}"
-                    if kind.text == "spot" and direction in PLACO_PUSH
-                    else "",
-                    *(_cell_text(cells.get(impulse)) for impulse in impulses),
-                )
-            )
-    pushes = options.robots * options.phases
-    title = f"{pushes} pushes a cell ({options.phases} gait phases x robots); {options.title}"
-    notes = (
-        f"Survived: no fall within {WATCH:g} s, and in the last {WINDOW:g} s of them still "
-        f"stepping, within {100 * SPEED_BOUND:g} cm/s and",
-        f"{math.degrees(TURN_BOUND):g} deg/s of the robot's motion without a push (spot, stand: "
-        f"of none). Force for {PUSH_DURATION:g} s at the torso.",
-        f"largest: survived by at least {SURVIVAL:.0%}, as every smaller one that was tried; "
-        "< and >=: the end of what was tried.",
-        "placo: one robot on a plant of its own, six phases, all survived.",
-        "x: too many of the first quarter of the robots were lost; the others were not pushed.",
-    )
-    detection = [
-        f"{kind.text}, {loop_name(kind.closed_loop)}: {kind.detection.text}" for kind in kinds
-    ]
-    return "\n".join((title, "", table(lines), "", *notes, "", "Fall detection", *detection))
-
-
-def _cell_text(cell: Cell | None) -> str:
-    if cell is None:
-        return ""
-    return "x" if cell.given_up else number(100.0 * cell.share, 0)
-
-
-def _largest_text(kind: Kind, direction: str) -> str:
-    cells, largest = kind.of(direction), kind.largest(direction)
-    if largest is None:
-        return f"< {min(cells):g}"
-    return f">= {largest:g}" if largest == max(cells) else f"{largest:g}"
