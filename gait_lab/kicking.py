@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gait_lab.ball_spot import spot_in_world
 from gait_lab.metrics import has_fallen, yaw_of
 from gait_lab.rollout import CONTROL_PERIOD, loaded_robot
 from nao_lipm_gait.gait import Gait
@@ -121,14 +122,11 @@ def _lay_ball(
 ) -> tuple[float, FloatArray]:
     """Heading [rad] of the robot, and where the ball lies (2,) [m] in the world."""
     truth = simulation.truth()
-    heading = float(yaw_of(truth.torso_quaternion))
-    middle = 0.5 * (truth.soles[0].position + truth.soles[1].position)[:2]
     rng = np.random.default_rng([spec.robot_seed + 1, spec.attempt])
     x, y = np.array(spot) + rng.normal(0.0, PLACEMENT, 2)
-    cos, sin = math.cos(heading), math.sin(heading)
-    lay = middle + np.array((cos * x - sin * y, sin * x + cos * y))
+    lay = spot_in_world(truth, float(x), float(y))
     simulation.put_ball(float(lay[0]), float(lay[1]))
-    return heading, lay
+    return float(yaw_of(truth.torso_quaternion)), lay
 
 
 def _speed(simulation: Simulation) -> float:

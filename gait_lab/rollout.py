@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from gait_lab.asked_motions import MotionOutcome, MotionWatch, ball_for
 from gait_lab.metrics import (
     ALARM_STATES,
     DOUBLE,
@@ -93,6 +94,8 @@ class RolloutResult:
     spec: RolloutSpec
     metrics: Metrics
     trace: Trace | None = None
+    motions: tuple[MotionOutcome, ...] = ()
+    """What became of the motions of the task, as far as they were due."""
 
 
 _COLUMNS = {
@@ -209,6 +212,7 @@ def make_pair(spec: RolloutSpec) -> tuple[Simulation, Gait]:
         noise_seed=spec.noise_seed,
         engine=spec.engine,
         control_period=CONTROL_PERIOD,
+        ball=ball_for(spec.task.motions),
     )
     return simulation, Gait(robot, spec.parameters)
 
@@ -217,19 +221,25 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
     """Run one task on one robot, until its end or a fall."""
     task = spec.task
     walker: Walker
-    simulation, walker = make_pair(spec)
+    if spec.walker is not None and task.motions:
+        raise NaoGaitError("walker", task.name, "a task without motions, which only the gait has")
+    simulation, gait = make_pair(spec)
+    walker = gait
     recorder = Recorder()
     try:
+        watch = MotionWatch(simulation, gait, task.motions)
         if spec.walker is not None:
             walker = spec.walker(loaded_robot(spec.urdf), task, CONTROL_PERIOD)
         ticks = walk(simulation, walker, task.command_at, push=spec.push)
         for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
             recorder.add(tick.truth, tick.command, tick.status)
+            if task.motions:
+                watch.tick()
     finally:
         simulation.close()
     trace = recorder.trace()
     metrics = measure(trace, task.start, task.end)
-    return RolloutResult(spec, metrics, trace if spec.keep_trace else None)
+    return RolloutResult(spec, metrics, trace if spec.keep_trace else None, watch.outcomes)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,15 @@ AXES = {"x": ("cm/s", 100.0), "y": ("cm/s", 100.0), "yaw": ("deg/s", math.degree
 
 
 @dataclass(frozen=True, slots=True)
+class AskedMotion:
+    """A motion and when it is asked for."""
+
+    time: float
+    """[s] since the start."""
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class Task:
     """A walk: the command over time, and when it is measured. Times in s since the start."""
 
@@ -33,11 +42,16 @@ class Task:
     """End of the measured window and of the task."""
     axis: str | None = None
     """`x`, `y` or `yaw`: the axis whose speed is the result; None for standing and stepping."""
+    motions: tuple[AskedMotion, ...] = ()
+    """What is asked for on the way, at rising times; a ball is then in the world."""
 
     def __post_init__(self) -> None:
         times = [time for time, _ in self.knots]
         if not times or any(late <= early for early, late in zip(times, times[1:], strict=False)):
             raise NaoGaitError(f"task {self.name}", times, "knots at rising times")
+        asked = [motion.time for motion in self.motions]
+        if asked != sorted(asked):
+            raise NaoGaitError(f"task {self.name}", asked, "motions at rising times")
         if not 0.0 <= self.start < self.end:
             raise NaoGaitError(f"task {self.name}", (self.start, self.end), "0 <= start < end")
 

@@ -7,6 +7,8 @@
 Deterministic: no clock, no I/O, no globals; the same frames give the same targets.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
@@ -21,6 +23,7 @@ from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.kinematics.legs import make_legs
 from nao_lipm_gait.motion.conductor import ATTEMPTS, Conductor
+from nao_lipm_gait.motion.groups import BODY, joint_groups
 from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
 from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.parameters import GaitParameters
@@ -278,7 +281,9 @@ class Gait:
             self._begin_motion(conductor.waiting, position)
         elif running.ends is Posture.STANDING:
             conductor.stop()
-            self._begin_stand(position)
+            # What kept its feet has left the robot in its stand; what got up has to settle.
+            watched = () if running.gets_up else joint_groups(self.robot)[BODY]
+            self._begin_stand(position, watched)
         elif self._stand_requested:
             way_up = conductor.library.between(running.ends, Posture.STANDING)
             if way_up is not None:
@@ -372,11 +377,11 @@ class Gait:
         self._limits.cut(pose)
         return pose
 
-    def _begin_stand(self, position: FloatArray) -> None:
-        """From this pose (n,) [rad]."""
+    def _begin_stand(self, position: FloatArray, watched: Sequence[int] = ()) -> None:
+        """From this pose (n,) [rad]; watched: see `StandBlend.begin`."""
         self._state = GaitState.STAND
         self._walk.stand_at(NOWHERE)
-        self._blend.begin(position)
+        self._blend.begin(position, watched)
         self._upright_time = 0.0
 
     def _relaxed(self, frame: SensorFrame) -> JointTargets:

@@ -1,8 +1,13 @@
 """From whatever pose the robot is in into the stand, with no speed at both ends."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from nao_lipm_gait.signals import FloatArray
+
+REACHED = 0.005
+"""[rad] from the stand for every joint: what is less needs no time."""
 
 
 class StandBlend:
@@ -10,14 +15,17 @@ class StandBlend:
 
     def __init__(self) -> None:
         self._begin: FloatArray | None = None
+        self._watched: list[int] = []
         self._time = 0.0
 
     @property
     def active(self) -> bool:
         return self._begin is not None
 
-    def begin(self, position: FloatArray) -> None:
-        """position (n,) [rad]: where the way begins."""
+    def begin(self, position: FloatArray, watched: Sequence[int] = ()) -> None:
+        """position (n,) [rad]: where the way begins; watched: joints that end it early once they
+        are there. Without any it takes its whole time, in which a robot comes to rest."""
+        self._watched = list(watched)
         self._begin = np.array(position, dtype=float)
         self._time = 0.0
 
@@ -28,7 +36,8 @@ class StandBlend:
         self._time += dt
         share = min(1.0, self._time / duration)
         smooth = share * share * (3.0 - 2.0 * share)
-        blended: FloatArray = self._begin + smooth * (position - self._begin)
-        if share >= 1.0:
+        way = position - self._begin
+        blended: FloatArray = self._begin + smooth * way
+        if share >= 1.0 or self._watched and np.abs(way[self._watched]).max() < REACHED:
             self._begin = None
         return blended

@@ -1,20 +1,24 @@
 """The suite `posture`: the second paper's three experiments, with and without posture control.
 
 Starts from standing, a long straight walk at speed, and a soccer player's sequence of walk, turn,
-stand. Without posture control means eq. (7) with gains of 0; whatever else a walk does about its
-sensors it does in both.
+stand and kick. Without posture control means eq. (7) with gains of 0; whatever else a walk does
+about its sensors it does in both, and so does a kick on its standing leg.
 """
 
+import math
 import statistics
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
+from gait_lab.asked_motions import MotionOutcome
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, number, table
 from gait_lab.bench.score import Score, Variant, walk_all
-from gait_lab.tasks import STAND_TIME, Task, find_task
+from gait_lab.rollout import loaded_robot
+from gait_lab.tasks import STAND_TIME, AskedMotion, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 SUITE = "posture"
@@ -41,6 +45,8 @@ class Piece(NamedTuple):
     """[m/s]"""
     turn: float = 0.0
     """[rad/s]"""
+    kick: str = ""
+    """Asked for at its beginning."""
 
 
 SOCCER = (
@@ -48,11 +54,13 @@ SOCCER = (
     Piece(2.0, 0.0, turn=0.9),
     Piece(2.0, 0.6, turn=-0.5),
     Piece(1.5, 0.0, side=0.1),  # beside it
-    Piece(2.0, 0.0),  # the stand from which a kick starts
+    Piece(2.0, 0.0),
+    Piece(3.0, 0.0, kick="kick_front_right"),  # from the stand
     Piece(3.0, 1.0),  # after it
     Piece(1.0, 0.0),
     Piece(2.0, 0.0, turn=-0.9),
     Piece(1.5, 0.0, side=-0.1),
+    Piece(8.0, 1.0, kick="kick_front_left"),  # while it walks; it walks on by itself
     Piece(2.0, 0.0),
     Piece(1.5, -0.4),  # back to the own half
     Piece(2.5, 1.0, turn=0.3),
@@ -80,6 +88,9 @@ def posture(options: BenchOptions) -> Report:
         if name not in names:
             raise NaoGaitError("experiment", name, f"one of {', '.join(sorted(names))}")
     tasks = [task for task in every if task.name in (options.experiments or names)]
+    motions = shipped_library(loaded_robot(options.urdf))
+    for each in {motion.name for task in tasks for motion in task.motions}:
+        motions.find(each)
     off = Variant(parameters=dict.fromkeys(GAINS, 0.0))
     with_control, without = walk_all(
         replace(options, open_loop="off"), (Variant(), off), tasks, label="posture"
@@ -104,13 +115,16 @@ def straight_task(speed: float, seconds: float) -> Task:
 
 def soccer_task(speed: float) -> Task:
     """Each piece at once after the other, whatever the robot is doing."""
+    kicks: list[AskedMotion] = []
     knots: list[tuple[float, VelocityCommand]] = [(STAND_TIME, STANDSTILL)]
     time = STAND_TIME
     for piece in SOCCER * LAPS:
         command = VelocityCommand(piece.forward * speed, piece.side, piece.turn)
         knots += [(time + JUMP, command), (time + piece.seconds, command)]
+        if piece.kick:
+            kicks.append(AskedMotion(time, piece.kick))
         time += piece.seconds
-    return Task("soccer", tuple(knots), STAND_TIME, time)
+    return Task("soccer", tuple(knots), STAND_TIME, time, motions=tuple(kicks))
 
 
 def _fall_times(score: Score) -> list[float]:
@@ -122,6 +136,21 @@ def _fall_times(score: Score) -> list[float]:
 def _fall_share(score: Score) -> float:
     """[%]"""
     return 100.0 * len(_fall_times(score)) / len(score.results)
+
+
+def _done(motions: Iterable[MotionOutcome]) -> list[MotionOutcome]:
+    """Those after which the robot walked on."""
+    return [motion for motion in motions if motion.walked is not None]
+
+
+def _wait(motion: MotionOutcome) -> float:
+    """[s] from the request to the begin."""
+    return math.nan if motion.began is None else motion.began - motion.asked.time
+
+
+def _median(values: Iterable[float | None]) -> float | None:
+    found = [value for value in values if value is not None]
+    return statistics.median(found) if found else None
 
 
 def _rows(experiment: Experiment) -> list[Row]:
@@ -146,6 +175,18 @@ def _rows(experiment: Experiment) -> list[Row]:
                 Row(SUITE, f"{name}_counts", "bool", float(counts)),
                 Row(SUITE, f"{name}_saturated_share_mean", "%",
                     score.over(statistics.mean, "saturated_share", 100.0)),
+            ]  # fmt: skip
+        kicks = [kick for result in score.results for kick in result.motions]
+        if experiment.name == "soccer":
+            done = _done(kicks)
+            rows += [
+                Row(SUITE, f"{name}_kicks", "kicks", len(score.results) * len(score.task.motions)),
+                Row(SUITE, f"{name}_kicks_done", "kicks", len(done)),
+                Row(SUITE, f"{name}_ball_median", "m", _median(kick.ball for kick in done)),
+                Row(SUITE, f"{name}_ball_least", "m",
+                    min((kick.ball for kick in done if kick.ball is not None), default=None)),
+                Row(SUITE, f"{name}_kick_wait_longest", "s",
+                    max((_wait(kick) for kick in done), default=None)),
             ]  # fmt: skip
     return rows
 
@@ -174,12 +215,28 @@ def _text(experiments: list[Experiment], speed: float, options: BenchOptions) ->
                     f"x {', '.join(score.faults)}" if score.faults and speeds else "",
                 )
             )
+    kicks = [line for each in experiments if each.name == "soccer" for line in _kick_lines(each)]
     title = f"Posture control, eq. (7), asked {100.0 * speed:.3g} cm/s; {options.title}"
     notes = (
         f"start: the speed at once from standing, {START_END - STAND_TIME:g} s. straight: "
         f"{options.window:g} s at speed. soccer: {sum(p.seconds for p in SOCCER) * LAPS:g} s of",
-        "walk, turn, side step, stand, each at once. Without control: all gains of eq. (7) are 0.",
+        "walk, turn, side step, stand, kick, each at once. Without control: all gains of eq. (7)",
+        "of the walk are 0; a kick keeps those in its file.",
         "Speeds of the robots that stayed upright; x = does not count as walking. Paper: a robot,",
         "several dozen starts, 5 minutes straight; without control it fell within a minute.",
     )
-    return "\n".join((title, "", table(lines), "", *notes))
+    return "\n".join((title, "", table(lines), "", *kicks, *notes))
+
+
+def _kick_lines(experiment: Experiment) -> list[str]:
+    lines = []
+    for form, score in (("on", experiment.on), ("off", experiment.off)):
+        asked = len(score.results) * len(score.task.motions)
+        done = _done(kick for result in score.results for kick in result.motions)
+        waits = [_wait(kick) for kick in done]
+        lines.append(
+            f"soccer {form}: {len(done)} of {asked} kicks after which the robot walked on; ball at "
+            f"the end of the kick: median {number(_median(kick.ball for kick in done), 2)} m; "
+            f"longest stop before a kick: {number(max(waits, default=None), 1)} s."
+        )
+    return [*lines, ""]
