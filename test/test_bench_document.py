@@ -11,7 +11,8 @@ from gait_lab.bench import BenchOptions, Report, Row, catalogue, running
 from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
 from gait_lab.bench.figures import push_figure, speed_figure
-from gait_lab.bench.suites.ablation import PUSHES, ablation, load_changes
+from gait_lab.bench.suites.ablation import PUSHES, ablation
+from gait_lab.changes import load_changes
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 

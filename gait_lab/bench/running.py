@@ -12,9 +12,9 @@ from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
 from gait_lab.bench.push_cells import directions_of
 from gait_lab.bench.settings import overridden
-from gait_lab.bench.suites.ablation import load_changes
 from gait_lab.bench.suites.faults import classes_of
 from gait_lab.bench.suites.peers import require_possible
+from gait_lab.changes import load_changes
 from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for

@@ -11,7 +11,7 @@ import yaml
 
 from gait_lab.bag import BagWriter
 from gait_lab.bag_reading import open_bag
-from gait_lab.bench.suites.ablation import load_changes
+from gait_lab.changes import load_changes
 from gait_lab.tune.study import load_study
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
