@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_lab.asked_motions import MotionOutcome, MotionWatch
-from gait_lab.bench.posture import soccer_task
+from gait_lab.bench.suites.posture import soccer_task
 from gait_lab.kicking import KickSpec, kick
 from gait_lab.rollout import RolloutSpec, make_pair, rollout, walk
 from gait_lab.tasks import AskedMotion, Task, find_task
