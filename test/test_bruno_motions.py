@@ -7,6 +7,7 @@ import pytest
 
 from gait_lab.asked_motions import MotionOutcome, MotionWatch
 from gait_lab.bench.suites.posture import soccer_task
+from gait_lab.getting_up import GetUpSpec, get_up
 from gait_lab.kicking import KickSpec, kick
 from gait_lab.rollout import RolloutSpec, make_pair, rollout, walk
 from gait_lab.tasks import AskedMotion, Task, find_task
@@ -33,7 +34,7 @@ def spec(**changes: object) -> RolloutSpec:
 
 
 def test_bruno_has_motions_of_its_own_and_kicks_in_pairs() -> None:
-    assert {"stand", "sit", "relax"} <= set(LIBRARY.motions)
+    assert {"stand", "sit", "relax", "get_up_front", "get_up_back"} <= set(LIBRARY.motions)
     assert LIBRARY.motions.keys() != shipped_library(load_robot()).motions.keys()
     kinds = {name.rsplit("_", 1)[0] for name in KICKS}
     assert kinds == {"kick_front", "kick_side", "kick_diagonal", "kick_backheel"}
@@ -200,3 +201,13 @@ def test_it_sits_and_stands_up_and_lets_itself_down_limp() -> None:
         assert simulation.truth().torso_position[2] < 0.1
         force = simulation.sense()
         assert force is not None and force.linear_acceleration[0] < -8.0, "on its stomach"
+
+
+@pytest.mark.parametrize("side", ("front", "back"))
+def test_bruno_gets_up_and_walks(side: str) -> None:
+    pytest.importorskip("mujoco")
+    given = GetUpSpec(side, robot_seed=7, parameters=BRUNO, urdf="bruno", engine="mujoco")
+    result = get_up(given)
+    assert result.at_once
+    assert result.time is not None and result.time < 8.0
+    assert result.torque_use.max() <= 1.0 + 1e-6
