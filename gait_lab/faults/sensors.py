@@ -88,6 +88,7 @@ class NotANumber(Spell):
     """NaN or infinity in one field, in some messages."""
 
     summary = "NaN or infinity in joints or IMU, in 5 to 100 % of the messages for 0.05 to 2 s"
+    why = "without a gyro for most of a second, while the walk comes to its end."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)

@@ -74,6 +74,7 @@ class Jump(Fault):
     """The clock of the sensors jumps and goes on from there."""
 
     summary = "the clock of the sensors jumps by 0.02 to 100 s, ahead or back, and goes on"
+    why = "up to 0.2 s ahead look like lost messages, and the walk goes on with what was not lost."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
