@@ -55,6 +55,16 @@ def test_step_size_stays_in_the_reach_of_the_legs() -> None:
     assert plan.step_size == 0.07
 
 
+@pytest.mark.parametrize("side", (-1.0, 1.0))
+def test_with_no_time_left_the_origin_is_at_its_cap_as_just_before(side: float) -> None:
+    """The lever of the origin is zero then."""
+    step = side * 0.05
+    at_the_end = plan_sagittal(0.0, 0.0, K, 0.0, -0.6, step, 0.004, -1.0, 1.0)
+    just_before = plan_sagittal(0.0, 0.0, K, 1e-6, -0.6, step, 0.004, -1.0, 1.0)
+    assert at_the_end.origin == just_before.origin == -side * 0.004
+    assert at_the_end.step_size == pytest.approx(just_before.step_size, abs=1e-6)
+
+
 def test_held_origin_is_kept() -> None:
     plan = plan_sagittal(0.02, 0.25, K, 0.02, -0.6, 0.05, 0.02, -0.1, 0.1, held_origin=0.003)
     assert plan.origin == 0.003

@@ -104,3 +104,11 @@ def test_steps_get_smaller_where_they_come_faster() -> None:
     for _ in range(60):
         pace.add(5.0, stride, P)
     assert pace.share == pytest.approx(Pace.LIMITS[1], abs=1e-3)
+
+
+@pytest.mark.parametrize("norm", (1.0, 3.14, 4.0))
+def test_a_limit_of_next_to_nothing_is_a_limit(norm: float) -> None:
+    """Shares of the limits are powers of numbers that may be anything."""
+    narrow = P.replace(step_turn_max=1e-300, step_side_max=5e-324, step_limit_norm=norm)
+    stride = stride_for(VelocityCommand(0.1, 0.1, 0.2), narrow)
+    assert abs(stride.yaw) < 1e-70 and abs(stride.y) < 1e-70

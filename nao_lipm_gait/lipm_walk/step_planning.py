@@ -14,7 +14,7 @@ passes its origins with v0 has the divergent component x + v/k = (v0/k) e^(-k t_
 origin at the exchange, t_b before it passes that one. The step that corrects leaves just that much.
 """
 
-from math import cosh, sinh, sqrt
+from math import copysign, cosh, inf, sinh, sqrt
 from typing import NamedTuple
 
 
@@ -56,7 +56,12 @@ def plan_sagittal(
     s = sinh(k * time)
     lever = 1.0 - c + next_phase_tanh * s
     drift = x * (c - next_phase_tanh * s) + v * (s - next_phase_tanh * c) / k
-    origin = held_origin if held_origin is not None else (step_size - drift) / lever
+    if held_origin is not None:
+        origin = held_origin
+    elif lever < 0.0:
+        origin = (step_size - drift) / lever
+    else:  # no time left, in which no origin moves anything
+        origin = copysign(inf, drift - step_size)
     capped = min(max(origin, -origin_max), origin_max)
     correction = 0.0
     if held_origin is not None or capped != origin:

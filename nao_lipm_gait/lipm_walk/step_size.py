@@ -97,8 +97,8 @@ def double_step_duration(side: float, parameters: GaitParameters) -> float:
 
 SHORTEST = 1e-3
 """[s]"""
-FAR = 1e100
-"""Times a limit: its square is still a number."""
+FAR = 1e75
+"""Times a limit: its power by the largest `step_limit_norm` is still a number."""
 
 
 class Pace:
