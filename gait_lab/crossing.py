@@ -1,10 +1,11 @@
 """A robot crosses a field of uneven ground: one attempt, in one process."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from gait_lab.metrics import yaw_of
-from gait_lab.rollout import CONTROL_PERIOD, loaded_robot, walk
+from gait_lab.rollout import CONTROL_PERIOD, Tick, loaded_robot, walk
 from gait_lab.tasks import STAND_TIME
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
@@ -92,21 +93,25 @@ def plant_of(spec: CrossingSpec) -> Plant:
     return with_options(load_plant(spec.plant), (*usual, *spec.plant_options))
 
 
-def cross(spec: CrossingSpec) -> CrossingResult:
-    """One attempt."""
+def cross(spec: CrossingSpec, watch: Callable[[Tick], None] | None = None) -> CrossingResult:
+    """One attempt; `watch` sees every tick of it."""
     walker, plant = spec.walker, plant_of(spec)
     robot = loaded_robot(walker.urdf)
     simulation = Simulation(
         robot, plant, spec.robot_seed, engine=spec.engine, control_period=CONTROL_PERIOD
     )
     try:
-        return _cross(spec, plant.terrain, simulation, Gait(robot, spec.parameters))
+        return _cross(spec, plant.terrain, simulation, Gait(robot, spec.parameters), watch)
     finally:
         simulation.close()
 
 
 def _cross(
-    spec: CrossingSpec, field: Terrain, simulation: Simulation, gait: Gait
+    spec: CrossingSpec,
+    field: Terrain,
+    simulation: Simulation,
+    gait: Gait,
+    watch: Callable[[Tick], None] | None,
 ) -> CrossingResult:
     x = 0.0
     if field.length <= BEYOND:
@@ -119,6 +124,8 @@ def _cross(
     heading = y = 0.0
     end = "late"
     for tick in walk(simulation, gait, command_at):
+        if watch is not None:
+            watch(tick)
         time = tick.truth.stamp * 1e-9
         x, y, _ = tick.truth.torso_position.tolist()
         heading = float(yaw_of(tick.truth.torso_quaternion))

@@ -5,12 +5,14 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gait_lab.bench import running
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
 from gait_lab.crossing import STEERING_MAX, CrossingSpec, Walker, cross, plant_of
+from gait_lab.crossing_picture import draw
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 from sim_bridge.plant import PlantOption
@@ -93,3 +95,15 @@ def test_the_suite_writes_its_rows(tmp_path: Path) -> None:
     assert rows["bruno_fast_time_median"]["paper"] == 7.5
     assert math.isfinite(rows["bruno_fast_way_mean"]["value"])
     assert "bruno fast" in said[0] and "7.5" in said[0]
+
+
+def test_a_picture_of_a_crossing_shows_the_field(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pictures = []
+    for kind in ("flat", "steps"):
+        options = (("terrain.kind", kind), ("terrain.length", 0.2), ("terrain.height", 0.001))
+        file = tmp_path / f"{kind}.png"
+        assert draw(spec_of(BRUNO, *options), file, frames=1).end == "crossed"
+        pictures.append(pyplot.imread(file))
+    assert np.mean(np.any(pictures[0] != pictures[1], axis=2)) > 0.02

@@ -21,7 +21,7 @@ PAPER_SLOW, PAPER_FAST = 45.0, 7.5
 WALKERS = (
     # sequences of 8 short steps with a pause after each; low and fast
     Walker("bruno_slow", "bruno", "rough_slow", "spring", 0.0714, 5.6, 1.5, PAPER_SLOW),
-    Walker("bruno_fast", "bruno", "rough_fast", "sponge", 0.24, paper=PAPER_FAST),
+    Walker("bruno_fast", "bruno", "rough_fast", "sponge", 0.20, paper=PAPER_FAST),
     Walker("bruno_level", "bruno", "bruno", "own", 0.24),
     Walker("nao_level", "nao_h21_v33", "default", "own", 0.20),
 )
