@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from gait_lab.bench import running
+from gait_lab.bench.crossing_picture import draw
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
 from gait_lab.crossing import STEERING_MAX, CrossingSpec, Walker, cross, plant_of
-from gait_lab.crossing_picture import draw
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 from sim_bridge.plant import PlantOption

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gait_lab.bench.rough import WALKERS
+from gait_lab.bench.suites.rough import WALKERS
 from gait_lab.crossing import CrossingResult, CrossingSpec, cross, plant_of
 from gait_lab.figures import pyplot, save
 from gait_lab.render import Camera, Stage
@@ -42,7 +42,8 @@ def draw(spec: CrossingSpec, path: Path, frames: int = FRAMES) -> CrossingResult
 def main(args: Sequence[str] | None = None) -> int:
     known = {walker.name: walker for walker in WALKERS}
     parser = argparse.ArgumentParser(
-        prog="python -m gait_lab.crossing_picture", description="Draw one crossing of the field."
+        prog="python -m gait_lab.bench.crossing_picture",
+        description="Draw one crossing of the field.",
     )
     parser.add_argument("experiment", choices=tuple(known))
     parser.add_argument("--robot-seed", type=int, default=10, help="the robot and its field (10)")
