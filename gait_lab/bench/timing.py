@@ -1,4 +1,8 @@
-"""One walk, timed three times: the whole rollout, its simulation alone, its physics steps alone."""
+"""One walk, timed by its parts, and once more as every suite walks it.
+
+For the parts it goes three times side by side: the whole rollout, its simulation alone, its physics
+steps alone. Clocks and the other two, which take the caches, make it slower than it is by itself.
+"""
 
 import time
 from collections.abc import Callable, Sequence
@@ -9,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gait_lab.bench.options import BenchOptions
-from gait_lab.rollout import CONTROL_PERIOD, Recorder, walk
+from gait_lab.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, rollout, walk
 from gait_lab.tasks import Task
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
@@ -37,6 +41,8 @@ class WalkTiming:
     """Control periods that were walked."""
     rollout: int = 0
     """[ns] simulation, gait, ground truth and metrics."""
+    by_itself: int = 0
+    """[ns] the same rollout without clocks and neighbours, with its set-up."""
     simulation: int = 0
     """[ns] `Simulation.step` of the rollout."""
     gait: int = 0
@@ -71,12 +77,12 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
     engine = _PhysicsSteps(robot, plant, options, alone.start)
     gait, recorder, timing = _TimedGait(robot, options.parameters), Recorder(), WalkTiming()
     try:
-        rollout = walk(walking, gait, task.command_at)
-        next(rollout)  # the robot at rest, before the first control period
+        walked = walk(walking, gait, task.command_at)
+        next(walked)  # the robot at rest, before the first control period
         targets: list[JointTargets | None] = []
 
         def walk_on(count: int) -> None:
-            for tick in islice(rollout, count):
+            for tick in islice(walked, count):
                 targets.append(gait.before)
                 gait.before = gait.sent
                 recorder.add(tick.truth, tick.command, tick.status)
@@ -100,7 +106,20 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
         engine.close()
     timing.simulation, timing.gait = walking.cpu, gait.cpu
     timing.gait_ticks = tuple(gait.spans)
+    timing.by_itself = _cpu_time(rollout, _spec(options, task))
     return timing
+
+
+def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
+    return RolloutSpec(
+        task.lasting(options.window),
+        options.seed,
+        parameters=options.parameters,
+        plant=options.plant,
+        plant_options=options.plant_options,
+        urdf=options.urdf,
+        engine=options.engine,
+    )
 
 
 class _TimedSimulation(Simulation):
@@ -162,7 +181,7 @@ class _PhysicsSteps:
         self._backend.close()
 
 
-def _cpu_time(work: Callable[..., None], *arguments: Any) -> int:
+def _cpu_time(work: Callable[..., object], *arguments: Any) -> int:
     """[ns]."""
     begin = time.process_time_ns()
     work(*arguments)
