@@ -9,7 +9,7 @@ import pytest
 from gait_lab import cli
 from gait_lab.bench import BenchOptions, Report, Row, catalogue, running
 from gait_lab.bench.command import command_line
-from gait_lab.bench.document import Section, write
+from gait_lab.bench.document import TITLES, Section, write
 from gait_lab.bench.figures import push_figure, speed_figure
 from gait_lab.bench.suites.ablation import PUSHES, ablation
 from gait_lab.changes import load_changes
@@ -159,3 +159,7 @@ def test_the_list_is_checked_before_the_first_suite(tmp_path: Path) -> None:
     with pytest.raises(NaoGaitError):
         running.run("all", {"changes": tmp_path / "none.yaml"}, out=said.append)
     assert not said
+
+
+def test_every_suite_has_a_title() -> None:
+    assert set(TITLES) == set(catalogue.SUITES)

@@ -22,6 +22,7 @@ TITLES = {
     "robust": "Harder plants",
     "getup": "Getting up",
     "posture": "Posture control",
+    "rough": "Rough ground",
     "kick": "Kicks",
     "compute": "Cost of control",
     "plant": "One ingredient of the plant at a time",
