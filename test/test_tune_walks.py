@@ -79,7 +79,9 @@ def test_com_error_and_speed_come_from_the_same_walk() -> None:
     measures = protocol.run(Setting(), protocol.checked("", {"window": 2.0}))
     assert set(measures.values) == set(protocol.measures)
     assert 0.0 < measures.values["error_measured"] < 0.03
-    assert measures.values["speed"] == pytest.approx(0.15, rel=0.4)
+    speed = measures.values["speed"]
+    assert speed == pytest.approx(0.15, rel=0.4)
+    assert measures.values["speed_error"] == pytest.approx(abs(speed - 0.15))
 
 
 def test_omni_measures_all_directions_and_pushes() -> None:
