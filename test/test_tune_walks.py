@@ -91,6 +91,9 @@ def test_omni_measures_all_directions_and_pushes() -> None:
     assert set(measures.values) == set(protocol.measures)
     assert measures.values["upright"] == 1.0 and measures.values["pushes"] == 1.0
     assert measures.values["turn"] == pytest.approx(math.radians(20.0), rel=0.5)
+    asked = {"forward": 0.1, "back": 0.1, "side": 0.05, "turn": math.radians(20.0)}
+    off = [abs(measures.values[name] / wanted - 1.0) for name, wanted in asked.items()]
+    assert measures.values["reached"] == pytest.approx(1.0 - sum(off) / 4.0)
 
 
 def stepping(time: float, status: GaitStatus | None) -> VelocityCommand:

@@ -16,12 +16,14 @@ MEASURES = {
     "back": "m/s",
     "side": "m/s",
     "turn": "rad/s",
+    "reached": "",
     "error_true": "m",
     "upright": "",
     "pushes": "",
 }
-"""Speeds are in the asked direction; `upright` is the share of the walks without a fall, `pushes`
-the share of the pushes survived."""
+"""Speeds are in the asked direction; `reached` is 1 where they are what was asked and less the
+farther they are from it, above or below, in the mean of the four; `upright` is the share of the
+walks without a fall, `pushes` the share of the pushes survived."""
 PUSH_DURATION = 0.1
 PUSH_FIRST = 3.0
 PUSH_EVERY = 2.63
@@ -43,11 +45,17 @@ def run(setting: Setting, options: Mapping[str, float]) -> Measures:
     metrics = [rollout(spec_for(setting, task)).metrics for task in tasks]
     forward, back, side, turning = metrics
     errors = [upright(m, m.com_error_y, LOST) for m in metrics]
-    values = {
+    speeds = {
         "forward": upright(forward, forward.speed_x, 0.0),
         "back": upright(back, -back.speed_x, 0.0),
         "side": upright(side, side.speed_y, 0.0),
         "turn": upright(turning, turning.turn_rate, 0.0),
+    }
+    asked = {**options, "turn": turn}
+    off = [abs(speed - asked[name]) / asked[name] for name, speed in speeds.items()]
+    values = {
+        **speeds,
+        "reached": 1.0 - sum(off) / len(off),
         "error_true": sum(errors) / len(errors),
         "upright": 1.0 - sum(m.fell for m in metrics) / len(metrics),
         "pushes": _pushes_survived(setting, options["impulse"]),
