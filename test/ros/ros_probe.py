@@ -74,6 +74,19 @@ class Process:
         return re.search(pattern, self.log) is not None
 
 
+class Messages(list[Any]):
+    """What came on a topic. Who asks before anything came waits for it: discovery may be late."""
+
+    def __init__(self, probe: "Probe", topic: str) -> None:
+        super().__init__()
+        self._probe, self._topic = probe, topic
+
+    def __getitem__(self, index: Any) -> Any:
+        if not self and not isinstance(index, slice):
+            self._probe.wait(self.__len__, f"a first message of {self._topic}")
+        return super().__getitem__(index)
+
+
 class Probe:
     """A node of the test's own, and the processes beside it, in a domain of their own."""
 
@@ -103,9 +116,9 @@ class Probe:
         topic: str,
         qos: QoSProfile | int = 100,
         callback: Callable[[Any], None] | None = None,
-    ) -> list[Any]:
+    ) -> Messages:
         """All messages of a topic, as they come."""
-        messages: list[Any] = []
+        messages = Messages(self, topic)
 
         def receive(message: Any) -> None:
             messages.append(message)
