@@ -42,6 +42,7 @@ from nao_lipm_gait.signals import (
     SensorFrame,
     VelocityCommand,
 )
+from nao_lipm_gait.speed_hold import SpeedHold
 from nao_lipm_gait.stand_blend import StandBlend
 from nao_lipm_gait.tilt_compensation import TiltCompensation
 from nao_lipm_gait.walk import BodyTargets
@@ -92,6 +93,7 @@ class Gait:
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._heading_hold = HeadingHold()
+        self._speed_hold = SpeedHold()
         self._conductor = Conductor(self.robot, self._motions)
         self._head.rest()
         self._last_position: FloatArray | None = None
@@ -212,10 +214,14 @@ class Gait:
             self._head.apply(position, self._senses.place, self._dt)
 
     def _steered(self, command: VelocityCommand) -> VelocityCommand:
-        p = self._parameters
-        gain = p.heading_gain if p.feedback else 0.0
-        heading = self._senses.odometry.base_footprint_in_odom[2]
-        return self._heading_hold.steered(command, heading, gain, self._dt)
+        p, odometry = self._parameters, self._senses.odometry
+        if not p.feedback:
+            return command
+        heading = odometry.base_footprint_in_odom[2]
+        command = self._speed_hold.steered(
+            command, odometry.velocity, self._walk.reserve, p.speed_time, self._dt
+        )
+        return self._heading_hold.steered(command, heading, p.heading_gain, self._dt)
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
         """Ticks without a frame since the last one; begins anew at a start or a time jump."""

@@ -125,5 +125,9 @@ class Walk(Protocol):
         """The pose of the next Q in this one."""
 
     @property
+    def reserve(self) -> float:
+        """The share of the step limits that the stride does not use."""
+
+    @property
     def time_left(self) -> float:
         """[s] until the support changes."""

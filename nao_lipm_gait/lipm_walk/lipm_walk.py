@@ -19,6 +19,7 @@ from nao_lipm_gait.lipm_walk.step_size import (
     STEP_IN_PLACE,
     Pace,
     approach,
+    limit_share,
     passing_speed,
     stride_for,
 )
@@ -132,7 +133,12 @@ class LipmWalk:
         missed, self._unobserved = self._unobserved > 1, 0
         if self._p.feedback and not self._stopping:
             self._observed = self._observer.correct(
-                self._expected, measured_x, measured_y, self._dt, missed
+                self._expected,
+                measured_x,
+                measured_y,
+                self._dt,
+                missed,
+                forward_speed=self._k * self._passing,
             )
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
@@ -266,6 +272,10 @@ class LipmWalk:
     @property
     def step_size(self) -> Pose2:
         return self._step_size
+
+    @property
+    def reserve(self) -> float:
+        return 1.0 - limit_share(self._stride, self._p)
 
     @property
     def time_left(self) -> float:

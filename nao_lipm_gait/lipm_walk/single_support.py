@@ -145,6 +145,7 @@ class SingleSupport:
             change.time,
             -phase_tanh,
             wanted + longer,
+            -p.pendulum_shift_back_max,
             p.pendulum_shift_max,
             longer + max(min(-p.step_backward_max, wanted) - stretch, -travel - last),
             longer + min(max(p.step_forward_max, wanted) + stretch, travel - last),

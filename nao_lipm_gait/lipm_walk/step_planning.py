@@ -36,6 +36,7 @@ def plan_sagittal(
     time: float,
     next_phase_tanh: float,
     step_size: float,
+    origin_min: float,
     origin_max: float,
     step_min: float,
     step_max: float,
@@ -47,10 +48,10 @@ def plan_sagittal(
 
     x [m], v [m/s]: CoM relative to Q; time [s]: left in this single support phase;
     next_phase_tanh: tanh(k t_b-bar) of the next pendulum, negative; step_size: wanted s-bar_x [m];
-    origin_max: cap on |r_x| [m]; step_min, step_max: what the legs can do [m]; held_origin: an r_x
-    that may no longer move (the end of a step has no time left to use it), the step size follows;
-    capture: 0 = the step that keeps the speed, 1 = the step that corrects it at once; passing: v0/k
-    [m] of the wanted walk where its CoM passes an origin.
+    origin_min, origin_max: caps on r_x [m], towards heel and toes; step_min, step_max: what the
+    legs can do [m]; held_origin: an r_x that may no longer move (the end of a step has no time left
+    to use it), the step size follows; capture: 0 = the step that keeps the speed, 1 = the step that
+    corrects it at once; passing: v0/k [m] of the wanted walk where its CoM passes an origin.
     """
     c = cosh(k * time)
     s = sinh(k * time)
@@ -62,7 +63,7 @@ def plan_sagittal(
         origin = (step_size - drift) / lever
     else:  # no time left, in which no origin moves anything
         origin = copysign(inf, drift - step_size)
-    capped = min(max(origin, -origin_max), origin_max)
+    capped = min(max(origin, origin_min), origin_max)
     correction = 0.0
     if held_origin is not None or capped != origin:
         origin = capped

@@ -145,15 +145,21 @@ def stride_for(
     y = side if command.y >= 0.0 else -side
     yaw = command.yaw * double_step
 
-    x_limit = parameters.step_forward_max if x >= 0.0 else parameters.step_backward_max
-    norm = parameters.step_limit_norm
-    excess = (
-        _share(x, x_limit) ** norm
-        + _share(y, side_limit) ** norm
-        + _share(yaw, parameters.step_turn_max) ** norm
-    ) ** (1.0 / norm)
+    stride = Stride(x, y, yaw)
+    excess = limit_share(stride, parameters)
     scale = 1.0 if excess <= 1.0 else 1.0 / excess
     return Stride(x * scale, y * scale, yaw * scale)
+
+
+def limit_share(stride: Stride, parameters: GaitParameters) -> float:
+    """How much of the step limits a stride uses; 1 = all."""
+    p, norm = parameters, parameters.step_limit_norm
+    x_limit = p.step_forward_max if stride.x >= 0.0 else p.step_backward_max
+    return (
+        _share(stride.x, x_limit) ** norm
+        + _share(stride.y, p.step_side_max) ** norm
+        + _share(stride.yaw, p.step_turn_max) ** norm
+    ) ** (1.0 / norm)
 
 
 def _share(value: float, limit: float) -> float:

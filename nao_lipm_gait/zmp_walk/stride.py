@@ -12,16 +12,20 @@ def stride_for(command: VelocityCommand, duration: float, parameters: GaitParame
 
     duration [s] of a full stride, two half strides.
     """
-    p = parameters
     stride = Stride(0.5 * command.x * duration, command.y * duration, command.yaw * duration)
-    forward_limit = p.step_forward_max if stride.x >= 0.0 else p.step_backward_max
-    excess = hypot(
-        _share(stride.x, forward_limit),
+    excess = limit_share(stride, parameters)
+    scale = 1.0 if excess <= 1.0 else 1.0 / excess
+    return Stride(stride.x * scale, stride.y * scale, stride.yaw * scale)
+
+
+def limit_share(stride: Stride, parameters: GaitParameters) -> float:
+    """How much of the step limits a stride uses; 1 = all."""
+    p = parameters
+    return hypot(
+        _share(stride.x, p.step_forward_max if stride.x >= 0.0 else p.step_backward_max),
         _share(stride.y, p.step_side_max),
         _share(stride.yaw, p.step_turn_max),
     )
-    scale = 1.0 if excess <= 1.0 else 1.0 / excess
-    return Stride(stride.x * scale, stride.y * scale, stride.yaw * scale)
 
 
 def _share(value: float, limit: float) -> float:

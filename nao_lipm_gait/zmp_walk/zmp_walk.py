@@ -20,7 +20,7 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.planar import compose, relative
 from nao_lipm_gait.signals import Pose2, VelocityCommand
 from nao_lipm_gait.walk import BodyTargets, Expectation, SoleTarget
-from nao_lipm_gait.zmp_walk.stride import stride_for
+from nao_lipm_gait.zmp_walk.stride import limit_share, stride_for
 from nao_lipm_gait.zmp_walk.trajectories import (
     entry_speed,
     lift,
@@ -300,6 +300,10 @@ class ZmpWalk:
     @property
     def step_size(self) -> Pose2:
         return self._half_stride.step_size
+
+    @property
+    def reserve(self) -> float:
+        return 1.0 - limit_share(self._stride, self._p)
 
     @property
     def time_left(self) -> float:
