@@ -79,7 +79,7 @@ class GaitParameters:
         0.036, 0.0, 0.08, "m", "pendulum", "the same cap towards the heel"
     )
     pendulum_shift_side_max: float = _parameter(
-        0.045, 0.0, 0.06, "m", "pendulum",
+        0.055, 0.0, 0.06, "m", "pendulum",
         "how far r_y may move outwards inside the sole for a CoM that comes back too late",
     )
     step_duration_min: float = _parameter(
