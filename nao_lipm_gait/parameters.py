@@ -72,7 +72,7 @@ class GaitParameters:
         0.05, 0.02, 0.12, "m", "pendulum", "r_y: distance of the pendulum origin from Q"
     )
     pendulum_shift_max: float = _parameter(
-        0.05, 0.0, 0.08, "m", "pendulum",
+        0.045, 0.0, 0.08, "m", "pendulum",
         "cap on r_x towards the toes; a step that needs more is made longer or shorter",
     )
     pendulum_shift_back_max: float = _parameter(
