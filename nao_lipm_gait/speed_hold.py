@@ -39,7 +39,7 @@ class SpeedHold:
     def steered(
         self, command: VelocityCommand, walked: Pose2, reserve: float, time: float, dt: float
     ) -> VelocityCommand:
-        """The command with what the robot lacks of it.
+        """The command with what the robot lacks of it; a turn without a way is left alone.
 
         walked: velocity by odometry; reserve: share of the step limits that the walk has left;
         time [s]: in which an error is learned, 0 leaves every command as it is.
@@ -56,6 +56,8 @@ class SpeedHold:
         possible = min(max(reserve / RESERVE, 0.0), 1.0)
         given = [0.0, 0.0]
         for i in (0, 1):
+            if asked[i] == 0.0 and command.yaw != 0.0:
+                continue
             error = _within(asked[i] - walked[i], ERROR_MAX)
             lengthens = asked[i] * self._offset[i] >= 0.0
             # What cannot be given is not learned either.

@@ -71,6 +71,15 @@ def test_the_longest_steps_are_not_made_longer_but_may_be_made_shorter() -> None
     assert half.x == pytest.approx(0.21, abs=1e-3)
 
 
+def test_a_turn_without_a_way_is_left_alone() -> None:
+    hold = SpeedHold()
+    follow(hold, 20.0, (0.02, 0.01))
+    turn = VelocityCommand(0.0, 0.0, 0.5)
+    assert follow(hold, 5.0, (0.02, 0.01), command=turn) == turn
+    side = follow(hold, 20.0, (0.02, 0.01), command=VelocityCommand(0.0, 0.1, 0.0))
+    assert side.x == pytest.approx(0.02, abs=1e-4), "a straight way is kept straight"
+
+
 def test_time_zero_leaves_every_command_alone() -> None:
     hold = SpeedHold()
     for _ in range(500):

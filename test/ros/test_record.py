@@ -80,7 +80,7 @@ def test_a_killed_recording_has_all_up_to_its_last_second(
 
 
 def test_a_recording_ends_whole_and_in_order(probe: Probe, tmp_path: Path) -> None:
-    # The bridge keeps ten messages for a reader whose turn does not come: a busy machine needs time.
+    # The bridge keeps ten messages for a late reader: a busy machine needs time.
     start_nodes(probe, real_time_factor=0.2)
     recorder = record(probe, tmp_path / "bag", "--topics", "/joint_states", "/robot_description",
                       "--duration", "6")  # fmt: skip
