@@ -215,13 +215,14 @@ class Gait:
 
     def _steered(self, command: VelocityCommand) -> VelocityCommand:
         p, odometry = self._parameters, self._senses.odometry
-        if not p.feedback:
-            return command
+        if p.feedback and p.speed_time > 0.0:
+            command = self._speed_hold.steered(
+                command, odometry.velocity, self._walk.reserve, p.speed_time, self._dt
+            )
+        # Also called without feedback: a heading from before it was switched off is forgotten.
+        gain = p.heading_gain if p.feedback else 0.0
         heading = odometry.base_footprint_in_odom[2]
-        command = self._speed_hold.steered(
-            command, odometry.velocity, self._walk.reserve, p.speed_time, self._dt
-        )
-        return self._heading_hold.steered(command, heading, p.heading_gain, self._dt)
+        return self._heading_hold.steered(command, heading, gain, self._dt)
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
         """Ticks without a frame since the last one; begins anew at a start or a time jump."""
