@@ -30,6 +30,7 @@ from gait_lab.bag_reading import TYPES
 from gait_lab.clock_order import ClockOrder
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.domain import stay_local
+from nao_lipm_gait.ros.stop_request import stop_on_signal
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -291,41 +292,39 @@ def record(
     Returns the number of messages. `simulated_time` None: use /clock if anyone publishes it.
     """
     import rclpy
-    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
 
     if duration is not None and not 0.0 < duration < 1e9:
         raise NaoGaitError("duration", duration, "more than 0 s")
     stay_local()
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     began = time.monotonic()
     try:
         node = rclpy.create_node("nao_gait_record")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        with BagWriter(out, storage) as writer:
+        with BagWriter(out, storage) as writer, stop_on_signal() as stop:
             recorder = TopicRecorder(node, writer, simulated_time=simulated_time)
             wanted = {node.resolve_topic_name(topic) for topic in topics} or None
             if wanted is not None and simulated_time is not False:
                 wanted.add("/clock")
             say(f"recording to {out}; Ctrl-C ends")
             choice = _TimeChoice(node, simulated_time)
-            try:
-                end = math.inf
-                look = 0.0
-                while (now := time.monotonic()) < end:
-                    if choice.look(now):
-                        recorder.decide(bool(choice.simulated))
-                        say(f"in {'simulated' if choice.simulated else 'wall'} time")
-                    if duration is not None and end == math.inf and choice.began(now):
-                        end = now + duration
-                    if now >= look:
-                        look = now + DISCOVERY_PERIOD
-                        for topic, reason in recorder.add_new_topics(wanted):
-                            say(f"not recorded: {topic}: {reason}")
-                    executor.spin_once(timeout_sec=min(0.2, end - now))
-                    writer.sync()
-            except (KeyboardInterrupt, ExternalShutdownException):
-                pass
+            end = math.inf
+            look = 0.0
+            while not stop and (now := time.monotonic()) < end:
+                if choice.look(now):
+                    recorder.decide(bool(choice.simulated))
+                    say(f"in {'simulated' if choice.simulated else 'wall'} time")
+                if duration is not None and end == math.inf and choice.began(now):
+                    end = now + duration
+                if now >= look:
+                    look = now + DISCOVERY_PERIOD
+                    for topic, reason in recorder.add_new_topics(wanted):
+                        say(f"not recorded: {topic}: {reason}")
+                executor.spin_once(timeout_sec=min(0.2, end - now))
+                writer.sync()
             recorder.close()
             total = sum(writer.counts.values())
     finally:

@@ -15,6 +15,7 @@ from gait_lab.recording import Recording
 from gait_lab.tour import TOURS, Phase, PhaseResult, duration, evaluate, fall_time, phase_at
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.domain import DomainClaim
+from nao_lipm_gait.ros.stop_request import stop_on_signal
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 START_TIMEOUT = 60.0
@@ -215,7 +216,10 @@ class _Guide:
                 raise _DemoError(f"the nodes did not come up within {START_TIMEOUT:.0f} s")
 
     def _spin(self, nodes: NodeProcesses, stall: float) -> None:
-        self._executor.spin_once(timeout_sec=0.1)
+        with stop_on_signal() as stop:
+            self._executor.spin_once(timeout_sec=0.1)
+        if stop:
+            raise KeyboardInterrupt
         if (ended := nodes.ended()) is not None:
             raise _DemoError(ended)
         if time.monotonic() - self._ticked > stall:

@@ -23,6 +23,7 @@ from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.motion.motion_file import STAND, is_name, load_motions
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
 from nao_lipm_gait.ros.domain import stay_local
+from nao_lipm_gait.ros.stop_request import stop_on_signal
 from nao_lipm_gait.signals import FloatArray
 
 if TYPE_CHECKING:
@@ -168,8 +169,11 @@ class _Link:
         import rclpy
 
         end = time.monotonic() + seconds
-        while not done() and time.monotonic() < end:
-            rclpy.spin_once(self._node, timeout_sec=0.05)
+        with stop_on_signal() as stop:
+            while not (stop or done()) and time.monotonic() < end:
+                rclpy.spin_once(self._node, timeout_sec=0.05)
+        if stop:
+            raise KeyboardInterrupt
         return done()
 
     def relax(self) -> None:
@@ -187,9 +191,10 @@ class _Link:
 
 def _with_nodes(namespace: str, urdf: str, work: Callable[[_Link], None]) -> None:
     import rclpy
+    from rclpy.signals import SignalHandlerOptions
 
     stay_local()
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = rclpy.create_node("nao_gait_teach", namespace=namespace)
         work(_Link(node, load_robot(urdf)))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.domain import stay_local
+from nao_lipm_gait.ros.stop_request import StopRequest, stop_on_signal
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
@@ -162,7 +163,6 @@ def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = Fals
     """Drive until x or Ctrl-C; the robot is told to stop on the way out."""
     with raw_terminal(sys.stdin) as descriptor:
         import rclpy
-        from rclpy.executors import ExternalShutdownException
         from rclpy.parameter import Parameter
         from rclpy.signals import SignalHandlerOptions
 
@@ -176,25 +176,24 @@ def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = Fals
                 parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
             )
             link = _Link(node, stamped=stamped)
-            try:
-                _drive(node, link, descriptor)
-            except (KeyboardInterrupt, ExternalShutdownException):
-                pass
-            finally:
-                for _ in range(3):
-                    link.send(STANDSTILL)
-                    time.sleep(0.02)  # DDS sends in the background; the process ends next
+            with stop_on_signal() as stop:
+                try:
+                    _drive(node, link, descriptor, stop)
+                finally:
+                    for _ in range(3):
+                        link.send(STANDSTILL)
+                        time.sleep(0.02)  # DDS sends in the background; the process ends next
         finally:
             rclpy.try_shutdown()
 
 
-def _drive(node: "Node", link: _Link, descriptor: int) -> None:
+def _drive(node: "Node", link: _Link, descriptor: int, stop: StopRequest) -> None:
     import rclpy
 
     sys.stdout.write(HELP + "\n")
     driver = Driver()
     due = time.monotonic()
-    while True:
+    while not stop:
         for key in read_keys(descriptor, max(0.0, due - time.monotonic())):
             if key in "xX\x04":
                 sys.stdout.write("\n")

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import math
 import tempfile
 import time
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from gait_lab.view.scene import RobotScene
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import load_robot
 from nao_lipm_gait.ros.domain import stay_local
+from nao_lipm_gait.ros.stop_request import stop_on_signal
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -124,24 +126,23 @@ def run(
     """Until Ctrl-C, or for `duration` s of wall time."""
     # The ROS wheels restart the interpreter at their first import: before the server is there.
     import rclpy
-    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
 
     stay_local()
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     server = serve(port)
     try:
         node = rclpy.create_node("nao_gait_view", namespace=namespace or None)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         viewer = Viewer(node, server, stamped=stamped)
-        say(f"http://{HOST}:{server.get_port()} (Ctrl-C ends)")
-        end = None if duration is None else time.monotonic() + duration
-        try:
-            while end is None or time.monotonic() < end:
+        end = math.inf if duration is None else time.monotonic() + duration
+        with stop_on_signal() as stop:
+            say(f"http://{HOST}:{server.get_port()} (Ctrl-C ends)")
+            while not stop and time.monotonic() < end:
                 executor.spin_once(timeout_sec=0.01)
                 viewer.step()
-        except (KeyboardInterrupt, ExternalShutdownException):
-            pass
     finally:
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()

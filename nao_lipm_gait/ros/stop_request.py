@@ -2,6 +2,9 @@
 
 import os
 import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 
@@ -33,3 +36,24 @@ class StopRequest:
         self._requested = True
         if not self._deferred:
             os._exit(0)  # an exception here would end in the imports as some ImportError
+
+
+@contextmanager
+def stop_on_signal() -> Iterator[StopRequest]:
+    """For the loop of a tool: inside, a signal only sets the flag; before and after, as it was.
+
+    KeyboardInterrupt in the middle of rclpy comes out as any error (`take_message` makes it a
+    RuntimeError); so rclpy must be initialised with SignalHandlerOptions.NO beside this.
+    """
+    stop = StopRequest()
+    stop.defer()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop  # signals go to the main thread, whoever that belongs to
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    stop.install()
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
