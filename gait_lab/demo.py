@@ -15,7 +15,7 @@ from gait_lab.recording import Recording
 from gait_lab.tour import TOURS, Phase, PhaseResult, duration, evaluate, fall_time, phase_at
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.domain import DomainClaim
-from nao_lipm_gait.ros.stop_request import stop_on_signal
+from nao_lipm_gait.ros.stop_request import StopRequest, stop_on_signal
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 START_TIMEOUT = 60.0
@@ -76,7 +76,11 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     began = time.monotonic()
     out = _fresh(options.out)
     problems: list[str] = []
-    with DomainClaim() as domain, NodeProcesses(domain.environment(), out) as nodes:
+    with (
+        stop_on_signal() as stop,
+        DomainClaim() as domain,
+        NodeProcesses(domain.environment(), out) as nodes,
+    ):
         os.environ.update(domain.environment())
         say(
             f"Two ROS 2 nodes, sim_bridge ({options.engine}, plant {options.plant}, robot "
@@ -88,7 +92,7 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
         tour_began: float | None = None
         try:
             with BagWriter(out / "bag") as writer:
-                guide = _Guide(TOURS[options.tour], writer)
+                guide = _Guide(TOURS[options.tour], writer, stop)
                 try:
                     tour_began = guide.walk(nodes, say)
                 except _DemoError as error:
@@ -153,7 +157,7 @@ def _bridge_parameters(options: DemoOptions) -> dict[str, object]:
 class _Guide:
     """Listens to the clock, leads the robot through the tour and records everything."""
 
-    def __init__(self, tour: tuple[Phase, ...], writer: BagWriter) -> None:
+    def __init__(self, tour: tuple[Phase, ...], writer: BagWriter, stop: StopRequest) -> None:
         import rclpy
         from geometry_msgs.msg import Twist
         from nav_msgs.msg import Odometry
@@ -164,6 +168,7 @@ class _Guide:
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._tour = tour
+        self._stop = stop
         self._node = rclpy.create_node("nao_gait_demo")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
@@ -216,9 +221,8 @@ class _Guide:
                 raise _DemoError(f"the nodes did not come up within {START_TIMEOUT:.0f} s")
 
     def _spin(self, nodes: NodeProcesses, stall: float) -> None:
-        with stop_on_signal() as stop:
-            self._executor.spin_once(timeout_sec=0.1)
-        if stop:
+        self._executor.spin_once(timeout_sec=0.1)
+        if self._stop:
             raise KeyboardInterrupt
         if (ended := nodes.ended()) is not None:
             raise _DemoError(ended)

@@ -129,21 +129,21 @@ def run(
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
-    stay_local()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    server = serve(port)
-    try:
-        node = rclpy.create_node("nao_gait_view", namespace=namespace or None)
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        viewer = Viewer(node, server, stamped=stamped)
-        end = math.inf if duration is None else time.monotonic() + duration
-        with stop_on_signal() as stop:
+    with stop_on_signal() as stop:
+        stay_local()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        server = serve(port)
+        try:
+            node = rclpy.create_node("nao_gait_view", namespace=namespace or None)
+            executor = SingleThreadedExecutor()
+            executor.add_node(node)
+            viewer = Viewer(node, server, stamped=stamped)
             say(f"http://{HOST}:{server.get_port()} (Ctrl-C ends)")
+            end = math.inf if duration is None else time.monotonic() + duration
             while not stop and time.monotonic() < end:
                 executor.spin_once(timeout_sec=0.01)
                 viewer.step()
-    finally:
-        with contextlib.redirect_stdout(io.StringIO()):
-            server.stop()
-        rclpy.try_shutdown()
+        finally:
+            with contextlib.redirect_stdout(io.StringIO()):
+                server.stop()
+            rclpy.try_shutdown()

@@ -34,6 +34,7 @@ class SensorBelief:
         self._frozen = FrozenSensors()
         self._spikes = SpikeFilter(robot)
         self._joints = JointBelief()
+        self._stuck = False
         self.unread_since: int | None = None
         """Stamp of the first of the joint states in a row that could not be read [ns]."""
 
@@ -41,6 +42,7 @@ class SensorBelief:
         """A new time; steady: the robot is where it was."""
         self._frozen.begin_anew()
         self._joints.begin_anew()
+        self._stuck = False
         self.unread_since = None
         if not steady:
             self._spikes.begin_anew()
@@ -100,16 +102,20 @@ class SensorBelief:
             trouble, key = str(error), error.field
         else:
             self._frozen.see_joints(position)
-            if told is None or not (self._frozen.joints and on_the_way):
-                return position, velocity, False
-            # Once found, they stay stuck until they move: on its way the walk comes by here again.
-            if self.unread_since is None and np.abs(told - position).max() < STUCK:
+            self._stuck = self._still_stuck(position, told, on_the_way)
+            if told is None or not self._stuck:
                 return position, velocity, False
             trouble = key = "joint_states position: stuck while the robot walks"
         self.unread_since = self.unread_since or stamp
         text = f"{trouble}; the joints are taken to be where they were told to be"
         self._remarks.tell(SENSORS, Level.WARN, key, text, burst=5)
         return told, None, True
+
+    def _still_stuck(self, position: FloatArray, told: FloatArray | None, on_the_way: bool) -> bool:
+        """Found on the way, and until they move: also in the stand that the walk ends in."""
+        if self._stuck or not on_the_way or told is None:
+            return self._stuck and self._frozen.joints
+        return self._frozen.joints and bool(np.abs(told - position).max() >= STUCK)
 
     def without_spikes(
         self, stamp: int, position: FloatArray, *, delay: int, elapsed: float, unread: bool

@@ -21,7 +21,7 @@ from nao_lipm_gait.ros.domain import DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = {"gait": "nao_lipm_gait.ros.gait_node", "sim_bridge": "sim_bridge.bridge_node"}
-TIMEOUT = 60.0
+TIMEOUT = 120.0
 """[s] for any single thing to happen, on a busy machine."""
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # read when the probe joins its domain
