@@ -72,18 +72,18 @@ class GaitParameters:
         0.05, 0.02, 0.12, "m", "pendulum", "r_y: distance of the pendulum origin from Q"
     )
     pendulum_shift_max: float = _parameter(
-        0.036, 0.0, 0.08, "m", "pendulum",
+        0.045, 0.0, 0.08, "m", "pendulum",
         "cap on r_x towards the toes; a step that needs more is made longer or shorter",
     )
     pendulum_shift_back_max: float = _parameter(
         0.036, 0.0, 0.08, "m", "pendulum", "the same cap towards the heel"
     )
     pendulum_shift_side_max: float = _parameter(
-        0.045, 0.0, 0.06, "m", "pendulum",
+        0.055, 0.0, 0.06, "m", "pendulum",
         "how far r_y may move outwards inside the sole for a CoM that comes back too late",
     )
     step_duration_min: float = _parameter(
-        0.14, 0.05, 0.5, "s", "pendulum", "no support change earlier than this after the last one"
+        0.12, 0.05, 0.5, "s", "pendulum", "no support change earlier than this after the last one"
     )
     step_duration_max: float = _parameter(
         0.45, 0.1, 2.0, "s", "pendulum", "no single support longer than this"
@@ -225,7 +225,7 @@ class GaitParameters:
         "the IMU measures the yaw rate (NAO from V5 on): odometry sees a stance foot that turns",
     )
     speed_time: float = _parameter(
-        0.0, 0.0, 60.0, "s", "heading",
+        2.0, 0.0, 60.0, "s", "heading",
         "time over which a constant error of the walked speed is learned; 0 = not at all",
     )
     # -- torso orientation -------------------------------------------------------------------------

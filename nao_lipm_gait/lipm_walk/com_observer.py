@@ -6,10 +6,12 @@ pendulum itself, so that only the covariance is carried here.
 
 from nao_lipm_gait.lipm_walk.walk_state import WalkState
 
-PUSH_TIME = 0.03
+PUSH_TIME = 0.02
 """[s] over which the velocity of the innovation is averaged."""
-PUSH_GAIN = 0.3
+PUSH_GAIN = 0.6
 """Share of a push's velocity that is taken over per tick."""
+PUSH_SPEED_SHARE = 0.4
+"""Share of the wanted forward speed by which a push has to be stronger: long steps shake more."""
 
 
 class CovarianceFilter:
@@ -57,17 +59,21 @@ class PushDetector:
         self._rate = 0.0
         """[m/s] at which the innovation grows, averaged."""
 
-    def velocity(self, innovation: float, left: float, dt: float, anew: bool) -> float:
+    def velocity(
+        self, innovation: float, left: float, forward_speed: float, dt: float, anew: bool
+    ) -> float:
         """The velocity [m/s] that a push has given, as far as it is taken over in this tick.
 
-        innovation [m]; left [m]: what of it the filter's correction leaves; dt [s]; anew: not
-        comparable with the last one, because it is older than a tick or from another foot.
+        innovation [m]; left [m]: what of it the filter's correction leaves; forward_speed: the
+        wanted one [m/s]; dt [s]; anew: not comparable with the last one, because it is older than
+        a tick or from another foot.
         """
         push = 0.0
         if self._push_velocity > 0.0 and not anew:
             rate = (innovation - self._left) / dt
             self._rate += min(1.0, dt / PUSH_TIME) * (rate - self._rate)
-            beyond = max(abs(self._rate) - self._push_velocity, 0.0)
+            usual = self._push_velocity + PUSH_SPEED_SHARE * abs(forward_speed)
+            beyond = max(abs(self._rate) - usual, 0.0)
             push = PUSH_GAIN * (beyond if self._rate > 0.0 else -beyond)
             self._rate -= push
         self._left = left
@@ -126,10 +132,11 @@ class ComObserver:
         measured_y: float,
         dt: float,
         missed: bool = False,
+        forward_speed: float = 0.0,
     ) -> WalkState:
         """The filtered state x_f, v_f from the expected one and a measured position in Q [m].
 
-        missed: there was no measurement in the last tick.
+        missed: there was no measurement in the last tick; forward_speed [m/s] of the wanted walk.
         """
         self._filter.predict(dt)
         position_gain, velocity_gain = self._filter.update()
@@ -141,9 +148,11 @@ class ComObserver:
         anew = missed or self._step_count != expected.step_count
         self._step_count = expected.step_count
         x, y = position_gain * dx, position_gain * dy
+        push_x = self._push_x.velocity(dx, dx - x, forward_speed, dt, anew)
+        push_y = self._push_y.velocity(dy, dy - y, forward_speed, dt, anew)
         return expected.moved(
             expected.x + x,
             expected.y + y,
-            expected.vx + (velocity_gain * dx + self._push_x.velocity(dx, dx - x, dt, anew)),
-            expected.vy + (velocity_gain * dy + self._push_y.velocity(dy, dy - y, dt, anew)),
+            expected.vx + (velocity_gain * dx + push_x),
+            expected.vy + (velocity_gain * dy + push_y),
         )

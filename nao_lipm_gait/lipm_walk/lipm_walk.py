@@ -133,7 +133,12 @@ class LipmWalk:
         missed, self._unobserved = self._unobserved > 1, 0
         if self._p.feedback and not self._stopping:
             self._observed = self._observer.correct(
-                self._expected, measured_x, measured_y, self._dt, missed
+                self._expected,
+                measured_x,
+                measured_y,
+                self._dt,
+                missed,
+                forward_speed=self._k * self._passing,
             )
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
