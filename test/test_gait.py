@@ -95,9 +95,11 @@ def test_odometry_follows_the_command(robot: RobotDescription) -> None:
 
 
 def test_mirrored_commands_give_mirrored_joints(robot: RobotDescription) -> None:
+    # The robot's masses are not quite mirrored; what listens for small differences stays out.
+    parameters = P.replace(push_velocity=0.0, speed_time=0.0)
     walks = []
     for side in (1.0, -1.0):
-        nao = ObedientRobot(robot)
+        nao = ObedientRobot(robot, parameters)
         nao.run(STANDSTILL, 1.0)
         command = VelocityCommand(0.1, 0.03 * side, 0.2 * side)
         walks.append(np.array([targets.position for targets in nao.run(command, 3.0)]))
@@ -105,7 +107,7 @@ def test_mirrored_commands_give_mirrored_joints(robot: RobotDescription) -> None
     for left, right in zip(robot.left_leg.names, robot.right_leg.names, strict=True):
         sign = -1.0 if "Roll" in left else 1.0
         np.testing.assert_allclose(
-            walks[0][:, index(left)], sign * walks[1][:, index(right)], atol=2e-3
+            walks[0][:, index(left)], sign * walks[1][:, index(right)], atol=5e-4
         )
 
 
