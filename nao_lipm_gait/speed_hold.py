@@ -23,18 +23,18 @@ class SpeedHold:
     """Learns the error of the walked speed and takes it out of the command."""
 
     def __init__(self) -> None:
-        self._offset = [0.0, 0.0]
-        self.begin()
+        self._x = _Axis()
+        self._y = _Axis()
 
     def begin(self) -> None:
         """A walk begins; what was learned belongs to the robot and stays."""
-        self._steps = [0.0, 0.0]
-        self._expected = [0.0, 0.0]
+        self._x.begin()
+        self._y.begin()
 
     @property
     def offset(self) -> tuple[float, float]:
         """[m/s] that is added in x and y."""
-        return self._offset[0], self._offset[1]
+        return self._x.offset, self._y.offset
 
     def steered(
         self, command: VelocityCommand, walked: Pose2, reserve: float, time: float, dt: float
@@ -44,28 +44,48 @@ class SpeedHold:
         walked: velocity by odometry; reserve: share of the step limits that the walk has left;
         time [s]: in which an error is learned, 0 leaves every command as it is.
         """
-        if time <= 0.0 or command.is_zero:
+        asked_x, asked_y, yaw = command.x, command.y, command.yaw
+        if time <= 0.0 or (asked_x == 0.0 and asked_y == 0.0 and yaw == 0.0):
             self.begin()
             return command
-        asked = command.x, command.y
-        share = min(1.0, dt / RESPONSE_TIME)
-        for i in (0, 1):
-            self._steps[i] += share * (asked[i] - self._steps[i])
-            self._expected[i] += share * (self._steps[i] - self._expected[i])
-        steady = all(abs(asked[i] - self._expected[i]) < STEADY for i in (0, 1))
+        x, y, share = self._x, self._y, min(1.0, dt / RESPONSE_TIME)
+        # Both follow, whatever the one says.
+        steady = x.is_steady(asked_x, share) & y.is_steady(asked_y, share)
         possible = min(max(reserve / RESERVE, 0.0), 1.0)
-        given = [0.0, 0.0]
-        for i in (0, 1):
-            if asked[i] == 0.0 and command.yaw != 0.0:
-                continue
-            error = _within(asked[i] - walked[i], ERROR_MAX)
-            lengthens = asked[i] * self._offset[i] >= 0.0
+        step = dt / time if steady else 0.0
+        turns = yaw != 0.0
+        return VelocityCommand(
+            asked_x if turns and asked_x == 0.0 else x.steered(asked_x, walked[0], possible, step),
+            asked_y if turns and asked_y == 0.0 else y.steered(asked_y, walked[1], possible, step),
+            yaw,
+        )
+
+
+class _Axis:
+    """One direction of the velocity."""
+
+    __slots__ = ("_expected", "_steps", "offset")
+
+    def __init__(self) -> None:
+        self.offset = 0.0
+        """[m/s] that is learned."""
+        self.begin()
+
+    def begin(self) -> None:
+        self._steps = self._expected = 0.0
+
+    def is_steady(self, asked: float, share: float) -> bool:
+        """The walk has had time to follow the command [m/s]; share: of a lag that passes now."""
+        self._steps += share * (asked - self._steps)
+        self._expected += share * (self._steps - self._expected)
+        return abs(asked - self._expected) < STEADY
+
+    def steered(self, asked: float, walked: float, possible: float, step: float) -> float:
+        """[m/s]; possible: share of the offset that the steps have room for; step: to learn now."""
+        lengthens = asked * self.offset >= 0.0
+        if step > 0.0:
+            error = min(max(asked - walked, -ERROR_MAX), ERROR_MAX)
             # What cannot be given is not learned either.
-            if steady and not (lengthens and possible < 1.0 and error * self._offset[i] > 0.0):
-                self._offset[i] = _within(self._offset[i] + dt / time * error, OFFSET_MAX)
-            given[i] = self._offset[i] * (possible if lengthens else 1.0)
-        return VelocityCommand(asked[0] + given[0], asked[1] + given[1], command.yaw)
-
-
-def _within(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
+            if not (lengthens and possible < 1.0 and error * self.offset > 0.0):
+                self.offset = min(max(self.offset + step * error, -OFFSET_MAX), OFFSET_MAX)
+        return asked + self.offset * (possible if lengthens else 1.0)

@@ -81,6 +81,7 @@ class LipmWalk:
         still = (Segment(self._dt, 0.0, 0.0),)
         self._committed: deque[tuple[Segment, ...]] = deque([still] * self._delay_ticks)
         self._stride = STEP_IN_PLACE
+        self._reserve = 1.0
         self._passing = 0.0
         self._pace = Pace()
         self._step_size: Pose2 = (0.0, 0.0, 0.0)
@@ -208,6 +209,7 @@ class LipmWalk:
             self._pace.add(self._elapsed, self._stride, p)
         wanted = stride_for(command, p, self._pace.share)
         self._stride = approach(self._stride, wanted, p)
+        self._reserve = 1.0 - limit_share(self._stride, p)
         self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(
             relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
@@ -275,7 +277,7 @@ class LipmWalk:
 
     @property
     def reserve(self) -> float:
-        return 1.0 - limit_share(self._stride, self._p)
+        return self._reserve
 
     @property
     def time_left(self) -> float:
