@@ -47,14 +47,14 @@ class TiltCompensation:
             return targets
         left, right = targets.left_sole, targets.right_sole
         if support == LEFT:
-            right = _turned(_raised(right, left, turns[-1]), turns[-1])
+            right = _turned(right, turns[-1], _rise(right, left, turns[-1]))
             left = _turned(left, turns[+1])
         else:
-            left = _turned(_raised(left, right, turns[+1]), turns[+1])
+            left = _turned(left, turns[+1], _rise(left, right, turns[+1]))
             right = _turned(right, turns[-1])
-        x, y, z = targets.com_in_q
+        (x, y, z), _, _, torso_roll, torso_pitch, q_in_odom = targets
         com = x - z * (p.tilt_com_gain * pitch), y + z * (p.tilt_com_gain * roll), z
-        return targets._replace(com_in_q=com, left_sole=left, right_sole=right)
+        return BodyTargets(com, left, right, torso_roll, torso_pitch, q_in_odom)
 
 
 def _beyond(angle: float, deadband: float) -> float:
@@ -66,12 +66,12 @@ def _approach(turn: Turn, wanted: Turn, share: float) -> Turn:
     return turn[0] + share * (wanted[0] - turn[0]), turn[1] + share * (wanted[1] - turn[1])
 
 
-def _raised(swing: SoleTarget, stance: SoleTarget, turn: Turn) -> SoleTarget:
-    """The swing sole turned about the stance sole, which mostly raises or lowers it."""
+def _rise(swing: SoleTarget, stance: SoleTarget, turn: Turn) -> float:
+    """[m] by which the swing sole goes up when it is turned about the stance sole."""
     roll, pitch = turn
-    rise = (swing.y - stance.y) * roll - (swing.x - stance.x) * pitch
-    return swing._replace(z=swing.z + rise)
+    return (swing.y - stance.y) * roll - (swing.x - stance.x) * pitch
 
 
-def _turned(sole: SoleTarget, turn: Turn) -> SoleTarget:
-    return sole._replace(roll=sole.roll + turn[0], pitch=sole.pitch + turn[1])
+def _turned(sole: SoleTarget, turn: Turn, rise: float = 0.0) -> SoleTarget:
+    x, y, z, yaw, pitch, roll = sole
+    return SoleTarget(x, y, z + rise, yaw, pitch + turn[1], roll + turn[0])

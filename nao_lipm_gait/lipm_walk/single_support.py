@@ -153,7 +153,7 @@ class SingleSupport:
             capture=p.step_capture if p.feedback else 0.0,
             passing=phase.passing,
         )
-        return plan._replace(step_size=plan.step_size - longer)
+        return SagittalPlan(plan.origin, plan.step_size - longer, plan.correction)
 
     def _hurried(
         self, state: WalkState, phase: Phase, lateral: LateralPlan, sagittal: SagittalPlan
