@@ -77,7 +77,7 @@ class Gait:
         self._body = BodyModel(robot)
         self._limits = JointLimits(robot)
         self._pending: GaitParameters | None = None
-        self._stand_requested = self._relax_requested = False
+        self._stand_requested = self._relax_requested = self._fall_told = False
         self._head = HeadControl(robot)
         self.reset()
 
@@ -112,6 +112,7 @@ class Gait:
 
     def believe_fallen(self) -> None:
         """Somebody else knows: the next tick is that of a fallen robot."""
+        self._fall_told = True  # outlives a beginning anew, which that tick may be
         self._senses.believe_fallen()
 
     def request_stand(self) -> None:
@@ -165,6 +166,7 @@ class Gait:
             self._walk.expect()
             self._walk.plan(command)
         self._stamp = frame.stamp
+        self._fall_told = False
 
         expected = self._walk.expect()
         self._senses.update(
@@ -231,7 +233,7 @@ class Gait:
             return ticks - 1
         self.reset()
         self._begin_stand(frame.joint_position)
-        if self._senses.begin(frame):
+        if self._senses.begin(frame) or self._fall_told:
             self._state = GaitState.FALLEN
         return 0
 

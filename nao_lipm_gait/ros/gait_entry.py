@@ -312,11 +312,13 @@ class GaitEntry:
         self._loads.begin_anew()
         if self._gait.state in ON_THE_WAY:
             return
-        relaxed = self._gait.state is GaitState.RELAXED
+        before = self._gait.state
         self._gait.reset()
         self._guarded.begin_anew()
-        if relaxed:
+        if before is GaitState.RELAXED:
             self._gait.request_relax()
+        elif before is GaitState.FALLEN:
+            self._gait.believe_fallen()  # until the IMU has shown for a while that it is upright
 
     def _force_at_rest(self) -> FloatArray:
         """(3,) [m/s^2] What the accelerometer of a resting torso shows at the believed tilt."""

@@ -4,7 +4,7 @@ from nao_lipm_gait.signals import GRAVITY
 
 SHARE = 0.3
 """Of the robot's weight; soles that carry less do not carry it."""
-PATIENCE = 150_000_000
+PATIENCE = 100_000_000
 """[ns] Longer than a walking robot is in the air."""
 OLDEST = 300_000_000
 """[ns] An older load says nothing."""
