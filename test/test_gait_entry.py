@@ -187,7 +187,7 @@ def test_soles_that_carry_nothing_for_a_while_tell_a_fall() -> None:
     assert not any(see(ms, 25.0, 24.0) for ms in range(0, 200, 10))
     assert not any(see(ms, 0.0, 0.0) for ms in range(200, 250, 10)), "in the air between two steps"
     assert not see(250, 49.0, 0.0)
-    assert [see(ms, 3.0, 2.0) for ms in range(260, 430, 10)].count(True) == 2
+    assert [see(ms, 3.0, 2.0) for ms in range(260, 380, 10)].count(True) == 2
     assert not loads.carry_nothing(2_000 * MS), "old loads say nothing"
 
 
