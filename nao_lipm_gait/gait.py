@@ -113,7 +113,6 @@ class Gait:
     def believe_fallen(self) -> None:
         """Somebody else knows: the next tick is that of a fallen robot."""
         self._fall_told = True  # outlives a beginning anew, which that tick may be
-        self._senses.believe_fallen()
 
     def request_stand(self) -> None:
         """Stop if walking; get stiff and stand if relaxed."""
@@ -166,7 +165,6 @@ class Gait:
             self._walk.expect()
             self._walk.plan(command)
         self._stamp = frame.stamp
-        self._fall_told = False
 
         expected = self._walk.expect()
         self._senses.update(
@@ -331,6 +329,11 @@ class Gait:
     def _is_down(self) -> bool:
         return self._state in DOWN
 
+    def _falls(self, frame: SensorFrame) -> bool:
+        """Told by somebody else, or felt; once per tick."""
+        told, self._fall_told = self._fall_told, False
+        return told or self._senses.falls(frame)
+
     def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
         if self._relax_requested:
             self._state = GaitState.RELAXED
@@ -339,7 +342,7 @@ class Gait:
             self._change_in_motion(frame)
         elif self._is_down and (motion := self._get_up_motion()) is not None:
             self._begin_motion(motion, self._measured_pose(frame))
-        elif self._senses.falls(frame) and not self._lies_down:
+        elif self._falls(frame) and not self._lies_down:
             self._conductor.forget_if_upright()
             if self._state is not GaitState.RELAXED or self._stand_requested:
                 # A lying robot that shall stand does so once it is upright again.

@@ -56,7 +56,6 @@ class Proprioception:
         self._dt = dt
         self._soles: tuple[SolePose, SolePose] | None = None
         self._fall = FallDetector()
-        self._fall_told = False
         self._tipping = Tipping()
         self._lying = LyingDetector()
         self._stance_turn = StanceTurn()
@@ -125,14 +124,9 @@ class Proprioception:
             self.orientation.pitch + p.feedback_delay * pitch_rate - p.torso_pitch,
         )
 
-    def believe_fallen(self) -> None:
-        """Somebody else knows: the next `falls` says so."""
-        self._fall_told = True
-
     def falls(self, frame: SensorFrame) -> bool:
         """Whether a fall can no longer be met; once per tick."""
-        told, self._fall_told = self._fall_told, False
-        return told or self._fall.falls(
+        return self._fall.falls(
             self.orientation.up_in_torso,
             self.orientation.tilt,
             point(frame.angular_velocity),

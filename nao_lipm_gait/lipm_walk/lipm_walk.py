@@ -209,7 +209,7 @@ class LipmWalk:
             self._pace.add(self._elapsed, self._stride, p)
         wanted = stride_for(command, p, self._pace.share)
         self._stride = approach(self._stride, wanted, p)
-        self._reserve = 1.0 - limit_share(self._stride, p)
+        self._reserve = 1.0 - limit_share(self._stride, p)  # once a step, not once a tick
         self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(
             relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift

@@ -102,7 +102,11 @@ class SensorBelief:
             trouble, key = str(error), error.field
         else:
             self._frozen.see_joints(position)
-            self._stuck = self._still_stuck(position, told, on_the_way)
+            # Found on the way, and until they move: also in the stand that the walk ends in.
+            self._stuck = self._frozen.joints and (
+                self._stuck
+                or (on_the_way and told is not None and np.abs(told - position).max() >= STUCK)
+            )
             if told is None or not self._stuck:
                 return position, velocity, False
             trouble = key = "joint_states position: stuck while the robot walks"
@@ -110,12 +114,6 @@ class SensorBelief:
         text = f"{trouble}; the joints are taken to be where they were told to be"
         self._remarks.tell(SENSORS, Level.WARN, key, text, burst=5)
         return told, None, True
-
-    def _still_stuck(self, position: FloatArray, told: FloatArray | None, on_the_way: bool) -> bool:
-        """Found on the way, and until they move: also in the stand that the walk ends in."""
-        if self._stuck or not on_the_way or told is None:
-            return self._stuck and self._frozen.joints
-        return self._frozen.joints and bool(np.abs(told - position).max() >= STUCK)
 
     def without_spikes(
         self, stamp: int, position: FloatArray, *, delay: int, elapsed: float, unread: bool
