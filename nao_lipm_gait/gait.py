@@ -176,7 +176,8 @@ class Gait:
         if self._state in IN_MOTION:
             return self._moved(frame, missed + 1)
 
-        self._walk.observe(self._senses.com_in_q[0], self._senses.com_in_q[1])
+        x, y, _ = self._senses.com_in_q
+        self._walk.observe(x, y, self._senses.acceleration_in_q)
         walking = self._state is not GaitState.STAND and not self._stops
         before = self._walk.predicted.support
         self._targets = self._walk.plan(self._steered(command) if walking else STANDSTILL)

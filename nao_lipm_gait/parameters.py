@@ -180,6 +180,9 @@ class GaitParameters:
         0.5, 0.0, 1.0, "", "step",
         "where r_x is at its cap: 0 = the step that keeps the speed, 1 = the one that corrects it",
     )
+    step_capture_back: float = _parameter(
+        0.15, 0.0, 1.0, "", "step", "the same for a step that has to reach further back"
+    )
     step_catch_out: float = _parameter(
         0.06, 0.0, 0.15, "m", "step", "how far feedback may put the next foot further out"
     )
@@ -214,6 +217,9 @@ class GaitParameters:
     push_velocity: float = _parameter(
         0.1, 0.0, 1.0, "m/s", "observer",
         "a measured CoM that moves this much faster than expected was pushed; 0 = never",
+    )
+    push_acceleration: bool = _switch(
+        True, "observer", "pushes are also felt by the accelerometer, sooner than the CoM moves"
     )
     # -- heading -----------------------------------------------------------------------------------
     heading_gain: float = _parameter(

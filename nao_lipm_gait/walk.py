@@ -90,8 +90,11 @@ class Walk(Protocol):
     def expect(self) -> Expectation:
         """Move on by one control period and say what should be measured now."""
 
-    def observe(self, measured_x: float, measured_y: float) -> None:
-        """Correct the walk by the measured CoM in Q [m]."""
+    def observe(
+        self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
+    ) -> None:
+        """Correct the walk by the measured CoM in Q [m]; acceleration: its x and y in Q over the
+        last tick [m/s^2], None = not looked at."""
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
         """Targets for the time at which a command sent now takes effect."""

@@ -87,3 +87,51 @@ def test_another_foot_or_a_gap_is_no_push() -> None:
         landed = WalkState(LEFT, 0.0, 0.0, 0.0, 0.0, (0.0, 0.05, 0.0), (0.0, 0.0, 0.0), step_count)
         one = observer.correct(landed, 0.03, 0.0, DT, missed)
         assert one.vx == pytest.approx(paper.correct(landed, 0.03, 0.0, DT).vx)
+
+
+def felt_velocity(accelerations: list[float], positions: list[float] | None = None) -> list[float]:
+    """What the observer adds to the velocity in y while the accelerometer says this [m/s^2]."""
+    observer = ComObserver(*SIGMAS, push_velocity=0.1)
+    estimate, heard = state(0.0, 0.0, 0.0, 0.0), []
+    for tick, acceleration in enumerate(accelerations):
+        expected = estimate.moved(0.0, estimate.y + DT * estimate.vy, 0.0, estimate.vy)
+        measured = expected.y if positions is None else positions[tick]
+        estimate = observer.correct(expected, 0.0, measured, DT, felt=(0.0, acceleration))
+        heard.append(estimate.vy)
+    return heard
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_push_that_is_felt_is_known_while_it_acts(sign: float) -> None:
+    # 4 m/s^2 for 0.1 s; the CoM shows it as well: y = a t^2 / 2.
+    accelerations = [4.0 * sign] * 10
+    positions = [0.5 * 4.0 * sign * (DT * (tick + 1)) ** 2 for tick in range(10)]
+    felt = felt_velocity(accelerations, positions)
+    assert sign * felt[5] > 0.1
+    assert sign * felt[9] == pytest.approx(0.4, abs=0.15)
+    unfelt = felt_velocity([0.0] * 10, positions)
+    assert sign * unfelt[5] < 0.5 * sign * felt[5]
+
+
+def test_one_hard_sample_is_no_push() -> None:
+    assert felt_velocity([0.0, 200.0, 0.0, 0.0]) == [0.0] * 4
+    assert felt_velocity([0.0, 8.0, -8.0, 0.0]) == [0.0] * 4
+
+
+def test_a_push_goes_on_only_as_long_as_it_is_felt() -> None:
+    observer = ComObserver(*SIGMAS, push_velocity=0.1)
+    still = state(0.0, 0.0, 0.0, 0.0)
+    for acceleration in [-4.0] * 6:
+        observer.correct(still, 0.0, 0.0, DT, felt=(0.0, acceleration))
+    assert observer.push_acceleration_y == -4.0
+    for acceleration in (0.0, 0.0):
+        observer.correct(still, 0.0, 0.0, DT, felt=(0.0, acceleration))
+    assert observer.push_acceleration_y == 0.0
+
+
+def test_an_acceleration_is_heard_through_a_support_change() -> None:
+    observer = ComObserver(*SIGMAS, push_velocity=0.1)
+    for count in range(8):
+        landed = WalkState(LEFT, 0.0, 0.0, 0.0, 0.0, (0.0, 0.05, 0.0), (0.0, 0.0, 0.0), count)
+        heard = observer.correct(landed, 0.0, 0.0, DT, felt=(4.0, 0.0)).vx
+    assert heard == pytest.approx(4.0 * DT, abs=0.01)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from nao_lipm_gait.estimation.com_measurement import (
     com_from_sole,
+    measured_acceleration_in_q,
     measured_com_in_q,
     sole_from_sole,
 )
@@ -46,6 +47,22 @@ def test_measured_com_undoes_the_torsos_rotation(
 def test_measured_com_is_where_the_walk_put_the_sole() -> None:
     x, y, z = measured_com_in_q((0.02, -0.03, 0.25), (0.1, 0.05, math.pi / 2))
     assert (x, y, z) == pytest.approx((0.1 + 0.03, 0.05 + 0.02, 0.25))
+
+
+@given(roll=tilts, pitch=tilts, yaw=yaws, sole_yaw=yaws, yaw_in_q=yaws)
+def test_measured_acceleration_has_no_gravity_in_it(
+    roll: float, pitch: float, yaw: float, sole_yaw: float, yaw_in_q: float
+) -> None:
+    torso_in_world = Rotation.from_euler("ZYX", [yaw, pitch, roll])
+    in_q = np.array([3.0, -1.5, 2.0])
+    in_world = Rotation.from_euler("Z", sole_yaw - yaw_in_q).apply(in_q)
+    force = torso_in_world.inv().apply(in_world + [0.0, 0.0, GRAVITY])
+    sole = sole_pose(
+        torso_in_world.inv() * Rotation.from_euler("Z", sole_yaw), np.array([0.0, 0.05, -0.33])
+    )
+    up = tuple(torso_in_world.inv().apply([0.0, 0.0, 1.0]))
+    measured = measured_acceleration_in_q(tuple(force), sole, up, (0.0, 0.05, yaw_in_q))
+    assert measured == pytest.approx(tuple(in_q[:2]), abs=1e-9)
 
 
 @given(x=st.floats(-0.1, 0.1), y=st.floats(-0.2, 0.2), yaw=st.floats(-1.0, 1.0), pitch=tilts)

@@ -6,6 +6,14 @@ import numpy as np
 import pytest
 
 from nao_lipm_gait.lipm_walk.lipm_walk import LipmWalk
+from nao_lipm_gait.lipm_walk.walk_state import (
+    LEFT,
+    NextSupport,
+    Segment,
+    WalkState,
+    follow,
+    velocity_gained,
+)
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.planar import compose
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
@@ -13,6 +21,8 @@ from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 DT = 0.01
 P = GaitParameters()
 FORWARD = VelocityCommand(0.1, 0.0, 0.0)
+ON_THE_SPOT = VelocityCommand(1e-9, 0.0, 0.0)
+"""Not zero, which would be a stop."""
 
 
 def run(
@@ -204,3 +214,42 @@ def test_a_pendulum_made_as_wide_as_its_offset_in_a_curve_divides_by_nothing() -
         expected = walk.expect()
         walk.observe(*expected.com_in_q)
         assert all(math.isfinite(value) for value in walk.plan(command).com_in_q)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4])
+def test_the_pendulum_gains_k2_times_its_distance(yaw: float) -> None:
+    k, dt = 6.4, 1e-4
+    before = WalkState(LEFT, 0.02, -0.01, 0.3, 0.1, (0.0, 0.05, 0.0), (1.0, 2.0, 0.3), 4)
+    change = None if yaw == 0.0 else NextSupport((0.0, 0.0, yaw), (0.0, -0.05, 0.0))
+    after = follow(before, (Segment(dt, 0.005, 0.05, change),), k)
+    gained = np.array(velocity_gained(before, after)) / dt
+    in_q = k * k * np.array([0.02 - 0.005, -0.01 - 0.05])
+    turned = [[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]] @ in_q
+    assert gained == pytest.approx(turned, rel=1e-2)
+
+
+def felt_walk(extra: dict[int, float]) -> list[float]:
+    """A walk that feels the pendulum's acceleration and `extra` in y [m/s^2]; its s-bar_y."""
+    walk = started(ON_THE_SPOT)
+    before, steps = walk.estimated, []
+    for tick in range(150):
+        expectation = walk.expect()
+        gained_x, gained_y = velocity_gained(before, walk.expected)
+        acceleration = gained_x / DT, gained_y / DT + extra.get(tick, 0.0)
+        walk.observe(*expectation.com_in_q, acceleration)
+        before = walk.estimated
+        walk.plan(ON_THE_SPOT)
+        steps.append(walk.step_size[1])
+    return steps
+
+
+def test_a_walk_that_feels_what_it_expects_steps_on_the_spot() -> None:
+    steps = felt_walk({})
+    assert max(map(abs, steps)) < 1e-6
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_push_that_is_felt_moves_the_next_foot(sign: float) -> None:
+    steps = felt_walk({tick: sign * 6.0 for tick in range(100, 110)})
+    assert max(map(abs, steps[:100])) < 1e-6
+    assert max(map(abs, steps[100:])) > 0.005

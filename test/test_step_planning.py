@@ -95,8 +95,9 @@ def test_a_steady_walk_needs_no_capture(speed: float, capture: float, next_begin
         -1.0,
         1.0,
         0.0,
-        capture,
-        v / K,
+        capture=capture,
+        capture_back=1.0 - capture,
+        passing=v / K,
     )
     assert plan.step_size == pytest.approx(step, abs=1e-9)
 
@@ -107,7 +108,19 @@ def test_full_capture_brings_the_wanted_speed_back_in_one_step() -> None:
     x, v = 0.03, 0.5
     passing = 0.5 * wanted / math.sinh(-K * begin)
     plan = plan_sagittal(
-        x, v, K, 0.1, phase_tanh(begin), wanted, -0.02, 0.02, -1.0, 1.0, 0.0, 1.0, passing
+        x,
+        v,
+        K,
+        0.1,
+        phase_tanh(begin),
+        wanted,
+        -0.02,
+        0.02,
+        -1.0,
+        1.0,
+        0.0,
+        capture=1.0,
+        passing=passing,
     )
     end_x, end_v = advance(x, v, K, 0.1)
     start = end_x - plan.step_size
@@ -117,3 +130,25 @@ def test_full_capture_brings_the_wanted_speed_back_in_one_step() -> None:
     assert last_x + last_v / K == pytest.approx(steady, abs=1e-9)
     keeping = plan_sagittal(x, v, K, 0.1, phase_tanh(begin), wanted, -0.02, 0.02, -1.0, 1.0, 0.0)
     assert plan.step_size > keeping.step_size > wanted
+
+
+def test_a_step_that_has_to_reach_back_has_a_capture_of_its_own() -> None:
+    def step(v: float, capture: float, capture_back: float) -> float:
+        return plan_sagittal(
+            0.0,
+            v,
+            K,
+            0.1,
+            -0.6,
+            0.0,
+            -0.02,
+            0.02,
+            -1.0,
+            1.0,
+            capture=capture,
+            capture_back=capture_back,
+        ).step_size
+
+    assert step(-0.5, 0.0, 1.0) == -step(0.5, 1.0, 0.0) < step(-0.5, 1.0, 0.0) < 0.0
+    assert step(-0.5, 0.5, 0.2) == pytest.approx(step(-0.5, 0.0, 0.2))
+    assert step(0.5, 0.5, 0.2) == pytest.approx(step(0.5, 0.5, 0.0))

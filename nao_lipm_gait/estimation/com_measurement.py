@@ -35,6 +35,16 @@ def measured_com_in_q(com_from_support_sole: Point3, sole_in_q: Pose2) -> Point3
     return sole_in_q[0] + c * x - s * y, sole_in_q[1] + s * x + c * y, z
 
 
+def measured_acceleration_in_q(
+    specific_force: Point3, sole: SolePose, up: Point3, sole_in_q: Pose2
+) -> tuple[float, float]:
+    """The torso's acceleration along x and y of Q [m/s^2]; gravity has no part in the level."""
+    forward, left = level_heading(sole, up)
+    x, y = _dot(specific_force, forward), _dot(specific_force, left)
+    c, s = cos(sole_in_q[2]), sin(sole_in_q[2])
+    return c * x - s * y, s * x + c * y
+
+
 def sole_from_sole(target: SolePose, reference: SolePose, up: Point3) -> Pose2:
     """Pose of one sole on the ground plane as seen from the other [m, m, rad]."""
     forward, left = level_heading(reference, up)

@@ -6,7 +6,11 @@
 
 import math
 
-from nao_lipm_gait.estimation.com_measurement import com_from_sole, measured_com_in_q
+from nao_lipm_gait.estimation.com_measurement import (
+    com_from_sole,
+    measured_acceleration_in_q,
+    measured_com_in_q,
+)
 from nao_lipm_gait.estimation.fall_detection import FallDetector
 from nao_lipm_gait.estimation.lying import LyingDetector
 from nao_lipm_gait.estimation.odometry import Odometry
@@ -49,6 +53,8 @@ class Proprioception:
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
         """Measured CoM [m]."""
+        self.acceleration_in_q: tuple[float, float] | None = None
+        """[m/s^2] in x and y, where pushes are felt by it."""
         self.lying_side: Posture | None = None
         """On which side a robot that is down or in a motion has come to rest."""
         self._body = body
@@ -107,6 +113,11 @@ class Proprioception:
             self.orientation.update(rate, force, sole.normal, self._dt)
         up = self.orientation.up_in_torso
         self.com_in_q = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
+        self.acceleration_in_q = (
+            measured_acceleration_in_q(force, sole, up, sole_in_q)
+            if self._p.push_acceleration
+            else None
+        )
         if in_motion:
             return
         turn = 0.0

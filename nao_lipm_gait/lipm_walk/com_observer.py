@@ -8,6 +8,10 @@ from nao_lipm_gait.lipm_walk.walk_state import WalkState
 
 PUSH_TIME = 0.02
 """[s] over which the velocity of the innovation is averaged."""
+FELT_PUSH_TIME = 0.05
+"""[s] the same where the accelerometer says what happens sooner."""
+FELT_MAX = 10.0
+"""[m/s^2] of acceleration that are believed: more is an impact."""
 PUSH_GAIN = 0.6
 """Share of a push's velocity that is taken over per tick."""
 PUSH_SPEED_SHARE = 0.4
@@ -47,8 +51,10 @@ class PushDetector:
     """An ear for pushes along one axis.
 
     The filter trusts the pendulum, which cannot know of a push, and would take half a second to
-    learn its velocity from positions. How fast the innovation grows says it in a few ticks; what
-    exceeds `push_velocity` [m/s] is taken over. An extension of the paper.
+    learn its velocity from positions. How fast the innovation grows says it in a few ticks, and
+    what the accelerometer feels beyond the pendulum's acceleration says it at once: the two make a
+    complementary filter of the velocity that is missing. What exceeds `push_velocity` [m/s] is
+    taken over. An extension of the paper.
     """
 
     def __init__(self, push_velocity: float):
@@ -58,24 +64,39 @@ class PushDetector:
         """[m] of the last innovation that the correction has left over."""
         self._rate = 0.0
         """[m/s] at which the innovation grows, averaged."""
+        self._felt = 0.0
+        self.acceleration = 0.0
+        """[m/s^2] of the push that is being taken over, over two ticks; 0 without one."""
 
     def velocity(
-        self, innovation: float, left: float, forward_speed: float, dt: float, anew: bool
+        self,
+        innovation: float,
+        left: float,
+        forward_speed: float,
+        dt: float,
+        anew: bool,
+        felt: float | None = None,
     ) -> float:
         """The velocity [m/s] that a push has given, as far as it is taken over in this tick.
 
         innovation [m]; left [m]: what of it the filter's correction leaves; forward_speed: the
         wanted one [m/s]; dt [s]; anew: not comparable with the last one, because it is older than
-        a tick or from another foot.
+        a tick or from another foot; felt [m/s^2]: acceleration beyond the pendulum's in this tick,
+        None = not measured.
         """
-        push = 0.0
-        if self._push_velocity > 0.0 and not anew:
-            rate = (innovation - self._left) / dt
-            self._rate += min(1.0, dt / PUSH_TIME) * (rate - self._rate)
+        push, time = 0.0, PUSH_TIME if felt is None else FELT_PUSH_TIME
+        if self._push_velocity > 0.0 and not (anew and felt is None):
+            if not anew:
+                rate = (innovation - self._left) / dt
+                self._rate += min(1.0, dt / time) * (rate - self._rate)
+            felt = min(max(felt or 0.0, -FELT_MAX), FELT_MAX)
+            self._rate += dt * felt
             usual = self._push_velocity + PUSH_SPEED_SHARE * abs(forward_speed)
             beyond = max(abs(self._rate) - usual, 0.0)
             push = PUSH_GAIN * (beyond if self._rate > 0.0 else -beyond)
             self._rate -= push
+            mean, self._felt = 0.5 * (self._felt + felt), felt
+            self.acceleration = mean if push * mean > 0.0 else 0.0
         self._left = left
         return push
 
@@ -133,10 +154,12 @@ class ComObserver:
         dt: float,
         missed: bool = False,
         forward_speed: float = 0.0,
+        felt: tuple[float, float] | None = None,
     ) -> WalkState:
         """The filtered state x_f, v_f from the expected one and a measured position in Q [m].
 
-        missed: there was no measurement in the last tick; forward_speed [m/s] of the wanted walk.
+        missed: there was no measurement in the last tick; forward_speed [m/s] of the wanted walk;
+        felt [m/s^2]: acceleration in Q beyond the expected one's, None = not measured.
         """
         self._filter.predict(dt)
         position_gain, velocity_gain = self._filter.update()
@@ -148,11 +171,17 @@ class ComObserver:
         anew = missed or self._step_count != expected.step_count
         self._step_count = expected.step_count
         x, y = position_gain * dx, position_gain * dy
-        push_x = self._push_x.velocity(dx, dx - x, forward_speed, dt, anew)
-        push_y = self._push_y.velocity(dy, dy - y, forward_speed, dt, anew)
+        felt_x, felt_y = (None, None) if felt is None else felt
+        push_x = self._push_x.velocity(dx, dx - x, forward_speed, dt, anew, felt_x)
+        push_y = self._push_y.velocity(dy, dy - y, forward_speed, dt, anew, felt_y)
         return expected.moved(
             expected.x + x,
             expected.y + y,
             expected.vx + (velocity_gain * dx + push_x),
             expected.vy + (velocity_gain * dy + push_y),
         )
+
+    @property
+    def push_acceleration_y(self) -> float:
+        """[m/s^2] of a push to the side that has just been felt; 0 without one."""
+        return self._push_y.acceleration

@@ -32,6 +32,7 @@ from nao_lipm_gait.lipm_walk.walk_state import (
     Segment,
     WalkState,
     follow,
+    velocity_gained,
 )
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.planar import compose, relative
@@ -40,6 +41,8 @@ from nao_lipm_gait.walk import BodyTargets, Expectation, SoleTarget
 
 FEET_TOGETHER = 0.015
 """[m, rad] a step size that leaves the feet nearly side by side: good enough to stand on."""
+PUSH_LASTS = 0.03
+"""[s] for which a push to the side that is felt now is expected to go on."""
 PATIENCE = 8
 """Steps in place after which a stop no longer waits for the feedback to agree."""
 
@@ -77,7 +80,7 @@ class LipmWalk:
             (left_sole, right_sole) if support == LEFT else (right_sole, left_sole)
         )
         rest = WalkState(support, 0.0, 0.0, 0.0, 0.0, carrying, q_in_odom, 0)
-        self._observed = self._expected = self._predicted = rest
+        self._observed = self._expected = self._predicted = self._before = rest
         still = (Segment(self._dt, 0.0, 0.0),)
         self._committed: deque[tuple[Segment, ...]] = deque([still] * self._delay_ticks)
         self._stride = STEP_IN_PLACE
@@ -112,7 +115,7 @@ class LipmWalk:
         """Step out of a stand; the foot that the CoM leaves swings first. State in Q [m, m/s]."""
         self.start(VelocityCommand(0.0, divergent_component(y, vy, self._k), 0.0))
         tipping = self._observed.moved(x, y, vx, vy)
-        self._observed = self._expected = self._predicted = tipping
+        self._observed = self._expected = self._predicted = self._before = tipping
         # Until now both feet have pushed back as far as the soles reach.
         pushed = Segment(self._dt, *come_to_rest(tipping, self._k, self._p))
         self._committed = deque([(pushed,)] * self._delay_ticks)
@@ -121,6 +124,7 @@ class LipmWalk:
 
     def expect(self) -> Expectation:
         """x_e of eq (10): the committed pendulum, one control period on."""
+        self._before = self._observed
         if self._committed:
             self._observed = follow(self._observed, self._committed.popleft(), self._k)
         self._expected = self._observed
@@ -129,10 +133,16 @@ class LipmWalk:
             self._observed.support, (self._observed.x, self._observed.y), self._observed.sole_in_q
         )
 
-    def observe(self, measured_x: float, measured_y: float) -> None:
+    def observe(
+        self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
+    ) -> None:
         """Eqs (11)-(14); standing with both feet there is no pendulum to correct."""
         missed, self._unobserved = self._unobserved > 1, 0
         if self._p.feedback and not self._stopping:
+            felt = None
+            if acceleration is not None:
+                gained_x, gained_y = velocity_gained(self._before, self._expected)
+                felt = acceleration[0] - gained_x / self._dt, acceleration[1] - gained_y / self._dt
             self._observed = self._observer.correct(
                 self._expected,
                 measured_x,
@@ -140,6 +150,7 @@ class LipmWalk:
                 self._dt,
                 missed,
                 forward_speed=self._k * self._passing,
+                felt=felt,
             )
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
@@ -147,10 +158,21 @@ class LipmWalk:
         state = follow(self._observed, chain.from_iterable(self._committed), self._k)
         self._predicted = state
         targets = self._targets(state)
-        self._committed.append(tuple(self._next_period(state, command)))
+        self._committed.append(tuple(self._next_period(self._pushed_on(state), command)))
         return targets
 
     # -- planning ----------------------------------------------------------------------------------
+
+    def _pushed_on(self, state: WalkState) -> WalkState:
+        """The state once a push to the side has gone on for a while.
+
+        Which foot stands where, and when, is decided but once a step. Along x the pendulum origin
+        answers all the time, so that nothing has to be guessed there.
+        """
+        more = PUSH_LASTS * self._observer.push_acceleration_y
+        if more == 0.0 or self._stopping or not self._p.feedback:
+            return state
+        return state.moved(state.x, state.y + 0.5 * PUSH_LASTS * more, state.vx, state.vy + more)
 
     def _next_period(self, state: WalkState, command: VelocityCommand) -> list[Segment]:
         """The segments of the next control period, with the support change where it is due."""

@@ -151,6 +151,7 @@ class SingleSupport:
             longer + min(max(p.step_forward_max, wanted) + stretch, travel - last),
             held_origin=phase.origin if is_held else None,
             capture=p.step_capture if p.feedback else 0.0,
+            capture_back=p.step_capture_back if p.feedback else 0.0,
             passing=phase.passing,
         )
         return SagittalPlan(plan.origin, plan.step_size - longer, plan.correction)

@@ -42,6 +42,7 @@ def plan_sagittal(
     step_max: float,
     held_origin: float | None = None,
     capture: float = 0.0,
+    capture_back: float = 0.0,
     passing: float = 0.0,
 ) -> SagittalPlan:
     """r_x for the wanted step size; where r_x hits its cap, the step size for the capped r_x.
@@ -51,7 +52,8 @@ def plan_sagittal(
     origin_min, origin_max: caps on r_x [m], towards heel and toes; step_min, step_max: what the
     legs can do [m]; held_origin: an r_x that may no longer move (the end of a step has no time left
     to use it), the step size follows; capture: 0 = the step that keeps the speed, 1 = the step that
-    corrects it at once; passing: v0/k [m] of the wanted walk where its CoM passes an origin.
+    corrects it at once, capture_back: the same for one that reaches further back; passing: v0/k [m]
+    of the wanted walk where its CoM passes an origin.
     """
     c = cosh(k * time)
     s = sinh(k * time)
@@ -68,11 +70,12 @@ def plan_sagittal(
     if held_origin is not None or capped != origin:
         origin = capped
         keeping = origin * lever + drift
-        if capture > 0.0:
+        if capture > 0.0 or capture_back > 0.0:
             reach = origin + (x - origin) * (c + s) + v * (s + c) / k
             # (1 - tanh) / (1 + tanh) = e^(-2 k t_b)
             left_behind = passing * sqrt((1.0 + next_phase_tanh) / (1.0 - next_phase_tanh))
-            keeping += capture * (reach - left_behind - keeping)
+            further = reach - left_behind - keeping
+            keeping += (capture if further > 0.0 else capture_back) * further
         wanted, step_size = step_size, min(max(keeping, step_min), step_max)
         correction = keeping - wanted
     return SagittalPlan(origin, step_size, correction)

@@ -75,6 +75,15 @@ def follow(state: WalkState, segments: Iterable[Segment], k: float) -> WalkState
     return state.moved(x, y, vx, vy)
 
 
+def velocity_gained(before: WalkState, after: WalkState) -> tuple[float, float]:
+    """By which the CoM got faster in x and y [m/s] from one state to a later one, in its axes."""
+    vx, vy, turn = before.vx, before.vy, after.q_in_odom[2] - before.q_in_odom[2]
+    if turn != 0.0:
+        c, s = cos(turn), sin(turn)
+        vx, vy = c * vx + s * vy, c * vy - s * vx
+    return after.vx - vx, after.vy - vy
+
+
 def enter_next_q(state: WalkState, change: NextSupport) -> WalkState:
     """The same motion of the CoM, seen from Q-bar and carried by the other leg."""
     x, y, _ = relative((state.x, state.y, 0.0), change.step_size)

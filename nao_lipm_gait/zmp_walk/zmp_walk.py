@@ -120,7 +120,9 @@ class ZmpWalk:
         state = self._expected
         return Expectation(state.support, (state.x, state.y), state.sole_in_q)
 
-    def observe(self, measured_x: float, measured_y: float) -> None:
+    def observe(
+        self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
+    ) -> None:
         """This walk does not look at the CoM."""
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
