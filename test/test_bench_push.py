@@ -51,6 +51,21 @@ def test_who_is_not_pushed_walks_on_and_nobody_stands_twenty_newton_seconds(
     assert pushed["push_spot_falls"] >= 2 * TINY.phases  # type: ignore[operator]
 
 
+def test_who_feels_a_push_by_the_accelerometer_stands_more() -> None:
+    pytest.importorskip("mujoco")
+
+    def survival(push_acceleration: bool) -> float | None:
+        parameters = TINY.parameters.replace(push_acceleration=push_acceleration)
+        options = dataclasses.replace(
+            TINY, seed=0, phases=8, directions=("right",), impulses=(2.0,), parameters=parameters
+        )
+        return values(options)["push_spot_right_2_survival"]
+
+    assert survival(True) == 100.0
+    # In the phase in which the foot is about to land, the positions speak too late.
+    assert survival(False) < 100.0
+
+
 def test_the_nominal_robot_is_as_strong_on_the_left_as_on_the_right(
     pushed: dict[str, float | None],
 ) -> None:
