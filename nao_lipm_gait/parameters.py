@@ -215,7 +215,7 @@ class GaitParameters:
         "time over which constant errors of the measured CoM are learned; 0 = not at all",
     )
     push_velocity: float = _parameter(
-        0.1, 0.0, 1.0, "m/s", "observer",
+        0.14, 0.0, 1.0, "m/s", "observer",
         "a measured CoM that moves this much faster than expected was pushed; 0 = never",
     )
     push_acceleration: bool = _switch(
