@@ -63,8 +63,9 @@ class PushDetector:
         self._left = 0.0
         """[m] of the last innovation that the correction has left over."""
         self._rate = 0.0
-        """[m/s] at which the innovation grows, averaged."""
+        """[m/s] that the expected velocity lacks, by positions and accelerometer."""
         self._felt = 0.0
+        """[m/s^2] of the last tick."""
         self.acceleration = 0.0
         """[m/s^2] of the push that is being taken over, over two ticks; 0 without one."""
 
