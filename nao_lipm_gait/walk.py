@@ -93,8 +93,8 @@ class Walk(Protocol):
     def observe(
         self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
     ) -> None:
-        """Correct the walk by the measured CoM in Q [m]; acceleration: its x and y in Q over the
-        last tick [m/s^2], None = not looked at."""
+        """Correct the walk by the measured CoM in Q [m]; acceleration: the torso's, x and y
+        in Q over the last tick [m/s^2], None = not looked at."""
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
         """Targets for the time at which a command sent now takes effect."""

@@ -160,7 +160,7 @@ class ComObserver:
         """The filtered state x_f, v_f from the expected one and a measured position in Q [m].
 
         missed: there was no measurement in the last tick; forward_speed [m/s] of the wanted walk;
-        felt [m/s^2]: acceleration in Q beyond the expected one's, None = not measured.
+        felt [m/s^2]: x and y in Q of the acceleration beyond the expected one, None = not measured.
         """
         self._filter.predict(dt)
         position_gain, velocity_gain = self._filter.update()

@@ -170,7 +170,7 @@ class LipmWalk:
         answers all the time, so that nothing has to be guessed there.
         """
         more = PUSH_LASTS * self._observer.push_acceleration_y
-        if more == 0.0 or self._stopping or not self._p.feedback:
+        if more == 0.0 or self._stopping:
             return state
         return state.moved(state.x, state.y + 0.5 * PUSH_LASTS * more, state.vx, state.vy + more)
 
