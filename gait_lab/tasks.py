@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
-STAND_TIME = 1.0
-"""The robot stands this long before it is asked to walk [s]."""
+STAND_TIME = 3.0
+"""The robot stands this long before it is asked to walk [s]: its gyros learn their bias."""
 RAMP_TIME = 3.0
 SETTLE_TIME = 1.0
 WINDOW = 20.0

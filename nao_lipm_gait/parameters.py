@@ -122,7 +122,7 @@ class GaitParameters:
         "optimal pendulum origin ahead of the ankle (where r_x = 0)",
     )
     torso_pitch: float = _parameter(
-        0.04, -0.3, 0.3, "rad", "stance", "forward lean of the torso while walking"
+        0.12, -0.3, 0.3, "rad", "stance", "forward lean of the torso while walking"
     )
     # -- swing foot --------------------------------------------------------------------------------
     swing_lift: float = _parameter(
@@ -230,6 +230,10 @@ class GaitParameters:
         False, "heading",
         "the IMU measures the yaw rate (NAO from V5 on): odometry sees a stance foot that turns",
     )
+    yaw_from_lean: bool = _switch(
+        True, "heading",
+        "without a yaw gyro: a torso that leans shows a steady turn of the feet in its roll gyro",
+    )
     speed_time: float = _parameter(
         2.0, 0.0, 60.0, "s", "heading",
         "time over which a constant error of the walked speed is learned; 0 = not at all",
@@ -282,7 +286,7 @@ class GaitParameters:
         0.07, 0.0, 0.5, "rad", "posture", "a smaller tilt is the walk's own and is not answered"
     )
     arm_swing: float = _parameter(
-        4.0, 0.0, 6.0, "rad/m", "posture",
+        5.5, 0.0, 6.0, "rad/m", "posture",
         "how far each arm swings with the opposite foot, per distance of the feet in x",
     )
     # -- start, stop, fall -------------------------------------------------------------------------

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from gait_lab import tasks
-from gait_lab.tasks import TASKS, Task, find_task, walk
+from gait_lab.tasks import RAMP_TIME, STAND_TIME, TASKS, Task, find_task, walk
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
@@ -39,8 +39,8 @@ def test_the_four_speeds() -> None:
 
 def test_ramp_is_linear() -> None:
     task = walk("test", x=0.3, y=-0.15, axis="x")
-    assert task.command_at(1.0) == STANDSTILL
-    halfway = task.command_at(2.5)
+    assert task.command_at(STAND_TIME) == STANDSTILL
+    halfway = task.command_at(STAND_TIME + RAMP_TIME / 2.0)
     assert (halfway.x, halfway.y) == pytest.approx((0.15, -0.075))
 
 

@@ -1,7 +1,7 @@
 """What the robot knows about its own body, made from one sensor frame per tick.
 
-    SensorFrame -> soles and CoM in the torso -> torso orientation -> measured CoM in Q (11)
-     -> odometry; beside it: does it fall, does it tip, on which side does it lie?
+SensorFrame -> soles and CoM in the torso -> torso orientation -> measured CoM in Q (11)
+ -> odometry; beside it: does it fall, does it tip, on which side does it lie?
 """
 
 import math
@@ -12,6 +12,7 @@ from nao_lipm_gait.estimation.com_measurement import (
     measured_com_in_q,
 )
 from nao_lipm_gait.estimation.fall_detection import FallDetector
+from nao_lipm_gait.estimation.lean_turn import LeanTurn
 from nao_lipm_gait.estimation.lying import LyingDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.stance_turn import StanceTurn
@@ -65,6 +66,7 @@ class Proprioception:
         self._tipping = Tipping()
         self._lying = LyingDetector()
         self._stance_turn = StanceTurn()
+        self._lean_turn = LeanTurn()
 
     def set_parameters(self, parameters: GaitParameters) -> None:
         p = self._p = parameters
@@ -124,6 +126,11 @@ class Proprioception:
         if self._p.yaw_gyro:
             rate = (roll_rate, pitch_rate, yaw_rate)
             turn = self._stance_turn.update(support, sole, rate, up, self._dt, at_rest=settled)
+        elif self._p.yaw_from_lean:
+            walked = self.odometry.velocity[:2]
+            turn = self._lean_turn.update(
+                support, sole, roll_rate, up, walked, self._dt, at_rest=settled
+            )
         self.odometry.update(support, sole, other, up, self._dt, turn)
 
     def unwanted_tilt(self, frame: SensorFrame) -> tuple[float, float]:

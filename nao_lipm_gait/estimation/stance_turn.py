@@ -1,12 +1,10 @@
-"""How fast the stance sole turns on the ground, which only a yaw gyro can tell.
+"""How fast the stance sole turns on the ground, which only a yaw gyro can tell at once.
 
 On a slippery floor the moment of the swing leg turns the stance foot. The joints do not see that:
 they know how the torso turns over the sole, the gyro knows how it turns in the world.
 """
 
-from math import atan2, remainder, tau
-
-from nao_lipm_gait.estimation.com_measurement import level_heading
+from nao_lipm_gait.estimation.sole_turn import TurnOverSole
 from nao_lipm_gait.kinematics.body_model import SolePose
 from nao_lipm_gait.signals import Point3
 
@@ -18,8 +16,7 @@ class StanceTurn:
     """Turn of the stance sole from yaw gyro and joint angles."""
 
     def __init__(self) -> None:
-        self._support = 0
-        self._heading = 0.0
+        self._over_sole = TurnOverSole()
         self._bias = 0.0
 
     def update(
@@ -39,9 +36,7 @@ class StanceTurn:
         rate = sum(w * u for w, u in zip(angular_velocity, up, strict=True))
         if at_rest:
             self._bias += min(1.0, dt / BIAS_TIME) * (rate - self._bias)
-        forward, left = level_heading(support_sole, up)
-        before, self._heading = self._heading, atan2(left[0], forward[0])
-        if at_rest or support != self._support:
-            self._support = support
+        over_sole = self._over_sole.update(support, support_sole, up)
+        if at_rest or over_sole is None:
             return 0.0
-        return (rate - self._bias) * dt - remainder(self._heading - before, tau)
+        return (rate - self._bias) * dt - over_sole

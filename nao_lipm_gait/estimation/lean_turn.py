@@ -1,0 +1,177 @@
+"""How fast the stance soles turn on the ground, for a robot without a yaw gyro that leans forward.
+
+With roll phi, pitch theta and yaw psi of the torso (REP-103), the roll gyro reads
+
+    omega_x = phi' - psi' sin(theta) + bias
+
+so a torso that leans shows a share of its turning there. Over whole strides the roll comes back to
+where it was, which the stance soles tell; the bias is learned while the robot stands. What the sum
+over a stride then lacks is a turn that the joints have not seen: the soles have turned.
+
+A Kalman filter with one measurement per stride tells the three apart:
+
+    x = (phi, c, bias), c [rad/m]: turn of the soles per walked metre
+    phi(t) = phi + integral (omega_x + (psi'_joints + c |v|) sin(theta) - bias) dt
+    z = mean of the soles' roll over the stride, expected: the mean of phi(t)
+
+Means, because the roll of one moment depends on when in the sway the support changes.
+It takes some strides to see a steady drift, and sees nothing of a single step or an upright torso.
+"""
+
+from math import atan2, hypot, sqrt
+
+import numpy as np
+
+from nao_lipm_gait.estimation.sole_turn import TurnOverSole
+from nao_lipm_gait.kinematics.body_model import SolePose
+from nao_lipm_gait.signals import FloatArray, Point3
+
+BIAS_SIGMA = 0.005
+"""[rad/s] of a gyro's bias before the robot has stood still."""
+REST_TIME, REST_SPREAD = 0.5, 0.01
+"""[s] of a mean that tells the bias at rest; [rad/s] that a gyro at rest may scatter."""
+REST_SHARE, REST_SIGMA_MIN = 0.2, 1e-4
+"""Share of the scatter by which the mean may be wrong, because a robot that has just stopped still
+rocks; [rad/s] by which it may be wrong where nothing scatters."""
+TURN_SIGMA = 0.3
+"""[rad/m] of the soles' turn before a direction has been walked in; 6 deg/s at 35 cm/s."""
+ROLL_SIGMA = 0.004
+"""[rad] of the mean roll by the soles, from stride to stride."""
+UNKNOWN_ROLL = 0.1
+"""[rad] of a roll of which nothing is known."""
+ROLL_WALK, TURN_WALK, BIAS_WALK = 0.001, 0.1, 2e-5
+"""Process noise per root of time: [rad/s^0.5], [rad/m/s^0.5], [rad/s/s^0.5]."""
+GATE = 3.0
+"""Deviations by which a measurement may surprise; beyond them the robot tips or is moved."""
+SPEED_MIN = 0.05
+"""[m/s] from which a walk has a direction."""
+
+_ROLL, _TURN, _BIAS = range(3)
+
+
+class LeanTurn:
+    """Turn of the stance sole from the roll gyro and the joint angles."""
+
+    def __init__(self) -> None:
+        self._over_sole = TurnOverSole()
+        self._over_sole_rate = 0.0
+        self._still: list[float] = []
+        self._walking = False
+        self._direction: tuple[str, bool] | None = None
+        self._stride = _Stride()
+        self._x = np.zeros(3)
+        self._P = np.diag([0.0, 0.0, BIAS_SIGMA**2])
+
+    def update(
+        self,
+        support: int,
+        support_sole: SolePose,
+        roll_rate: float,
+        up: Point3,
+        velocity: tuple[float, float],
+        dt: float,
+        at_rest: bool,
+    ) -> float:
+        """The sole's turn [rad] in this tick, as far as it is steady.
+
+        support +1 left or -1 right; sole, gyro [rad/s] and vertical in the torso frame; velocity
+        by odometry [m/s]; at_rest: the robot stands still, so what the gyro shows is its bias.
+        """
+        over_sole = self._over_sole.update(support, support_sole, up)
+        if at_rest:
+            self._walking = False
+            self._learn_bias(roll_rate, round(REST_TIME / dt))
+            return 0.0
+        self._still.clear()
+        self._set_out(velocity)
+        if over_sole is not None:
+            self._over_sole_rate = over_sole / dt
+        elif support > 0:
+            self._end_stride()
+        lean, speed = -up[0], hypot(*velocity)
+        _, y, z = support_sole.normal
+        self._stride.add(roll_rate + self._over_sole_rate * lean, lean * speed, atan2(y, z), dt)
+        return float(self._x[_TURN]) * speed * dt
+
+    def _learn_bias(self, roll_rate: float, ticks: int) -> None:
+        self._still.append(roll_rate)
+        if len(self._still) < ticks:
+            return
+        H = np.array((0.0, 0.0, 1.0))
+        spread = float(np.std(self._still))
+        surprise = float(np.mean(self._still) - self._x[_BIAS])
+        sigma = max(REST_SHARE * spread, REST_SIGMA_MIN)
+        if spread < REST_SPREAD and not self._is_absurd(H, surprise, sigma):
+            self._correct(H, surprise, sigma)
+        self._still.clear()
+
+    def _set_out(self, velocity: tuple[float, float]) -> None:
+        """Every way to walk turns the soles in its own way."""
+        direction = self._direction
+        x, y = velocity
+        if hypot(x, y) > SPEED_MIN:
+            direction = ("x", x > 0.0) if abs(x) > abs(y) else ("y", y > 0.0)
+        if self._walking and direction == self._direction:
+            return
+        if not self._walking:
+            self._stride = _Stride()
+            self._forget(_ROLL, UNKNOWN_ROLL)
+        self._forget(_TURN, TURN_SIGMA)
+        self._walking, self._direction = True, direction
+
+    def _end_stride(self) -> None:
+        stride, self._stride = self._stride, _Stride()
+        if stride.time == 0.0:
+            return
+        H = np.array((1.0, stride.mean_leaned, -stride.mean_time))
+        surprise = stride.sole_roll - stride.mean_turned - float(H @ self._x)
+        if self._is_absurd(H, surprise, ROLL_SIGMA):
+            surprise += self._x[_ROLL]
+            self._forget(_ROLL, UNKNOWN_ROLL)
+        self._correct(H, surprise, ROLL_SIGMA)
+        F = np.array(((1.0, stride.leaned, -stride.time), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+        self._x = F @ self._x
+        self._x[_ROLL] += stride.turned
+        Q = np.diag(np.square((ROLL_WALK, TURN_WALK, BIAS_WALK)) * stride.time)
+        self._P = F @ self._P @ F.T + Q
+
+    def _is_absurd(self, H: FloatArray, surprise: float, sigma: float) -> bool:
+        return abs(surprise) > GATE * sqrt(float(H @ self._P @ H) + sigma**2)
+
+    def _correct(self, H: FloatArray, surprise: float, sigma: float) -> None:
+        K = self._P @ H / (H @ self._P @ H + sigma**2)
+        self._x = self._x + K * surprise
+        self._P = self._P - np.outer(K, H @ self._P)
+
+    def _forget(self, state: int, sigma: float) -> None:
+        """Nothing is known any more about one state but how large it may be."""
+        self._x[state] = 0.0
+        self._P[state] = self._P[:, state] = 0.0
+        self._P[state, state] = sigma**2
+
+
+class _Stride:
+    """What happens from one step on the left foot to the next."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.turned = 0.0
+        """[rad] by gyro and joints, without bias and turn of the soles."""
+        self.leaned = 0.0
+        """[m] walked, times the sine of the lean."""
+        self._sums = [0.0, 0.0, 0.0, 0.0]
+        self._ticks = 0
+
+    def add(self, rate: float, lean_speed: float, sole_roll: float, dt: float) -> None:
+        """One tick: d turned / dt [rad/s], d leaned / dt [m/s], roll by the sole [rad]."""
+        self.time += dt
+        self.turned += rate * dt
+        self.leaned += lean_speed * dt
+        for i, value in enumerate((self.turned, self.leaned, self.time, sole_roll)):
+            self._sums[i] += value
+        self._ticks += 1
+
+    mean_turned = property(lambda self: self._sums[0] / self._ticks)
+    mean_leaned = property(lambda self: self._sums[1] / self._ticks)
+    mean_time = property(lambda self: self._sums[2] / self._ticks)
+    sole_roll = property(lambda self: self._sums[3] / self._ticks)
