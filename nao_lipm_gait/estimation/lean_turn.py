@@ -123,8 +123,9 @@ class LeanTurn:
         stride, self._stride = self._stride, _Stride()
         if stride.time == 0.0:
             return
-        H = np.array((1.0, stride.mean_leaned, -stride.mean_time))
-        surprise = stride.sole_roll - stride.mean_turned - float(H @ self._x)
+        turned, leaned, time, sole_roll = stride.means()
+        H = np.array((1.0, leaned, -time))
+        surprise = sole_roll - turned - float(H @ self._x)
         if self._is_absurd(H, surprise, ROLL_SIGMA):
             surprise += self._x[_ROLL]
             self._forget(_ROLL, UNKNOWN_ROLL)
@@ -171,7 +172,7 @@ class _Stride:
             self._sums[i] += value
         self._ticks += 1
 
-    mean_turned = property(lambda self: self._sums[0] / self._ticks)
-    mean_leaned = property(lambda self: self._sums[1] / self._ticks)
-    mean_time = property(lambda self: self._sums[2] / self._ticks)
-    sole_roll = property(lambda self: self._sums[3] / self._ticks)
+    def means(self) -> tuple[float, float, float, float]:
+        """Over the ticks so far: turned, leaned, time since the beginning, roll by the sole."""
+        turned, leaned, time, sole_roll = (total / self._ticks for total in self._sums)
+        return turned, leaned, time, sole_roll
