@@ -69,8 +69,9 @@ def test_the_com_is_where_it_shall_be_after_one_round_mostly(command: VelocityCo
         misses.append(np.abs(com_in_q(body, joints, targets) - targets.com_in_q).max())
         body.set_joints(joints)
         body.com_in_torso()
-        (lx, ly, _), (rx, ry, _) = (body.sole_in_torso(side).forward for side in (1, -1))
-        turn = math.atan2(ly, lx) - math.atan2(ry, rx)
+        left, right = (np.array(body.sole_in_torso(side).forward) for side in (1, -1))
+        normal = body.sole_in_torso(1).normal
+        turn = math.atan2(float(normal @ np.cross(right, left)), float(right @ left))
         turns.append(abs(turn - (targets.left_sole.yaw - targets.right_sole.yaw)))
     # A sole's own yaw error, at most half of the tolerance, turns the CoM about the sole.
     assert max(misses) < 1.5 * COM_TOLERANCE

@@ -21,7 +21,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
-SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=2.0, end=3.0)
+SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=4.0, end=5.0)
 
 
 def same(a: Trace, b: Trace) -> bool:
@@ -54,11 +54,11 @@ def test_another_robot_or_noise_walks_differently(walked: Any) -> None:
 def test_the_trace_covers_the_task_at_the_control_rate(walked: Any) -> None:
     _, result = walked
     trace = result.trace
-    assert len(trace) == 301 and trace.time[-1] == pytest.approx(3.0)
+    assert len(trace) == 501 and trace.time[-1] == pytest.approx(5.0)
     assert set(np.diff(trace.stamp)) == {10_000_000}
     known = trace.status_stamp >= 0
     assert set((trace.stamp - trace.status_stamp)[known]) == {40_000_000}
-    assert trace.command[-1] == pytest.approx(SHORT.command_at(3.0).x * np.array((1, 0, 0)))
+    assert trace.command[-1] == pytest.approx(SHORT.command_at(SHORT.end).x * np.array((1, 0, 0)))
     assert not result.metrics.fell and result.metrics.duration == pytest.approx(1.0)
 
 
@@ -81,7 +81,7 @@ def _square(value: int) -> int:
 
 def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
     assert parallel_map(_square, range(7), jobs=2, show=False) == [n * n for n in range(7)]
-    task = dataclasses.replace(SHORT, start=1.0, end=1.5)
+    task = dataclasses.replace(SHORT, start=3.0, end=3.5)
     specs = [RolloutSpec(task, robot_seed=seed) for seed in (0, 1)]
     together = run_all(specs, jobs=2, show=False)
     assert [result.spec.robot_seed for result in together] == [0, 1]

@@ -13,6 +13,7 @@ from gait_lab.bench.crossing_picture import draw
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
 from gait_lab.crossing import STEERING_MAX, CrossingSpec, Walker, cross, plant_of
+from gait_lab.tasks import STAND_TIME
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 from sim_bridge.plant import PlantOption
@@ -31,11 +32,13 @@ def spec_of(walker: Walker, *options: PlantOption) -> CrossingSpec:
 
 def test_a_command_has_pauses_and_steers() -> None:
     walker = Walker("w", "bruno", "bruno", "own", 0.1, steps=4.0, pause=1.0)
-    speeds = [walker.command_at(time, 0.0).x for time in (0.5, 1.5, 3.0, 5.5, 6.5, 10.5, 11.5)]
+    times = (-0.5, 0.5, 2.0, 4.5, 5.5, 9.5, 10.5)
+    speeds = [walker.command_at(STAND_TIME + time, 0.0).x for time in times]
     assert speeds == pytest.approx([0.0, 0.05, 0.1, 0.0, 0.1, 0.0, 0.1])
-    assert walker.command_at(3.0, 0.2).yaw < 0.0 < walker.command_at(3.0, -0.2).yaw
-    assert walker.command_at(3.0, 0.0, 0.2).yaw < 0.0 < walker.command_at(3.0, 0.0, -0.2).yaw
-    assert abs(walker.command_at(3.0, 3.0).yaw) == pytest.approx(STEERING_MAX)
+    later = STAND_TIME + 2.0
+    assert walker.command_at(later, 0.2).yaw < 0.0 < walker.command_at(later, -0.2).yaw
+    assert walker.command_at(later, 0.0, 0.2).yaw < 0.0 < walker.command_at(later, 0.0, -0.2).yaw
+    assert abs(walker.command_at(later, 3.0).yaw) == pytest.approx(STEERING_MAX)
 
 
 def test_a_crossing_takes_the_way_over_the_speed() -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from gait_lab.rollout import Push, RolloutSpec, rollout
-from gait_lab.tasks import find_task
+from gait_lab.tasks import STAND_TIME, find_task
 from nao_lipm_gait.estimation.tipping import Tipping
 from nao_lipm_gait.parameters import GaitParameters
 
@@ -40,7 +40,7 @@ def test_steps_save_a_pushed_stand(direction: float, catch: bool) -> None:
     parameters = GaitParameters() if catch else GaitParameters(stand_catch=0.0)
     spec = RolloutSpec(
         find_task("stand").lasting(5.0), robot_seed=20, parameters=parameters, engine="mujoco",
-        push=Push(2.0, 2.2, direction),
+        push=Push(STAND_TIME + 1.0, 2.2, direction),
     )  # fmt: skip
     metrics = rollout(spec).metrics
     assert metrics.fell != catch

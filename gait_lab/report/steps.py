@@ -41,7 +41,7 @@ def find_phases(walk: Walk) -> tuple[Phase, ...]:
 
     The topic `support` has no stamp, only a time of arrival, and a busy recorder is late. So it
     says when the gait walked; on which foot, the footsteps say, which are drawn in the very tick of
-    each support change: then the CoM jumps in Q, and not in odom.
+    each support change, the sole that does not carry the robot pale.
     """
     changes = _told(walk)
     if not changes:
@@ -84,6 +84,11 @@ def _drawn_changes(walk: Walk) -> tuple[IntArray, IntArray]:
     steps = walk.footsteps
     if len(steps.stamp) < 2:
         return steps.stamp[:0], steps.stamp[:0]
+    if np.any(steps.support != DOUBLE):
+        changed = np.flatnonzero(np.diff(steps.support)) + 1
+        changed = changed[steps.support[changed] != DOUBLE]
+        return steps.stamp[changed], steps.support[changed]
+    # A bag in which no sole is pale: the CoM jumps in Q, and not in odom.
     in_q = walk.estimated.at(steps.stamp)[:, :2]
     moved_in_q = np.linalg.norm(np.diff(in_q, axis=0), axis=1)
     moved_in_odom = np.linalg.norm(np.diff(steps.com, axis=0), axis=1)

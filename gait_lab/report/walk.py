@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.bag_reading import BagContents, open_bag
+from gait_lab.metrics import DOUBLE, LEFT, RIGHT
 from gait_lab.report.topics import find_parts, missing_parts
 from nao_lipm_gait.signals import FloatArray
 
@@ -58,6 +59,8 @@ class Footsteps:
     """(m, 2) pendulum origin [m]."""
     com: FloatArray
     """(m, 2) estimated CoM [m]."""
+    support: IntArray
+    """(m,) LEFT or RIGHT by the sole that is drawn pale; DOUBLE where none is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,10 +314,13 @@ def _footsteps(messages: Messages) -> Footsteps:
         points = [
             (p.position.x, p.position.y) for p in (poses["pendulum origin"], poses["com"])
         ]
-        rows.append((stamp, *soles, *points))
-    columns = list(zip(*rows, strict=True)) if rows else [(), (), (), (), ()]
-    return Footsteps(
-        np.array(columns[0], dtype=np.int64),
-        *(np.array(column, dtype=float).reshape(len(rows), width)
-          for column, width in zip(columns[1:], (3, 3, 2, 2), strict=True)),
-    )  # fmt: skip
+        opacity = {marker.ns: marker.color.a for marker in message.markers}
+        ahead = opacity["left sole"] - opacity["right sole"]
+        rows.append((stamp, *soles, *points, LEFT if ahead > 0 else RIGHT if ahead < 0 else DOUBLE))
+    columns = list(zip(*rows, strict=True)) if rows else [(), (), (), (), (), ()]
+    left, right, origin, com = (
+        np.array(column, dtype=float).reshape(len(rows), width)
+        for column, width in zip(columns[1:5], (3, 3, 2, 2), strict=True)
+    )
+    stamps, supports = (np.array(columns[i], dtype=np.int64) for i in (0, 5))
+    return Footsteps(stamps, left, right, origin, com, supports)

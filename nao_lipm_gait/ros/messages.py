@@ -33,6 +33,8 @@ ground. It jumps with each support change, so it is not a frame of TF."""
 _NANOSECONDS = 1_000_000_000
 _LEFT = ColorRGBA(r=0.9, g=0.2, b=0.2, a=0.8)
 _RIGHT = ColorRGBA(r=0.2, g=0.7, b=0.2, a=0.8)
+_LEFT_UP = ColorRGBA(r=0.9, g=0.2, b=0.2, a=0.4)
+_RIGHT_UP = ColorRGBA(r=0.2, g=0.7, b=0.2, a=0.4)
 _ORIGIN = ColorRGBA(r=0.2, g=0.4, b=1.0, a=1.0)
 _COM = ColorRGBA(r=1.0, g=0.8, b=0.1, a=1.0)
 _SOLE = (0.16, 0.09, 0.005)
@@ -220,12 +222,14 @@ def support_text(status: GaitStatus) -> str:
 
 
 def footsteps(status: GaitStatus) -> MarkerArray:
-    """Soles, pendulum origin and CoM in `odom`."""
+    """Soles, pendulum origin and CoM in `odom`; a sole that does not carry the robot is pale."""
+    left = _LEFT_UP if status.support == "right" else _LEFT
+    right = _RIGHT_UP if status.support == "left" else _RIGHT
     markers = MarkerArray()
     for index, (pose, color, name) in enumerate(
         (
-            (status.left_sole_in_odom, _LEFT, "left sole"),
-            (status.right_sole_in_odom, _RIGHT, "right sole"),
+            (status.left_sole_in_odom, left, "left sole"),
+            (status.right_sole_in_odom, right, "right sole"),
         )
     ):
         sole = _marker(status.stamp, index, name, Marker.CUBE, color, _SOLE)
