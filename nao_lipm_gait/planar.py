@@ -5,6 +5,12 @@ from math import cos, sin
 from nao_lipm_gait.signals import Pose2
 
 
+def turned(x: float, y: float, yaw: float) -> tuple[float, float]:
+    """The vector x, y turned by yaw [rad], counter-clockwise."""
+    c, s = cos(yaw), sin(yaw)
+    return c * x - s * y, s * x + c * y
+
+
 def compose(pose: Pose2, offset: Pose2) -> Pose2:
     """The pose that lies at `offset` in the frame of `pose`."""
     x, y, yaw = pose

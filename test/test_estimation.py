@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from nao_lipm_gait.estimation.com_measurement import (
-    com_from_sole,
     measured_acceleration_in_q,
     measured_com_in_q,
-    sole_from_sole,
 )
+from nao_lipm_gait.estimation.level_frame import LevelFrame, level_frame
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
 from nao_lipm_gait.kinematics.body_model import SolePose
@@ -41,11 +40,12 @@ def test_measured_com_undoes_the_torsos_rotation(
     offset = torso_in_world.inv().apply(sole_in_world.apply(from_sole))
     sole = sole_pose(torso_in_world.inv() * sole_in_world, com - offset)
     up = tuple(torso_in_world.inv().apply([0.0, 0.0, 1.0]))
-    assert com_from_sole(tuple(com), sole, up) == pytest.approx(tuple(from_sole), abs=1e-9)
+    assert level_frame(sole, up).seen(tuple(com)) == pytest.approx(tuple(from_sole), abs=1e-9)
 
 
 def test_measured_com_is_where_the_walk_put_the_sole() -> None:
-    x, y, z = measured_com_in_q((0.02, -0.03, 0.25), (0.1, 0.05, math.pi / 2))
+    sole = LevelFrame((0.0, 0.0, -0.25), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), LEVEL)
+    x, y, z = measured_com_in_q((0.02, -0.03, 0.0), sole, (0.1, 0.05, math.pi / 2))
     assert (x, y, z) == pytest.approx((0.1 + 0.03, 0.05 + 0.02, 0.25))
 
 
@@ -61,7 +61,8 @@ def test_measured_acceleration_has_no_gravity_in_it(
         torso_in_world.inv() * Rotation.from_euler("Z", sole_yaw), np.array([0.0, 0.05, -0.33])
     )
     up = tuple(torso_in_world.inv().apply([0.0, 0.0, 1.0]))
-    measured = measured_acceleration_in_q(tuple(force), sole, up, (0.0, 0.05, yaw_in_q))
+    level = level_frame(sole, up)
+    measured = measured_acceleration_in_q(tuple(force), level, (0.0, 0.05, yaw_in_q))
     assert measured == pytest.approx(tuple(in_q[:2]), abs=1e-9)
 
 
@@ -74,7 +75,7 @@ def test_one_sole_seen_from_the_other(x: float, y: float, yaw: float, pitch: flo
         torso.inv() * Rotation.from_euler("Z", yaw), np.array([0.0, 0.05, -0.33]) + offset
     )
     up = tuple(torso.inv().apply([0.0, 0.0, 1.0]))
-    assert sole_from_sole(other, reference, up) == pytest.approx((x, y, yaw), abs=1e-9)
+    assert level_frame(reference, up).pose_of(other) == pytest.approx((x, y, yaw), abs=1e-9)
 
 
 def test_gyro_follows_a_turning_torso() -> None:
@@ -147,17 +148,17 @@ def feet(left: tuple[float, float], right: tuple[float, float]) -> tuple[SolePos
 def test_odometry_counts_the_steps_of_both_feet() -> None:
     odometry = Odometry()
     left, right = feet((0.0, 0.05), (0.0, -0.05))
-    odometry.update(1, left, right, LEVEL, DT)
+    odometry.update(1, level_frame(left, LEVEL), right, DT)
     assert odometry.base_footprint_in_odom == pytest.approx((0.0, 0.0, 0.0))
     # Left carries, the torso moves 6 cm, the right sole lands 6 cm ahead of the left one...
     left, right = feet((-0.06, 0.05), (0.0, -0.05))
-    odometry.update(1, left, right, LEVEL, DT)
+    odometry.update(1, level_frame(left, LEVEL), right, DT)
     assert odometry.base_footprint_in_odom == pytest.approx((0.03, 0.0, 0.0))
     # ...then the right one carries and the left one swings 6 cm past it.
-    odometry.update(-1, right, left, LEVEL, DT)
+    odometry.update(-1, level_frame(right, LEVEL), left, DT)
     assert odometry.base_footprint_in_odom == pytest.approx((0.03, 0.0, 0.0))
     left, right = feet((0.0, 0.05), (-0.06, -0.05))
-    odometry.update(-1, right, left, LEVEL, DT)
+    odometry.update(-1, level_frame(right, LEVEL), left, DT)
     assert odometry.base_footprint_in_odom == pytest.approx((0.09, 0.0, 0.0))
     assert odometry.velocity[0] > 0.0
 
@@ -165,7 +166,7 @@ def test_odometry_counts_the_steps_of_both_feet() -> None:
 def test_odometry_turns_with_the_feet() -> None:
     odometry = Odometry()
     left, right = feet((0.0, 0.05), (0.0, -0.05))
-    odometry.update(1, left, right, LEVEL, DT)
+    odometry.update(1, level_frame(left, LEVEL), right, DT)
     turned = SolePose(right.position, (math.cos(0.2), math.sin(0.2), 0.0), LEVEL)
-    odometry.update(1, left, turned, LEVEL, DT)
+    odometry.update(1, level_frame(left, LEVEL), turned, DT)
     assert odometry.base_footprint_in_odom[2] == pytest.approx(0.1)

@@ -6,6 +6,7 @@ import pytest
 
 from gait_lab.rollout import RolloutSpec, rollout
 from gait_lab.tasks import find_task
+from nao_lipm_gait.estimation.level_frame import LevelFrame, level_frame
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.stance_turn import StanceTurn
 from nao_lipm_gait.heading_hold import RATE_MAX, SETTLING_TIME, HeadingHold
@@ -21,6 +22,10 @@ FORWARD = VelocityCommand(0.2, 0.0, 0.0)
 def sole(yaw: float, y: float = 0.05) -> SolePose:
     """A level sole under a torso, turned by yaw [rad] in its frame."""
     return SolePose((0.0, y, -0.3), (math.cos(yaw), math.sin(yaw), 0.0), UP)
+
+
+def level(yaw: float) -> LevelFrame:
+    return level_frame(sole(yaw), UP)
 
 
 def settled(heading: float = 0.0) -> HeadingHold:
@@ -60,20 +65,20 @@ def test_the_stance_turn_is_what_the_gyro_has_beyond_the_joints() -> None:
     turn = StanceTurn()
     bias, slip, over_sole = 0.02, 0.3, 0.5
     for _ in range(1000):
-        assert turn.update(1, sole(0.0), (0.0, 0.0, bias), UP, DT, at_rest=True) == 0.0
+        assert turn.update(1, level(0.0), (0.0, 0.0, bias), DT, at_rest=True) == 0.0
     yaw = 0.0
     for _ in range(20):
         # a torso that turns left over its sole sees the sole turn right
         yaw -= over_sole * DT
-        seen = turn.update(1, sole(yaw), (0.0, 0.0, over_sole + slip + bias), UP, DT, False)
+        seen = turn.update(1, level(yaw), (0.0, 0.0, over_sole + slip + bias), DT, False)
         assert seen == pytest.approx(slip * DT, rel=1e-3)
-    assert turn.update(-1, sole(1.0), (0.0, 0.0, 0.0), UP, DT, False) == 0.0
+    assert turn.update(-1, level(1.0), (0.0, 0.0, 0.0), DT, False) == 0.0
 
 
 def test_odometry_turns_with_a_stance_foot_that_turns() -> None:
     odometry = Odometry()
-    odometry.update(1, sole(0.0), sole(0.0, -0.05), UP, DT)
-    odometry.update(1, sole(0.0), sole(0.0, -0.05), UP, DT, stance_turn=0.2)
+    odometry.update(1, level(0.0), sole(0.0, -0.05), DT)
+    odometry.update(1, level(0.0), sole(0.0, -0.05), DT, stance_turn=0.2)
     assert odometry.base_footprint_in_odom[2] == pytest.approx(0.2)
 
 

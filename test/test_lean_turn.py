@@ -9,6 +9,7 @@ import pytest
 from gait_lab.rollout import RolloutSpec, rollout
 from gait_lab.tasks import find_task
 from nao_lipm_gait.estimation.lean_turn import LeanTurn
+from nao_lipm_gait.estimation.level_frame import level_frame
 from nao_lipm_gait.estimation.sole_turn import TurnOverSole
 from nao_lipm_gait.kinematics.body_model import SolePose
 from nao_lipm_gait.parameters import GaitParameters
@@ -62,7 +63,9 @@ class SwayingTorso:
         gyro = roll_rate - yaw_rate * sin + self._bias + self.tipping
         gyro += self._noise.normal(0.0, NOISE)
         sole = flat_sole(up, -self._over_sole)
-        self.seen += self.filter.update(support, sole, gyro, up, velocity, DT, at_rest)
+        self.seen += self.filter.update(
+            support, level_frame(sole, up), sole.normal, gyro, velocity, DT, at_rest
+        )
 
 
 def flat_sole(up: Point3, heading: float) -> SolePose:
@@ -154,9 +157,13 @@ def test_another_way_to_walk_turns_the_soles_in_its_own_way() -> None:
 def test_the_torso_turns_left_over_a_sole_that_it_sees_turn_right() -> None:
     turn = TurnOverSole()
     up = (0.0, 0.0, 1.0)
-    assert turn.update(1, flat_sole(up, 0.0), up) is None
-    assert turn.update(1, flat_sole(up, -0.1), up) == pytest.approx(0.1)
-    assert turn.update(-1, flat_sole(up, 0.5), up) is None
+
+    def turn_of(support: int, heading: float) -> float | None:
+        return turn.update(support, level_frame(flat_sole(up, heading), up))
+
+    assert turn_of(1, 0.0) is None
+    assert turn_of(1, -0.1) == pytest.approx(0.1)
+    assert turn_of(-1, 0.5) is None
 
 
 def test_a_robot_without_yaw_gyro_keeps_its_heading() -> None:

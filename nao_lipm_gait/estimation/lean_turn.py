@@ -22,8 +22,8 @@ from math import atan2, hypot, sqrt
 
 import numpy as np
 
+from nao_lipm_gait.estimation.level_frame import LevelFrame
 from nao_lipm_gait.estimation.sole_turn import TurnOverSole
-from nao_lipm_gait.kinematics.body_model import SolePose
 from nao_lipm_gait.signals import FloatArray, Point3
 
 BIAS_SIGMA = 0.005
@@ -35,6 +35,8 @@ REST_SHARE, REST_SIGMA_MIN = 0.2, 1e-4
 rocks; [rad/s] by which it may be wrong where nothing scatters."""
 TURN_SIGMA = 0.3
 """[rad/m] of the soles' turn before a direction has been walked in; 6 deg/s at 35 cm/s."""
+TURN_MAX = 1.0
+"""[rad/m] that is believed: a gyro whose bias has jumped must not turn the robot in circles."""
 ROLL_SIGMA = 0.004
 """[rad] of the mean roll by the soles, from stride to stride."""
 UNKNOWN_ROLL = 0.1
@@ -65,19 +67,20 @@ class LeanTurn:
     def update(
         self,
         support: int,
-        support_sole: SolePose,
+        support_sole: LevelFrame,
+        sole_normal: Point3,
         roll_rate: float,
-        up: Point3,
         velocity: tuple[float, float],
         dt: float,
         at_rest: bool,
     ) -> float:
         """The sole's turn [rad] in this tick, as far as it is steady.
 
-        support +1 left or -1 right; sole, gyro [rad/s] and vertical in the torso frame; velocity
-        by odometry [m/s]; at_rest: the robot stands still, so what the gyro shows is its bias.
+        support +1 left or -1 right; the sole's normal and the gyro [rad/s] in the torso frame;
+        velocity by odometry [m/s]; at_rest: the robot stands still, so what the gyro shows is its
+        bias.
         """
-        over_sole = self._over_sole.update(support, support_sole, up)
+        over_sole = self._over_sole.update(support, support_sole)
         if at_rest:
             self._walking = False
             self._learn_bias(roll_rate, round(REST_TIME / dt))
@@ -88,10 +91,10 @@ class LeanTurn:
             self._over_sole_rate = over_sole / dt
         elif support > 0:
             self._end_stride()
-        lean, speed = -up[0], hypot(*velocity)
-        _, y, z = support_sole.normal
+        lean, speed = -support_sole.up[0], hypot(*velocity)
+        _, y, z = sole_normal
         self._stride.add(roll_rate + self._over_sole_rate * lean, lean * speed, atan2(y, z), dt)
-        return float(self._x[_TURN]) * speed * dt
+        return min(max(float(self._x[_TURN]), -TURN_MAX), TURN_MAX) * speed * dt
 
     def _learn_bias(self, roll_rate: float, ticks: int) -> None:
         self._still.append(roll_rate)

@@ -1,9 +1,9 @@
 """Odometry from the feet: the support sole stands still, the other one says where it will."""
 
-from nao_lipm_gait.estimation.com_measurement import sole_from_sole
+from nao_lipm_gait.estimation.level_frame import LevelFrame
 from nao_lipm_gait.kinematics.body_model import SolePose
 from nao_lipm_gait.planar import compose, halfway, relative
-from nao_lipm_gait.signals import Point3, Pose2
+from nao_lipm_gait.signals import Pose2
 
 VELOCITY_TIME = 0.25
 """[s] smoothing of the velocity, about one step."""
@@ -34,17 +34,16 @@ class Odometry:
     def update(
         self,
         support: int,
-        support_sole: SolePose,
+        support_sole: LevelFrame,
         other_sole: SolePose,
-        up: Point3,
         dt: float,
         stance_turn: float = 0.0,
     ) -> None:
-        """One tick: support +1 left or -1 right; both soles in the torso frame.
+        """One tick: support +1 left or -1 right; the other sole in the torso frame.
 
         stance_turn [rad]: by how much the support sole has turned on the ground, where known.
         """
-        other_seen = sole_from_sole(other_sole, support_sole, up)
+        other_seen = support_sole.pose_of(other_sole)
         if self._support == 0:
             self._sole_in_odom = relative((0.0, 0.0, 0.0), halfway((0.0, 0.0, 0.0), other_seen))
         elif support != self._support:

@@ -7,12 +7,12 @@ SensorFrame -> soles and CoM in the torso -> torso orientation -> measured CoM i
 import math
 
 from nao_lipm_gait.estimation.com_measurement import (
-    com_from_sole,
     measured_acceleration_in_q,
     measured_com_in_q,
 )
 from nao_lipm_gait.estimation.fall_detection import FallDetector
 from nao_lipm_gait.estimation.lean_turn import LeanTurn
+from nao_lipm_gait.estimation.level_frame import level_frame
 from nao_lipm_gait.estimation.lying import LyingDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.stance_turn import StanceTurn
@@ -113,10 +113,10 @@ class Proprioception:
             # Not every robot has a yaw gyro; the feet know how fast the torso turns.
             rate = (roll_rate, pitch_rate, self.odometry.velocity[2])
             self.orientation.update(rate, force, sole.normal, self._dt)
-        up = self.orientation.up_in_torso
-        self.com_in_q = measured_com_in_q(com_from_sole(com, sole, up), sole_in_q)
+        level = level_frame(sole, self.orientation.up_in_torso)
+        self.com_in_q = measured_com_in_q(com, level, sole_in_q)
         self.acceleration_in_q = (
-            measured_acceleration_in_q(force, sole, up, sole_in_q)
+            measured_acceleration_in_q(force, level, sole_in_q)
             if self._p.push_acceleration
             else None
         )
@@ -125,13 +125,13 @@ class Proprioception:
         turn = 0.0
         if self._p.yaw_gyro:
             rate = (roll_rate, pitch_rate, yaw_rate)
-            turn = self._stance_turn.update(support, sole, rate, up, self._dt, at_rest=settled)
+            turn = self._stance_turn.update(support, level, rate, self._dt, at_rest=settled)
         elif self._p.yaw_from_lean:
             walked = self.odometry.velocity[:2]
             turn = self._lean_turn.update(
-                support, sole, roll_rate, up, walked, self._dt, at_rest=settled
+                support, level, sole.normal, roll_rate, walked, self._dt, at_rest=settled
             )
-        self.odometry.update(support, sole, other, up, self._dt, turn)
+        self.odometry.update(support, level, other, self._dt, turn)
 
     def unwanted_tilt(self, frame: SensorFrame) -> tuple[float, float]:
         """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""

@@ -1,10 +1,8 @@
 """How the torso turns about the vertical over its stance sole, by the joint angles."""
 
-from math import atan2, remainder, tau
+from math import remainder, tau
 
-from nao_lipm_gait.estimation.com_measurement import level_heading
-from nao_lipm_gait.kinematics.body_model import SolePose
-from nao_lipm_gait.signals import Point3
+from nao_lipm_gait.estimation.level_frame import LevelFrame
 
 
 class TurnOverSole:
@@ -14,13 +12,12 @@ class TurnOverSole:
         self._support = 0
         self._heading = 0.0
 
-    def update(self, support: int, support_sole: SolePose, up: Point3) -> float | None:
+    def update(self, support: int, support_sole: LevelFrame) -> float | None:
         """The torso's turn [rad] since the last tick; None in one in which the support changes.
 
-        support +1 left or -1 right; sole and vertical in the torso frame.
+        support +1 left or -1 right.
         """
-        forward, left = level_heading(support_sole, up)
-        before, self._heading = self._heading, atan2(left[0], forward[0])
+        before, self._heading = self._heading, support_sole.torso_yaw
         if support != self._support:
             self._support = support
             return None

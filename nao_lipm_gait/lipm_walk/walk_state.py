@@ -4,10 +4,10 @@ Q is the paper's coordinate system: one per single support phase, between both f
 """
 
 from collections.abc import Iterable
-from math import cos, cosh, sin, sinh
+from math import cosh, sinh
 from typing import NamedTuple
 
-from nao_lipm_gait.planar import compose, relative
+from nao_lipm_gait.planar import compose, relative, turned
 from nao_lipm_gait.signals import Pose2
 
 LEFT = 1
@@ -79,22 +79,20 @@ def velocity_gained(before: WalkState, after: WalkState) -> tuple[float, float]:
     """By which the CoM got faster in x and y [m/s] from one state to a later one, in its axes."""
     vx, vy, turn = before.vx, before.vy, after.q_in_odom[2] - before.q_in_odom[2]
     if turn != 0.0:
-        c, s = cos(turn), sin(turn)
-        vx, vy = c * vx + s * vy, c * vy - s * vx
+        vx, vy = turned(vx, vy, -turn)
     return after.vx - vx, after.vy - vy
 
 
 def enter_next_q(state: WalkState, change: NextSupport) -> WalkState:
     """The same motion of the CoM, seen from Q-bar and carried by the other leg."""
     x, y, _ = relative((state.x, state.y, 0.0), change.step_size)
-    c = cos(change.step_size[2])
-    s = sin(change.step_size[2])
+    vx, vy = turned(state.vx, state.vy, -change.step_size[2])
     return WalkState(
         support=-state.support,
         x=x,
         y=y,
-        vx=c * state.vx + s * state.vy,
-        vy=-s * state.vx + c * state.vy,
+        vx=vx,
+        vy=vy,
         sole_in_q=change.sole_in_next_q,
         q_in_odom=compose(state.q_in_odom, change.step_size),
         step_count=state.step_count + 1,
