@@ -77,3 +77,19 @@ def test_the_com_is_where_it_shall_be_after_one_round_mostly(command: VelocityCo
     assert max(misses) < 1.5 * COM_TOLERANCE
     assert np.median(turns) < 5.0 * YAW_TOLERANCE
     assert legs.calls < 1.5 * len(misses)
+
+
+def test_arms_swing_with_the_feet_and_not_with_a_turn_on_the_spot() -> None:
+    robot = load_robot()
+    shoulders = [robot.index(name) for name in robot.shoulder_pitch]
+
+    def swing(command: VelocityCommand) -> FloatArray:
+        placement = BodyPlacement(robot, BodyModel(robot), make_legs(robot))
+        walk = targets_of(command, 300)
+        placed = [placement.place(targets, arm_swing=4.0).position[shoulders] for targets in walk]
+        return np.array(placed[100:]) - np.array(robot.stand_pose)[shoulders]
+
+    straight, turn = (swing(VelocityCommand(x=0.3)), swing(VelocityCommand(yaw=1.2)))
+    assert np.ptp(straight) > 0.4
+    assert np.allclose(straight[:, 0], -straight[:, 1])
+    assert np.ptp(turn) < 0.05

@@ -12,6 +12,7 @@ import numpy as np
 
 from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
 from nao_lipm_gait.kinematics.leg_kinematics import LegKinematics, LegSolution
+from nao_lipm_gait.planar import turned
 from nao_lipm_gait.robot_description import LegJoints, RobotDescription
 from nao_lipm_gait.signals import FloatArray, Point3
 from nao_lipm_gait.walk import BodyTargets, SoleTarget
@@ -76,16 +77,21 @@ class BodyPlacement:
         """Joint angles that put the soles and the CoM at their targets in Q.
 
         arm_swing [rad/m]: each arm swings with the opposite foot, against the turning moment of
-        the swing leg that the stance sole would have to hold by friction.
+        the swing leg that the stance sole would have to hold by friction. Ahead is where both soles
+        look on average: a turn on the spot puts no foot ahead.
         """
-        swing = arm_swing * (targets.right_sole.x - targets.left_sole.x)
-        self._position[self._left_shoulder] = self._left_hang - swing
-        self._position[self._right_shoulder] = self._right_hang + swing
         self._lowered = max(0.0, self._lowered - RISE_STEP)
         com_x, com_y, com_z = targets.com_in_q
         left_axes = _sole_axes(targets.left_sole)
         right_axes = _sole_axes(targets.right_sole)
         mean_yaw = 0.5 * (targets.left_sole.yaw + targets.right_sole.yaw)
+        ahead, _ = turned(
+            targets.right_sole.x - targets.left_sole.x,
+            targets.right_sole.y - targets.left_sole.y,
+            -mean_yaw,
+        )
+        self._position[self._left_shoulder] = self._left_hang - arm_swing * ahead
+        self._position[self._right_shoulder] = self._right_hang + arm_swing * ahead
         solution: LegSolution
         last, before, first = self._com_in_torso
         cx, cy, cz = map(_continued, last, before, first)
