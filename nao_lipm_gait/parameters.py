@@ -287,7 +287,7 @@ class GaitParameters:
     )
     arm_swing: float = _parameter(
         5.5, 0.0, 6.0, "rad/m", "posture",
-        "how far each arm swings with the opposite foot, per distance of the feet in x",
+        "how far each arm swings with the opposite foot, per distance that a foot is ahead",
     )
     # -- start, stop, fall -------------------------------------------------------------------------
     stand_time: float = _parameter(

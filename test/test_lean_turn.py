@@ -25,13 +25,17 @@ NOISE = 0.005
 class SwayingTorso:
     """A torso that sways over flat soles, leans forward and turns more than its joints say."""
 
-    def __init__(self, lean: float, bias: float, joints: float = 0.0, seed: int = 0) -> None:
-        """lean [rad]; bias of the roll gyro [rad/s]; joints: the turn that they see [rad/s]."""
+    def __init__(
+        self, lean: float, bias: float, joints: float = 0.0, slope: float = 0.0, seed: int = 0
+    ) -> None:
+        """lean [rad] over the soles; bias of the roll gyro [rad/s]; joints: the turn that they
+        see [rad/s]; slope [rad] of the ground, down the way that the robot looks."""
         self.filter = LeanTurn()
         self.seen = 0.0
         """[rad] of the soles' turn, as far as the filter has told it."""
         self.tipping = 0.0
-        self._lean, self._bias, self._joints = lean, bias, joints
+        self.bias = bias
+        self._lean, self._joints, self._slope = lean, joints, slope
         self._noise = np.random.default_rng(seed)
         self._time = 0.0
         self._over_sole = 0.0
@@ -60,11 +64,17 @@ class SwayingTorso:
     ) -> None:  # fmt: skip
         sin, cos = math.sin(self._lean), math.cos(self._lean)
         up = (-sin, cos * math.sin(roll), cos * math.cos(roll))
-        gyro = roll_rate - yaw_rate * sin + self._bias + self.tipping
+        gyro = roll_rate - yaw_rate * sin + self.bias + self.tipping
         gyro += self._noise.normal(0.0, NOISE)
         sole = flat_sole(up, -self._over_sole)
+        # The slope as the turning torso sees it.
+        lean = self._lean + self._slope * math.cos(self._over_sole)
+        tilted = roll - self._slope * math.sin(self._over_sole)
+        vertical = (
+            -math.sin(lean), math.cos(lean) * math.sin(tilted), math.cos(lean) * math.cos(tilted)
+        )
         self.seen += self.filter.update(
-            support, level_frame(sole, up), sole.normal, gyro, velocity, DT, at_rest
+            support, level_frame(sole, vertical), sole.normal, gyro, velocity, DT, at_rest
         )
 
 
@@ -143,6 +153,52 @@ def test_a_robot_that_tipped_has_not_turned() -> None:
 
     # a turn that explained all of it would be 2.4 rad
     assert seen(0.3) == pytest.approx(seen(0.0), abs=0.25)
+
+
+def test_a_bias_beyond_what_gyros_have_is_learned_when_it_stays() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.03)
+    torso.stand(4.0)
+    torso.walk(20.0, 0.0)
+    assert abs(torso.seen) < math.radians(20.0)
+
+
+def test_a_bias_that_drifts_at_rest_is_followed() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.0)
+    drift = 0.004 / 300.0
+    torso.stand(300.0, lambda time: drift * time)
+    torso.bias = 0.004
+    torso.walk(20.0, 0.0)
+    assert abs(torso.seen) < math.radians(20.0)
+
+
+@pytest.mark.parametrize("slope", [-0.1, 0.1])
+def test_a_slope_is_not_a_turn(slope: float) -> None:
+    """The soles lie on the slope; a turn over them that the joints see is none of the soles."""
+    torso = SwayingTorso(lean=0.12, bias=0.0, joints=0.3, slope=slope)
+    torso.stand(3.0)
+    torso.walk(8.0, 0.0, velocity=(0.2, 0.0))
+    assert abs(torso.seen) < math.radians(10.0)
+
+
+def test_a_diagonal_walk_has_one_direction() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.0)
+    torso.stand(3.0)
+    for _ in range(20):
+        torso.walk(0.5, 0.15, velocity=(0.2, 0.19))
+        torso.walk(0.5, 0.15, velocity=(0.2, 0.21))
+    before = torso.seen
+    torso.walk(5.0, 0.15, velocity=(0.2, 0.21))
+    assert torso.seen - before == pytest.approx(5.0 * 0.15, abs=math.radians(7.0))
+
+
+def test_what_was_learned_outlasts_a_stop() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.0)
+    torso.stand(3.0)
+    torso.walk(15.0, 0.2)
+    torso.stand(1.0)
+    before = torso.seen
+    torso.walk(1.0, 0.2)
+    assert torso.seen - before == pytest.approx(0.2, abs=0.05)
 
 
 def test_another_way_to_walk_turns_the_soles_in_its_own_way() -> None:

@@ -315,8 +315,9 @@ def _footsteps(messages: Messages) -> Footsteps:
             (p.position.x, p.position.y) for p in (poses["pendulum origin"], poses["com"])
         ]
         opacity = {marker.ns: marker.color.a for marker in message.markers}
-        ahead = opacity["left sole"] - opacity["right sole"]
-        rows.append((stamp, *soles, *points, LEFT if ahead > 0 else RIGHT if ahead < 0 else DOUBLE))
+        left_more = opacity["left sole"] - opacity["right sole"]
+        support = LEFT if left_more > 0 else RIGHT if left_more < 0 else DOUBLE
+        rows.append((stamp, *soles, *points, support))
     columns = list(zip(*rows, strict=True)) if rows else [(), (), (), (), (), ()]
     left, right, origin, com = (
         np.array(column, dtype=float).reshape(len(rows), width)

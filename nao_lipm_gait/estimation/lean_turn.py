@@ -5,14 +5,15 @@ With roll phi, pitch theta and yaw psi of the torso (REP-103), the roll gyro rea
     omega_x = phi' - psi' sin(theta) + bias
 
 so a torso that leans shows a share of its turning there. Over whole strides the roll comes back to
-where it was, which the stance soles tell; the bias is learned while the robot stands. What the sum
-over a stride then lacks is a turn that the joints have not seen: the soles have turned.
+where it was, which the joints tell: roll and pitch are taken over the stance sole, so that a slope
+does not matter. The bias is learned while the robot stands. What the sum over a stride then lacks
+is a turn that the joints have not seen: the soles have turned.
 
 A Kalman filter with one measurement per stride tells the three apart:
 
     x = (phi, c, bias), c [rad/m]: turn of the soles per walked metre
     phi(t) = phi + integral (omega_x + (psi'_joints + c |v|) sin(theta) - bias) dt
-    z = mean of the soles' roll over the stride, expected: the mean of phi(t)
+    z = mean over the stride of the torso's roll over its sole, expected: the mean of phi(t)
 
 Means, because the roll of one moment depends on when in the sway the support changes.
 It takes some strides to see a steady drift, and sees nothing of a single step or an upright torso.
@@ -28,7 +29,7 @@ from nao_lipm_gait.signals import FloatArray, Point3
 
 BIAS_SIGMA = 0.005
 """[rad/s] of a gyro's bias before the robot has stood still."""
-REST_TIME, REST_SPREAD = 0.5, 0.01
+REST_TIME, REST_SPREAD = 0.5, 0.03
 """[s] of a mean that tells the bias at rest; [rad/s] that a gyro at rest may scatter."""
 REST_SHARE, REST_SIGMA_MIN = 0.2, 1e-4
 """Share of the scatter by which the mean may be wrong, because a robot that has just stopped still
@@ -38,15 +39,17 @@ TURN_SIGMA = 0.3
 TURN_MAX = 1.0
 """[rad/m] that is believed: a gyro whose bias has jumped must not turn the robot in circles."""
 ROLL_SIGMA = 0.004
-"""[rad] of the mean roll by the soles, from stride to stride."""
+"""[rad] of the mean roll by the joints, from stride to stride."""
 UNKNOWN_ROLL = 0.1
 """[rad] of a roll of which nothing is known."""
-ROLL_WALK, TURN_WALK, BIAS_WALK = 0.001, 0.1, 2e-5
+ROLL_WALK, TURN_WALK, BIAS_WALK = 0.001, 0.1, 1e-4
 """Process noise per root of time: [rad/s^0.5], [rad/m/s^0.5], [rad/s/s^0.5]."""
 GATE = 3.0
 """Deviations by which a measurement may surprise; beyond them the robot tips or is moved."""
 SPEED_MIN = 0.05
 """[m/s] from which a walk has a direction."""
+MAIN_AXIS = 1.5
+"""A walk has the direction of the axis along which it is this much faster."""
 
 _ROLL, _TURN, _BIAS = range(3)
 
@@ -58,6 +61,8 @@ class LeanTurn:
         self._over_sole = TurnOverSole()
         self._over_sole_rate = 0.0
         self._still: list[float] = []
+        self._doubted: float | None = None
+        """[rad/s] the last mean at rest, where it was an outlier."""
         self._walking = False
         self._direction: tuple[str, bool] | None = None
         self._stride = _Stride()
@@ -91,55 +96,68 @@ class LeanTurn:
             self._over_sole_rate = over_sole / dt
         elif support > 0:
             self._end_stride()
-        lean, speed = -support_sole.up[0], hypot(*velocity)
-        _, y, z = sole_normal
+        x, y, z = sole_normal
+        lean, speed = -x, hypot(*velocity)
         self._stride.add(roll_rate + self._over_sole_rate * lean, lean * speed, atan2(y, z), dt)
-        return min(max(float(self._x[_TURN]), -TURN_MAX), TURN_MAX) * speed * dt
+        return float(self._x[_TURN]) * speed * dt
 
     def _learn_bias(self, roll_rate: float, ticks: int) -> None:
         self._still.append(roll_rate)
         if len(self._still) < ticks:
             return
-        H = np.array((0.0, 0.0, 1.0))
-        spread = float(np.std(self._still))
-        surprise = float(np.mean(self._still) - self._x[_BIAS])
-        sigma = max(REST_SHARE * spread, REST_SIGMA_MIN)
-        if spread < REST_SPREAD and not self._is_absurd(H, surprise, sigma):
-            self._correct(H, surprise, sigma)
+        mean, spread = float(np.mean(self._still)), float(np.std(self._still))
         self._still.clear()
+        self._P[_BIAS, _BIAS] += BIAS_WALK**2 * REST_TIME
+        if spread > REST_SPREAD:
+            return
+        H = np.array((0.0, 0.0, 1.0))
+        sigma = max(REST_SHARE * spread, REST_SIGMA_MIN)
+        if self._is_outlier(H, mean - self._x[_BIAS], sigma):
+            before, self._doubted = self._doubted, mean
+            if before is None or abs(mean - before) > GATE * sqrt(2.0) * sigma:
+                return
+            # Twice the same: not a robot that is moved but another bias.
+            self._forget(_BIAS, abs(mean))
+        self._doubted = None
+        self._correct(H, mean - self._x[_BIAS], sigma)
 
     def _set_out(self, velocity: tuple[float, float]) -> None:
-        """Every way to walk turns the soles in its own way."""
-        direction = self._direction
-        x, y = velocity
-        if hypot(x, y) > SPEED_MIN:
-            direction = ("x", x > 0.0) if abs(x) > abs(y) else ("y", y > 0.0)
-        if self._walking and direction == self._direction:
-            return
+        """Forget the turn when another direction is walked: each has its own."""
         if not self._walking:
+            self._walking = True
             self._stride = _Stride()
+            self._over_sole_rate = 0.0
             self._forget(_ROLL, UNKNOWN_ROLL)
-        self._forget(_TURN, TURN_SIGMA)
-        self._walking, self._direction = True, direction
+        x, y = velocity
+        if hypot(x, y) < SPEED_MIN:
+            return
+        along_x = abs(x) > abs(y) if self._direction is None else self._direction[0] == "x"
+        if max(abs(x), abs(y)) > MAIN_AXIS * min(abs(x), abs(y)):
+            along_x = abs(x) > abs(y)
+        direction = ("x", x > 0.0) if along_x else ("y", y > 0.0)
+        if direction != self._direction:
+            self._direction = direction
+            self._forget(_TURN, TURN_SIGMA)
 
     def _end_stride(self) -> None:
         stride, self._stride = self._stride, _Stride()
         if stride.time == 0.0:
             return
-        turned, leaned, time, sole_roll = stride.means()
+        rolled, leaned, time, roll = stride.means()
         H = np.array((1.0, leaned, -time))
-        surprise = sole_roll - turned - float(H @ self._x)
-        if self._is_absurd(H, surprise, ROLL_SIGMA):
+        surprise = roll - rolled - float(H @ self._x)
+        if self._is_outlier(H, surprise, ROLL_SIGMA):
             surprise += self._x[_ROLL]
             self._forget(_ROLL, UNKNOWN_ROLL)
         self._correct(H, surprise, ROLL_SIGMA)
         F = np.array(((1.0, stride.leaned, -stride.time), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
         self._x = F @ self._x
-        self._x[_ROLL] += stride.turned
+        self._x[_ROLL] += stride.rolled
+        self._x[_TURN] = min(max(self._x[_TURN], -TURN_MAX), TURN_MAX)
         Q = np.diag(np.square((ROLL_WALK, TURN_WALK, BIAS_WALK)) * stride.time)
         self._P = F @ self._P @ F.T + Q
 
-    def _is_absurd(self, H: FloatArray, surprise: float, sigma: float) -> bool:
+    def _is_outlier(self, H: FloatArray, surprise: float, sigma: float) -> bool:
         return abs(surprise) > GATE * sqrt(float(H @ self._P @ H) + sigma**2)
 
     def _correct(self, H: FloatArray, surprise: float, sigma: float) -> None:
@@ -159,23 +177,23 @@ class _Stride:
 
     def __init__(self) -> None:
         self.time = 0.0
-        self.turned = 0.0
+        self.rolled = 0.0
         """[rad] by gyro and joints, without bias and turn of the soles."""
         self.leaned = 0.0
         """[m] walked, times the sine of the lean."""
         self._sums = [0.0, 0.0, 0.0, 0.0]
         self._ticks = 0
 
-    def add(self, rate: float, lean_speed: float, sole_roll: float, dt: float) -> None:
-        """One tick: d turned / dt [rad/s], d leaned / dt [m/s], roll by the sole [rad]."""
+    def add(self, roll_rate: float, lean_speed: float, roll: float, dt: float) -> None:
+        """One tick: d rolled / dt [rad/s], d leaned / dt [m/s], roll by the joints [rad]."""
         self.time += dt
-        self.turned += rate * dt
+        self.rolled += roll_rate * dt
         self.leaned += lean_speed * dt
-        for i, value in enumerate((self.turned, self.leaned, self.time, sole_roll)):
+        for i, value in enumerate((self.rolled, self.leaned, self.time, roll)):
             self._sums[i] += value
         self._ticks += 1
 
     def means(self) -> tuple[float, float, float, float]:
-        """Over the ticks so far: turned, leaned, time since the beginning, roll by the sole."""
-        turned, leaned, time, sole_roll = (total / self._ticks for total in self._sums)
-        return turned, leaned, time, sole_roll
+        """Over the ticks so far: rolled, leaned, time since the beginning, roll by the joints."""
+        rolled, leaned, time, roll = (total / self._ticks for total in self._sums)
+        return rolled, leaned, time, roll
