@@ -18,6 +18,7 @@ from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.heading_hold import HeadingHold
+from nao_lipm_gait.heading_lean import HeadingLean
 from nao_lipm_gait.kinematics.body_model import BodyModel
 from nao_lipm_gait.kinematics.body_placement import BodyPlacement
 from nao_lipm_gait.kinematics.joint_limits import JointLimits
@@ -93,6 +94,7 @@ class Gait:
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._heading_hold = HeadingHold()
+        self._heading_lean = HeadingLean()
         self._speed_hold = SpeedHold()
         self._conductor = Conductor(self.robot, self._motions)
         self._head.rest()
@@ -180,17 +182,23 @@ class Gait:
         self._walk.observe(x, y, self._senses.acceleration_in_q)
         walking = self._state is not GaitState.STAND and not self._stops
         before = self._walk.predicted.support
-        self._targets = self._walk.plan(self._steered(command) if walking else STANDSTILL)
+        self._targets = self._leaned(
+            self._walk.plan(self._steered(command) if walking else STANDSTILL),
+            walking,
+            (missed + 1) * self._dt,
+        )
         if self._pending is not None and (
             self._walk.predicted.support != before or self._state not in ON_THE_WAY
         ):
             self._take_over(self._pending)
         if self._parameters.feedback and self._state in ON_THE_WAY:
-            walks = self._state is GaitState.WALK
+            unwanted = (0.0, 0.0)
+            if self._state is GaitState.WALK:
+                unwanted = self._senses.unwanted_tilt(frame, self._targets.torso_pitch)
             self._targets = self._tilt.apply(
                 self._targets,
                 self._walk.predicted.support,
-                self._senses.unwanted_tilt(frame) if walks else (0.0, 0.0),
+                unwanted,
                 self._parameters,
                 self._dt,
             )
@@ -224,6 +232,12 @@ class Gait:
         gain = p.heading_gain if p.feedback else 0.0
         heading = odometry.base_footprint_in_odom[2]
         return self._heading_hold.steered(command, heading, gain, self._dt)
+
+    def _leaned(self, targets: BodyTargets, walking: bool, dt: float) -> BodyTargets:
+        p = self._parameters
+        needed = p.yaw_from_lean and not p.yaw_gyro and self._heading_hold.holds and walking
+        lean = self._heading_lean.towards(p.heading_lean if needed else 0.0, dt)
+        return targets._replace(torso_pitch=targets.torso_pitch + lean)
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
         """Ticks without a frame since the last one; begins anew at a start or a time jump."""

@@ -21,6 +21,11 @@ class HeadingHold:
         self._wanted: float | None = None
         self._straight_time = 0.0
 
+    @property
+    def holds(self) -> bool:
+        """Whether there is a heading to be held."""
+        return self._wanted is not None
+
     def steered(
         self, command: VelocityCommand, heading: float, gain: float, dt: float
     ) -> VelocityCommand:

@@ -122,7 +122,7 @@ class GaitParameters:
         "optimal pendulum origin ahead of the ankle (where r_x = 0)",
     )
     torso_pitch: float = _parameter(
-        0.12, -0.3, 0.3, "rad", "stance", "forward lean of the torso while walking"
+        0.04, -0.3, 0.3, "rad", "stance", "forward lean of the torso while walking"
     )
     # -- swing foot --------------------------------------------------------------------------------
     swing_lift: float = _parameter(
@@ -233,6 +233,10 @@ class GaitParameters:
     yaw_from_lean: bool = _switch(
         True, "heading",
         "without a yaw gyro: a torso that leans shows a steady turn of the feet in its roll gyro",
+    )
+    heading_lean: float = _parameter(
+        0.08, 0.0, 0.2, "rad", "heading",
+        "how much further the torso leans for that while a heading is held; more sees more",
     )
     speed_time: float = _parameter(
         2.0, 0.0, 60.0, "s", "heading",

@@ -20,7 +20,7 @@ from nao_lipm_gait.signals import (
 PERIOD = 10_000_000
 GRAVITY = np.array([0.0, 0.0, 9.81])
 FORWARD = VelocityCommand(0.15, 0.0, 0.0)
-P = GaitParameters(torso_pitch=0.0)
+P = GaitParameters(torso_pitch=0.0, heading_lean=0.0)
 """The obedient robot below keeps its torso upright whatever its legs say."""
 
 

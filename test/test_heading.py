@@ -1,15 +1,18 @@
 """Heading hold and the yaw gyro: laws of the parts, and a robot that walks straight by them."""
 
 import math
+from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from gait_lab.rollout import RolloutSpec, rollout
-from gait_lab.tasks import find_task
+from gait_lab.tasks import Task, find_task
 from nao_lipm_gait.estimation.level_frame import LevelFrame, level_frame
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.stance_turn import StanceTurn
 from nao_lipm_gait.heading_hold import RATE_MAX, SETTLING_TIME, HeadingHold
+from nao_lipm_gait.heading_lean import RATE, HeadingLean
 from nao_lipm_gait.kinematics.body_model import SolePose
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.signals import VelocityCommand
@@ -59,6 +62,36 @@ def test_a_commanded_turn_and_a_stand_are_left_alone() -> None:
     still = VelocityCommand(0.0, 0.0, 0.0)
     assert hold.steered(still, 2.0, 1.0, DT) == still
     assert settled(0.0).steered(FORWARD, 1.0, 0.0, DT) == FORWARD
+
+
+def test_the_torso_leans_while_a_heading_is_held_and_comes_back() -> None:
+    lean = HeadingLean()
+    angles = [lean.towards(0.08, DT) for _ in range(100)]
+    assert max(b - a for a, b in pairwise(angles)) <= 1.001 * RATE * DT
+    assert angles[-1] == pytest.approx(0.08)
+    assert [lean.towards(0.0, DT) for _ in range(100)][-1] == pytest.approx(0.0)
+    hold = HeadingHold()
+    assert not hold.holds and settled().holds
+    hold = settled()
+    hold.steered(VelocityCommand(0.2, 0.0, 0.3), 0.0, 1.0, DT)
+    assert not hold.holds
+
+
+@pytest.mark.parametrize(("yaw", "leans"), [(0.0, True), (0.4, False)])
+def test_only_a_robot_that_walks_straight_leans(yaw: float, leans: bool) -> None:
+    def pitch(heading_lean: float) -> float:
+        knots = ((0.5, VelocityCommand(0.0, 0.0, 0.0)), (1.0, VelocityCommand(0.15, 0.0, yaw)))
+        spec = RolloutSpec(
+            Task("lean", knots, 4.0, 5.0), keep_trace=True, engine="mujoco",
+            parameters=GaitParameters(heading_lean=heading_lean),
+        )  # fmt: skip
+        trace = rollout(spec).trace
+        assert trace is not None
+        x, y, z, w = trace.torso_quaternion[-100:].T
+        return float(np.mean(np.arcsin(2.0 * (w * y - z * x))))
+
+    pytest.importorskip("mujoco")
+    assert pitch(0.1) - pitch(0.0) == pytest.approx(0.1 if leans else 0.0, abs=0.03)
 
 
 def test_the_stance_turn_is_what_the_gyro_has_beyond_the_joints() -> None:

@@ -133,13 +133,13 @@ class Proprioception:
             )
         self.odometry.update(support, level, other, self._dt, turn)
 
-    def unwanted_tilt(self, frame: SensorFrame) -> tuple[float, float]:
+    def unwanted_tilt(self, frame: SensorFrame, wanted_pitch: float) -> tuple[float, float]:
         """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""
         p = self._p
         roll_rate, pitch_rate, _ = point(frame.angular_velocity)
         return (
             self.orientation.roll + p.feedback_delay * roll_rate,
-            self.orientation.pitch + p.feedback_delay * pitch_rate - p.torso_pitch,
+            self.orientation.pitch + p.feedback_delay * pitch_rate - wanted_pitch,
         )
 
     def falls(self, frame: SensorFrame) -> bool:
