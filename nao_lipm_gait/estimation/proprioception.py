@@ -1,15 +1,12 @@
 """What the robot knows about its own body, made from one sensor frame per tick.
 
-SensorFrame -> soles and CoM in the torso -> torso orientation -> measured CoM in Q (11)
- -> odometry; beside it: does it fall, does it tip, on which side does it lie?
+    SensorFrame -> soles and CoM in the torso -> torso orientation -> measured CoM in Q (11)
+     -> odometry; beside it: does it fall, does it tip, on which side does it lie?
 """
 
 import math
 
-from nao_lipm_gait.estimation.com_measurement import (
-    measured_acceleration_in_q,
-    measured_com_in_q,
-)
+from nao_lipm_gait.estimation.com_measurement import measured_acceleration_in_q, measured_com_in_q
 from nao_lipm_gait.estimation.fall_detection import FallDetector
 from nao_lipm_gait.estimation.lean_turn import LeanTurn
 from nao_lipm_gait.estimation.level_frame import level_frame
