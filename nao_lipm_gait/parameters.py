@@ -136,6 +136,10 @@ class GaitParameters:
         0.97, 0.5, 1.0, "", "swing",
         "share of the step after which the foot no longer moves in x, y",
     )
+    swing_toe_lift: float = _parameter(
+        0.5, 0.0, 2.0, "rad/m", "swing",
+        "by how much the toes go up halfway, per way forward: joints that lag let them hang",
+    )
     # -- step sizes --------------------------------------------------------------------------------
     step_forward_max: float = _parameter(
         0.09, 0.0, 0.2, "m", "step", "largest step size forward"

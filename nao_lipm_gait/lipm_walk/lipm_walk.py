@@ -246,7 +246,8 @@ class LipmWalk:
         return -self._p.foot_reference_x, side * 0.5 * self._p.foot_spacing, 0.0
 
     def _swing_foot(self, start: Pose2, lift: float) -> SwingFoot:
-        return SwingFoot(start, lift, self._p.swing_rise, self._p.swing_travel_end)
+        p = self._p
+        return SwingFoot(start, lift, p.swing_rise, p.swing_travel_end, p.swing_toe_lift)
 
     # -- what is seen from outside -----------------------------------------------------------------
 
@@ -254,7 +255,7 @@ class LipmWalk:
         p = self._p
         support_sole = SoleTarget(state.sole_in_q[0], state.sole_in_q[1], 0.0, state.sole_in_q[2])
         x, y, yaw = self._swing.pose_in_q
-        swing_sole = SoleTarget(x, y, self._swing.height, yaw)
+        swing_sole = SoleTarget(x, y, self._swing.height, yaw, self._swing.pitch)
         left, right = (
             (support_sole, swing_sole) if state.support == LEFT else (swing_sole, support_sole)
         )

@@ -7,6 +7,7 @@ jumps however the plan moves.
 
 from math import cos, pi
 
+from nao_lipm_gait.planar import turned
 from nao_lipm_gait.signals import Pose2
 
 
@@ -22,9 +23,15 @@ def raised_cosine(phase: float) -> float:
 class SwingFoot:
     """Pose of the swing sole in Q during one single support phase."""
 
-    def __init__(self, start: Pose2, lift: float, rise: float, travel_end: float):
-        """start: sole pose in Q; lift [m]; rise, travel_end: shares of the phase."""
+    def __init__(
+        self, start: Pose2, lift: float, rise: float, travel_end: float, toe_lift: float = 0.0
+    ):
+        """start: sole pose in Q; lift [m]; rise, travel_end: shares of the phase; toe_lift
+        [rad/m]: by which the toes go up per way forward."""
         self.phase = 0.0
+        self._start = start
+        self._ahead = 0.0
+        self._toe_lift = toe_lift
         self._x, self._y, self._yaw = start
         self._lift = lift
         self._rise = rise
@@ -39,6 +46,16 @@ class SwingFoot:
         """Height of the sole above the ground [m]."""
         return self._lift * raised_cosine(min(self.phase, 1.0 - self.phase) / self._rise)
 
+    @property
+    def pitch(self) -> float:
+        """Of the sole [rad]; level at both ends of the way.
+
+        Joints that lag leave the toes of a fast foot hanging, by as much as they are lifted here.
+        """
+        travelled = min(self.phase / self._travel_end, 1.0)
+        share = raised_cosine(2.0 * min(travelled, 1.0 - travelled))
+        return -self._toe_lift * self._ahead * share
+
     def move_towards(self, landing: Pose2, dt: float, time_left: float) -> None:
         """Advance by dt [s] with time_left [s] to touch-down at `landing`, a sole pose in Q."""
         before = raised_cosine(self.phase / self._travel_end)
@@ -51,3 +68,6 @@ class SwingFoot:
         self._x += share * (landing[0] - self._x)
         self._y += share * (landing[1] - self._y)
         self._yaw += share * (landing[2] - self._yaw)
+        x, y, _ = self._start
+        ahead, _ = turned(landing[0] - x, landing[1] - y, -self._yaw)
+        self._ahead = max(0.0, ahead)
