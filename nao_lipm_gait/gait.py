@@ -170,7 +170,12 @@ class Gait:
 
         expected = self._walk.expect()
         self._senses.update(
-            frame, expected.support, expected.sole_in_q, self._state, settled=self._settled
+            frame,
+            expected.support,
+            expected.sole_in_q,
+            self._state,
+            (missed + 1) * self._dt,
+            settled=self._settled,
         )
         self._change_state(frame, command)
         if self._is_down:

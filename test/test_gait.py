@@ -1,5 +1,6 @@
 """The gait as a whole, with joints that obey at once and a torso that stays upright."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -48,6 +49,11 @@ class ObedientRobot:
 
     def run(self, command: VelocityCommand, seconds: float) -> list[JointTargets]:
         return [self.tick(command) for _ in range(round(seconds * 100))]
+
+    def lose(self) -> None:
+        """A frame that does not arrive: the joints hold their last targets."""
+        self.stamp += PERIOD
+        self.shown = [*self.shown[1:], self.shown[-1]]
 
     def states(self, command: VelocityCommand, seconds: float) -> list[GaitState]:
         states = []
@@ -147,6 +153,41 @@ def test_lost_frames_do_not_stop_the_walk(robot: RobotDescription) -> None:
     a, b = nao.tick(FORWARD).position, complete.tick(FORWARD).position
     np.testing.assert_allclose(a, b, atol=0.02)
     assert nao.gait.state is GaitState.WALK
+
+
+def test_lost_frames_do_not_change_the_walked_speed(robot: RobotDescription) -> None:
+    def walked(every: int | None) -> float:
+        nao = ObedientRobot(robot, dataclasses.replace(P, speed_time=0.0))
+        nao.run(STANDSTILL, 1.0)
+        nao.run(FORWARD, 3.0)
+        speeds = []
+        for tick in range(600):
+            if every is not None and tick % every == 0:
+                nao.lose()
+                continue
+            nao.tick(FORWARD)
+            speeds.append(nao.gait.status.velocity[0])
+        return float(np.mean(speeds))
+
+    complete = walked(None)
+    assert complete > 0.05
+    assert walked(7) == pytest.approx(complete, rel=0.05)
+
+
+def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -> None:
+    def pitch(every: int | None) -> float:
+        gait = Gait(robot, dataclasses.replace(P, tilt_stance_time=10.0))
+        joints = np.array(robot.stand_pose)
+        for tick in range(340):
+            if every is not None and tick % every == 0 and tick > 0:
+                continue
+            rate = np.array((0.0, 0.3 if tick >= 300 else 0.0, 0.0))
+            gait.step(SensorFrame(tick * PERIOD, joints, 0.0 * joints, rate, GRAVITY), STANDSTILL)
+        return gait.status.torso_pitch
+
+    complete = pitch(None)
+    assert complete > 0.08
+    assert pitch(4) == pytest.approx(complete, rel=0.04)
 
 
 @pytest.mark.parametrize("jump", [-1_000_000_000, -10_000_000, 0, 5_000_000_000])

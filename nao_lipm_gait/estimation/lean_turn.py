@@ -29,8 +29,8 @@ from nao_lipm_gait.signals import FloatArray, Point3
 
 BIAS_SIGMA = 0.005
 """[rad/s] of a gyro's bias before the robot has stood still."""
-REST_TIME, REST_SPREAD = 0.5, 0.03
-"""[s] of a mean that tells the bias at rest; [rad/s] that a gyro at rest may scatter."""
+REST_READINGS, REST_SPREAD = 50, 0.03
+"""How many make a mean that tells the bias at rest; [rad/s] that a gyro at rest may scatter."""
 REST_SHARE, REST_SIGMA_MIN = 0.2, 1e-4
 """Share of the scatter by which the mean may be wrong, because a robot that has just stopped still
 rocks; [rad/s] by which it may be wrong where nothing scatters."""
@@ -88,7 +88,7 @@ class LeanTurn:
         over_sole = self._over_sole.update(support, support_sole)
         if at_rest:
             self._walking = False
-            self._learn_bias(roll_rate, round(REST_TIME / dt))
+            self._learn_bias(roll_rate, dt)
             return 0.0
         self._still.clear()
         self._set_out(velocity)
@@ -101,13 +101,13 @@ class LeanTurn:
         self._stride.add(roll_rate + self._over_sole_rate * lean, lean * speed, atan2(y, z), dt)
         return float(self._x[_TURN]) * speed * dt
 
-    def _learn_bias(self, roll_rate: float, ticks: int) -> None:
+    def _learn_bias(self, roll_rate: float, dt: float) -> None:
         self._still.append(roll_rate)
-        if len(self._still) < ticks:
+        if len(self._still) < REST_READINGS:
             return
         mean, spread = float(np.mean(self._still)), float(np.std(self._still))
         self._still.clear()
-        self._P[_BIAS, _BIAS] += BIAS_WALK**2 * REST_TIME
+        self._P[_BIAS, _BIAS] += BIAS_WALK**2 * REST_READINGS * dt
         if spread > REST_SPREAD:
             return
         H = np.array((0.0, 0.0, 1.0))

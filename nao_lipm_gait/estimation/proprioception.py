@@ -59,6 +59,7 @@ class Proprioception:
         self._p = p
         self._dt = dt
         self._soles: tuple[SolePose, SolePose] | None = None
+        self._last_rate: Point3 | None = None
         self._fall = FallDetector()
         self._tipping = Tipping()
         self._lying = LyingDetector()
@@ -85,6 +86,7 @@ class Proprioception:
         support: int,
         sole_in_q: Pose2,
         state: GaitState,
+        dt: float,
         *,
         settled: bool,
     ) -> None:
@@ -92,6 +94,7 @@ class Proprioception:
 
         Args:
             support, sole_in_q: the leg that is expected to carry the robot, where its sole is.
+            dt [s]: since the last frame; more than a tick where frames were lost.
             settled: the robot stands in its stand pose and has nothing else in mind.
         """
         self._body.set_joints(frame.joint_position)
@@ -100,16 +103,16 @@ class Proprioception:
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support > 0 else (other, sole)
         force = point(frame.linear_acceleration)
-        roll_rate, pitch_rate, yaw_rate = point(frame.angular_velocity)
+        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(frame, dt)
         down, in_motion = state in DOWN, state in IN_MOTION
         if down or in_motion:
             # The feet need not stand still: they say nothing about the torso.
-            self.orientation.update((roll_rate, pitch_rate, yaw_rate), force, None, self._dt)
-            self.lying_side = self._lying.update(force, self._dt)
+            self.orientation.update((roll_rate, pitch_rate, yaw_rate), force, None, dt)
+            self.lying_side = self._lying.update(force, dt)
         else:
             # Not every robot has a yaw gyro; the feet know how fast the torso turns.
             rate = (roll_rate, pitch_rate, self.odometry.velocity[2])
-            self.orientation.update(rate, force, sole.normal, self._dt)
+            self.orientation.update(rate, force, sole.normal, dt)
         level = level_frame(sole, self.orientation.up_in_torso)
         self.com_in_q = measured_com_in_q(com, level, sole_in_q)
         self.acceleration_in_q = (
@@ -122,13 +125,21 @@ class Proprioception:
         turn = 0.0
         if self._p.yaw_gyro:
             rate = (roll_rate, pitch_rate, yaw_rate)
-            turn = self._stance_turn.update(support, level, rate, self._dt, at_rest=settled)
+            turn = self._stance_turn.update(support, level, rate, dt, at_rest=settled)
         elif self._p.yaw_from_lean:
             walked = self.odometry.velocity[:2]
             turn = self._lean_turn.update(
-                support, level, sole.normal, roll_rate, walked, self._dt, at_rest=settled
+                support, level, sole.normal, roll_rate, walked, dt, at_rest=settled
             )
-        self.odometry.update(support, level, other, self._dt, turn)
+        self.odometry.update(support, level, other, dt, turn)
+
+    def _rate_since_last(self, frame: SensorFrame, dt: float) -> Point3:
+        """The gyro's rate [rad/s]; where frames were lost, the mean of before and after."""
+        rate = point(frame.angular_velocity)
+        last, self._last_rate = self._last_rate, rate
+        if last is None or dt <= self._dt:
+            return rate
+        return 0.5 * (last[0] + rate[0]), 0.5 * (last[1] + rate[1]), 0.5 * (last[2] + rate[2])
 
     def unwanted_tilt(self, frame: SensorFrame, wanted_pitch: float) -> tuple[float, float]:
         """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""
