@@ -106,6 +106,7 @@ class Gait:
         self._residual = 0.0
         self._clipped = 0
         self._targets: BodyTargets | None = None
+        self._last_command = STANDSTILL
 
     def go_on_at(self, stamp: int) -> None:
         """The clock of the frames has changed and nothing else: the next one is of this stamp."""
@@ -165,8 +166,9 @@ class Gait:
         for _ in range(missed):
             # What was lost on the way still happened: the pendulum swings on unobserved.
             self._walk.expect()
-            self._walk.plan(command)
+            self._walk.plan(self._last_command)
         self._stamp = frame.stamp
+        passed = (missed + 1) * self._dt
 
         expected = self._walk.expect()
         self._senses.update(
@@ -174,24 +176,21 @@ class Gait:
             expected.support,
             expected.sole_in_q,
             self._state,
-            (missed + 1) * self._dt,
+            passed,
             settled=self._settled,
         )
         self._change_state(frame, command)
         if self._is_down:
             return self._relaxed(frame)
         if self._state in IN_MOTION:
-            return self._moved(frame, missed + 1)
+            return self._moved(frame, passed)
 
         x, y, _ = self._senses.com_in_q
         self._walk.observe(x, y, self._senses.acceleration_in_q)
         walking = self._state is not GaitState.STAND and not self._stops
         before = self._walk.predicted.support
-        self._targets = self._leaned(
-            self._walk.plan(self._steered(command) if walking else STANDSTILL),
-            walking,
-            (missed + 1) * self._dt,
-        )
+        self._last_command = self._steered(command) if walking else STANDSTILL
+        self._targets = self._leaned(self._walk.plan(self._last_command), walking, passed)
         if self._pending is not None and (
             self._walk.predicted.support != before or self._state not in ON_THE_WAY
         ):
@@ -278,9 +277,9 @@ class Gait:
         self._state = GaitState.GETTING_UP if motion.gets_up else GaitState.MOTION
         self._senses.watch_lying()
 
-    def _moved(self, frame: SensorFrame, ticks: int) -> JointTargets:
-        """Targets of the running motion."""
-        targets = self._conductor.advance(ticks * self._dt, point(frame.angular_velocity))
+    def _moved(self, frame: SensorFrame, dt: float) -> JointTargets:
+        """Targets of the running motion, dt [s] on."""
+        targets = self._conductor.advance(dt, point(frame.angular_velocity))
         if self._conductor.turns_head:
             self._head.yield_to(targets.position)
         else:

@@ -239,7 +239,7 @@ class GaitParameters:
         "without a yaw gyro: a torso that leans shows a steady turn of the feet in its roll gyro",
     )
     heading_lean: float = _parameter(
-        0.08, 0.0, 0.2, "rad", "heading",
+        0.12, 0.0, 0.2, "rad", "heading",
         "how much further the torso leans for that while a heading is held; more sees more",
     )
     speed_time: float = _parameter(

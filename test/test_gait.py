@@ -181,7 +181,7 @@ def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -
         for tick in range(340):
             if every is not None and tick % every == 0 and tick > 0:
                 continue
-            rate = np.array((0.0, 0.3 if tick >= 300 else 0.0, 0.0))
+            rate = np.array((0.0, 0.3 if tick >= 301 else 0.0, 0.0))
             gait.step(SensorFrame(tick * PERIOD, joints, 0.0 * joints, rate, GRAVITY), STANDSTILL)
         return gait.status.torso_pitch
 

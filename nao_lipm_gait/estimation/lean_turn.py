@@ -102,12 +102,12 @@ class LeanTurn:
         return float(self._x[_TURN]) * speed * dt
 
     def _learn_bias(self, roll_rate: float, dt: float) -> None:
+        self._P[_BIAS, _BIAS] += BIAS_WALK**2 * dt
         self._still.append(roll_rate)
         if len(self._still) < REST_READINGS:
             return
         mean, spread = float(np.mean(self._still)), float(np.std(self._still))
         self._still.clear()
-        self._P[_BIAS, _BIAS] += BIAS_WALK**2 * REST_READINGS * dt
         if spread > REST_SPREAD:
             return
         H = np.array((0.0, 0.0, 1.0))

@@ -37,13 +37,15 @@ STOOD_UP_TILT = 0.4
 """[rad] below which a get-up that has come to its end counts as done."""
 REST_FORCE, REST_RATE = 0.3, 0.05
 """[m/s^2] from gravity and [rad/s]: what is less is a robot at rest."""
+GAP_MAX = 0.05
+"""[s] of lost frames that the gyro is integrated over: of half a sway its two ends tell nothing."""
 
 
 class Proprioception:
     """The robot's sense of its own body; all frames and units as in the estimators themselves."""
 
-    def __init__(self, body: BodyModel, parameters: GaitParameters, dt: float) -> None:
-        """dt [s]: the distance of two frames."""
+    def __init__(self, body: BodyModel, parameters: GaitParameters, period: float) -> None:
+        """period [s]: the distance of two frames, where none is lost."""
         p = parameters
         self.orientation = TorsoOrientation(
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
@@ -57,7 +59,7 @@ class Proprioception:
         """On which side a robot that is down or in a motion has come to rest."""
         self._body = body
         self._p = p
-        self._dt = dt
+        self._period = self._passed = period
         self._soles: tuple[SolePose, SolePose] | None = None
         self._last_rate: Point3 | None = None
         self._fall = FallDetector()
@@ -86,7 +88,7 @@ class Proprioception:
         support: int,
         sole_in_q: Pose2,
         state: GaitState,
-        dt: float,
+        passed: float,
         *,
         settled: bool,
     ) -> None:
@@ -94,16 +96,17 @@ class Proprioception:
 
         Args:
             support, sole_in_q: the leg that is expected to carry the robot, where its sole is.
-            dt [s]: since the last frame; more than a tick where frames were lost.
+            passed [s]: since the last frame; more than a period where frames were lost.
             settled: the robot stands in its stand pose and has nothing else in mind.
         """
+        self._passed, dt = passed, min(passed, GAP_MAX)
         self._body.set_joints(frame.joint_position)
         com = self._body.com_in_torso()
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support > 0 else (other, sole)
         force = point(frame.linear_acceleration)
-        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(frame, dt)
+        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(frame)
         down, in_motion = state in DOWN, state in IN_MOTION
         if down or in_motion:
             # The feet need not stand still: they say nothing about the torso.
@@ -131,13 +134,13 @@ class Proprioception:
             turn = self._lean_turn.update(
                 support, level, sole.normal, roll_rate, walked, dt, at_rest=settled
             )
-        self.odometry.update(support, level, other, dt, turn)
+        self.odometry.update(support, level, other, passed, turn)
 
-    def _rate_since_last(self, frame: SensorFrame, dt: float) -> Point3:
+    def _rate_since_last(self, frame: SensorFrame) -> Point3:
         """The gyro's rate [rad/s]; where frames were lost, the mean of before and after."""
         rate = point(frame.angular_velocity)
         last, self._last_rate = self._last_rate, rate
-        if last is None or dt <= self._dt:
+        if last is None or self._passed <= self._period:
             return rate
         return 0.5 * (last[0] + rate[0]), 0.5 * (last[1] + rate[1]), 0.5 * (last[2] + rate[2])
 
@@ -165,7 +168,7 @@ class Proprioception:
         p = self._p
         limit = p.stand_catch if p.feedback else 0.0
         return self._tipping.update(
-            self.com_in_q, natural_frequency(p.pendulum_height), limit, self._dt
+            self.com_in_q, natural_frequency(p.pendulum_height), limit, self._passed
         )
 
     def forget_stand(self) -> None:

@@ -30,7 +30,7 @@ class SwingFoot:
         [rad/m]: by which the toes go up per way forward."""
         self.phase = 0.0
         self._start = start
-        self._ahead = 0.0
+        self._ahead = 0.0  # [m] forward from start to landing
         self._toe_lift = toe_lift
         self._x, self._y, self._yaw = start
         self._lift = lift
@@ -58,16 +58,16 @@ class SwingFoot:
 
     def move_towards(self, landing: Pose2, dt: float, time_left: float) -> None:
         """Advance by dt [s] with time_left [s] to touch-down at `landing`, a sole pose in Q."""
+        time_share = 1.0 if time_left <= dt else dt / time_left
+        x, y, _ = self._start
+        ahead, _ = turned(landing[0] - x, landing[1] - y, -self._yaw)
+        ahead = max(0.0, ahead)
+        begins = self.phase == 0.0
+        self._ahead = ahead if begins else self._ahead + time_share * (ahead - self._ahead)
         before = raised_cosine(self.phase / self._travel_end)
-        if time_left <= dt:
-            self.phase = 1.0
-        else:
-            self.phase += (1.0 - self.phase) * dt / time_left
+        self.phase = 1.0 if time_share == 1.0 else self.phase + (1.0 - self.phase) * time_share
         after = raised_cosine(self.phase / self._travel_end)
         share = 1.0 if before >= 1.0 else (after - before) / (1.0 - before)
         self._x += share * (landing[0] - self._x)
         self._y += share * (landing[1] - self._y)
         self._yaw += share * (landing[2] - self._yaw)
-        x, y, _ = self._start
-        ahead, _ = turned(landing[0] - x, landing[1] - y, -self._yaw)
-        self._ahead = max(0.0, ahead)
