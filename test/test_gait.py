@@ -190,6 +190,33 @@ def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -
     assert pitch(4) == pytest.approx(complete, rel=0.04)
 
 
+@pytest.mark.parametrize(
+    ("lost", "before", "after", "turned"),
+    [
+        (0, 0.0, 0.4, 0.4 * 0.01),
+        (2, 0.0, 0.4, 0.2 * 0.03),
+        (2, 0.4, 0.4, 0.4 * 0.03),
+        (15, 0.4, 0.4, 0.4 * 0.05),
+    ],
+    ids=["none", "mean of both ends", "steady", "no further than 50 ms"],
+)
+def test_the_gyro_bridges_a_gap(
+    robot: RobotDescription, lost: int, before: float, after: float, turned: float
+) -> None:
+    gait = Gait(robot, dataclasses.replace(P, tilt_stance_time=10.0, tilt_accelerometer_time=10.0))
+    joints = np.array(robot.stand_pose)
+
+    def pitch(tick: int, rate: float) -> float:
+        turning = np.array((0.0, rate, 0.0))
+        gait.step(SensorFrame(tick * PERIOD, joints, 0.0 * joints, turning, GRAVITY), STANDSTILL)
+        return gait.status.torso_pitch
+
+    for tick in range(300):
+        pitch(tick, 0.0)
+    start = pitch(300, before)
+    assert pitch(301 + lost, after) - start == pytest.approx(turned, rel=0.05)
+
+
 @pytest.mark.parametrize("jump", [-1_000_000_000, -10_000_000, 0, 5_000_000_000])
 def test_a_time_jump_is_a_new_beginning(robot: RobotDescription, jump: int) -> None:
     nao = ObedientRobot(robot)
