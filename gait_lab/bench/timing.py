@@ -1,4 +1,4 @@
-"""One walk, timed by its parts, and once more as every suite walks it.
+"""One walk, timed by its parts, and twice more as every suite walks it: once whole, once by ticks.
 
 For the parts it goes three times side by side: the whole rollout, its simulation alone, its physics
 steps alone. Clocks and the other two, which take the caches, make it slower than it is by itself.
@@ -6,7 +6,7 @@ steps alone. Clocks and the other two, which take the caches, make it slower tha
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any, TypeVar
 
@@ -16,6 +16,7 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, rollout, walk
 from gait_lab.tasks import Task
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
 from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.backend import StartState
@@ -52,7 +53,7 @@ class WalkTiming:
     engine_alone: int = 0
     """[ns] the same physics steps with nothing between them."""
     gait_ticks: tuple[int, ...] = ()
-    """[ns] every `Gait.step`, by the wall clock."""
+    """[ns] every `Gait.step` of a walk by itself, by the wall clock."""
 
     def per_tick(self, span: int) -> float:
         """[us]."""
@@ -105,9 +106,20 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
         alone.close()
         engine.close()
     timing.simulation, timing.gait = walking.cpu, gait.cpu
-    timing.gait_ticks = tuple(gait.spans)
     timing.by_itself = _cpu_time(rollout, _spec(options, task))
+    timing.gait_ticks = _ticks(options, task)
     return timing
+
+
+def _ticks(options: BenchOptions, task: Task) -> tuple[int, ...]:
+    """[ns] by the wall clock, each `Gait.step` of a walk that nothing interrupts."""
+    spans: list[int] = []
+
+    def clocked(robot: RobotDescription, task: Task, period: float) -> Gait:
+        return _ClockedGait(robot, options.parameters, period, spans)
+
+    rollout(replace(_spec(options, task), walker=clocked))
+    return tuple(spans)
 
 
 def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
@@ -131,21 +143,35 @@ class _TimedSimulation(Simulation):
         self.cpu += _cpu_time(super().step, targets)
 
 
+class _ClockedGait(Gait):
+    """Adds the time of every tick [ns] to `spans`."""
+
+    def __init__(
+        self, robot: RobotDescription, parameters: GaitParameters, period: float, spans: list[int]
+    ) -> None:
+        super().__init__(robot, parameters, period)
+        self._spans = spans
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        begin = time.perf_counter_ns()
+        targets = super().step(frame, command)
+        self._spans.append(time.perf_counter_ns() - begin)
+        return targets
+
+
 class _TimedGait(Gait):
-    """Keeps the time of its ticks [ns], and the targets that it has sent."""
+    """Keeps the CPU time of its ticks [ns], and the targets that it has sent."""
 
     def __init__(self, *arguments: object) -> None:
         super().__init__(*arguments)  # type: ignore[arg-type]
-        self.spans: list[int] = []
         self.cpu = 0
         self.sent: JointTargets | None = None
         self.before: JointTargets | None = None
         """What had been sent before the last control period."""
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
-        cpu, begin = time.process_time_ns(), time.perf_counter_ns()
+        cpu = time.process_time_ns()
         self.sent = super().step(frame, command)
-        self.spans.append(time.perf_counter_ns() - begin)
         self.cpu += time.process_time_ns() - cpu
         return self.sent
 
