@@ -138,7 +138,7 @@ class GaitParameters:
     )
     swing_toe_lift: float = _parameter(
         0.5, 0.0, 2.0, "rad/m", "swing",
-        "by how much the toes go up halfway, per way forward: joints that lag let them hang",
+        "toes up in mid-swing, per metre of the foot's way forward: joints that lag let them hang",
     )
     # -- step sizes --------------------------------------------------------------------------------
     step_forward_max: float = _parameter(

@@ -30,7 +30,8 @@ class SwingFoot:
         [rad/m]: by which the toes go up per way forward."""
         self.phase = 0.0
         self._start = start
-        self._ahead = 0.0  # [m] forward from start to landing
+        self._ahead = 0.0
+        """[m] forward from start to landing; backwards counts as none."""
         self._toe_lift = toe_lift
         self._x, self._y, self._yaw = start
         self._lift = lift
