@@ -52,6 +52,19 @@ def test_stamps_that_never_agree_are_served_without_delay_in_the_end():
     assert [(f.stamp, f.angular_velocity[0]) for f in frames] == [(200 * MS, 197.0)]
 
 
+def test_a_robot_that_insists_is_served_without_its_imu_sample():
+    assembler = FrameAssembler()
+    assembler.add_imu(imu(10))
+    assert assembler.add_joints(joints(20)) == ()
+    assert [assembler.insist(10 * MS), assembler.insist(20 * MS)] == [None, None]
+    frame = assembler.insist(20 * MS)
+    assert frame is not None
+    assert (frame.stamp, frame.angular_velocity[0]) == (20 * MS, 10.0)
+    assert assembler.insist(20 * MS) is None and assembler.add_imu(imu(20)) is None
+    assembler.add_imu(imu(30))
+    assert [f.stamp // MS for f in assembler.add_joints(joints(30))] == [30]
+
+
 def test_no_imu_near_the_joints_is_an_error():
     assembler = FrameAssembler()
     assembler.add_joints(joints(10))

@@ -39,6 +39,8 @@ class Robot:
         self.pose = ROBOT.stand_pose.tolist()
         self.sent: list[JointTargets] = []
         self.said: list[str] = []
+        self.pull = 9.81
+        """[m/s^2] that the IMU shows."""
         self.work = 0.0
         """[s] that the next tick takes."""
         self.entry = GaitEntry(ROBOT, GaitParameters(), Settings(), self, lambda: self.now)
@@ -57,12 +59,15 @@ class Robot:
     def tick(self, count: int = 1) -> None:
         for _ in range(count):
             self.stamp += 10 * MS
-            self.now += 0.01
-            sec, nanosec = divmod(self.stamp, 1_000 * MS)
-            imu = ImuInput(sec, nanosec, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81))
-            joints = JointInput(sec, nanosec, NAMES, self.pose, [])
-            self.entry.receive("imu/data", lambda imu=imu: imu)  # type: ignore[misc]
-            self.entry.receive("joint_states", lambda joints=joints: joints)  # type: ignore[misc]
+            self.send()
+
+    def send(self) -> None:
+        self.now += 0.01
+        sec, nanosec = divmod(self.stamp, 1_000 * MS)
+        imu = ImuInput(sec, nanosec, (0.0, 0.0, 0.0), (0.0, 0.0, self.pull))
+        joints = JointInput(sec, nanosec, NAMES, self.pose, [])
+        self.entry.receive("imu/data", lambda imu=imu: imu)  # type: ignore[misc]
+        self.entry.receive("joint_states", lambda joints=joints: joints)  # type: ignore[misc]
 
     def drive(self, x: float) -> None:
         self.entry.receive("cmd_vel", lambda: TwistInput((x, 0.0, 0.0), (0.0, 0.0, 0.0)))
@@ -161,6 +166,23 @@ def test_reports_do_not_grow_with_a_flood() -> None:
 
 
 # -- what the entry is made of ---------------------------------------------------------------------
+
+
+def test_a_robot_in_lockstep_with_a_stuck_imu_is_answered() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.drive(0.1)
+    robot.pull = 9.82  # and so it stays
+    for _ in range(300):
+        answered, asked = len(robot.sent), 0
+        robot.stamp += 10 * MS
+        while len(robot.sent) == answered:  # it has no next frame before the answer
+            assert asked < 3
+            robot.send()
+            asked += 1
+        assert robot.sent[-1].stamp == robot.stamp
+    assert any("the same numbers while joints move" in text for text in robot.said)
+    assert robot.entry.state is GaitState.STAND
 
 
 def test_joints_are_believed_where_they_were_told_to_be_a_delay_ago() -> None:

@@ -13,6 +13,9 @@ MAX_IMU_AGE = 50_000_000
 """[ns] An IMU sample further than this from the joint sample says nothing about it."""
 _PATIENCE = 10
 """Joint samples in a row without an IMU sample of their stamp, until we stop to wait for it."""
+INSISTS = 2
+"""Times that a joint sample is repeated, until its robot is served without the IMU sample. The
+first may have overtaken an IMU sample that is repeated too."""
 OVERTAKEN = 100_000_000
 """[ns] An IMU sample this little behind the newest one was overtaken; more is a new time."""
 _NO_ROTATION = np.zeros(3)
@@ -44,6 +47,7 @@ class FrameAssembler:
     A joint sample that overtook its IMU sample waits for it, until the next joint sample at most.
     A robot whose two stamps never agree is served at once with the nearest IMU sample. Without one
     near enough the frame is blind: it does not turn, and feels what a body at rest would feel.
+    A robot in lockstep sends no next joint sample before it has its answer: it repeats this one.
     """
 
     def __init__(self, at_rest: Callable[[], FloatArray] | None = None) -> None:
@@ -55,6 +59,7 @@ class FrameAssembler:
         self._imu: deque[ImuSample] = deque(maxlen=32)
         self._waiting: JointSample | None = None
         self._misses = 0
+        self._insists = 0
         self._last: tuple[int, FloatArray] | None = None
 
     def begin_at(self, stamp: int) -> None:
@@ -82,6 +87,7 @@ class FrameAssembler:
         Raises NaoGaitError when there never was an IMU sample; the frame is dropped.
         """
         overdue, self._waiting = self._waiting, None
+        self._insists = 0
         if overdue is not None and overdue.stamp >= joints.stamp:
             overdue = None  # time went back
         same = next((s for s in reversed(self._imu) if s.stamp == joints.stamp), None)
@@ -97,6 +103,22 @@ class FrameAssembler:
         else:
             self._waiting = joints
         return tuple(frames)
+
+    def insist(self, stamp: int) -> SensorFrame | None:
+        """A joint sample that came again: its frame, if it waits, after INSISTS times.
+
+        Raises NaoGaitError like `add_joints`.
+        """
+        joints = self._waiting
+        if joints is None or joints.stamp != stamp:
+            return None
+        self._insists += 1
+        if self._insists < INSISTS:
+            return None
+        frame = self._join(joints, self._nearest(stamp))
+        self._waiting = None
+        self._misses += 1
+        return frame
 
     def _nearest(self, stamp: int) -> ImuSample | None:
         sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)

@@ -210,8 +210,12 @@ class GaitEntry:
         return self._pose is not None and bool(np.abs(position - self._pose).max() < NEAR)
 
     def _answer_again(self, stamp: int) -> None:
-        """The same stamp twice is no second tick, but the sender may have missed the answer."""
-        if self._last_targets is not None and self._last_targets.stamp == stamp:
+        """The same stamp twice is no second tick, but the sender may have missed the answer, or
+        wait for the answer to a frame that waits for its IMU sample."""
+        frame = self._assembler.insist(stamp)
+        if frame is not None:
+            self._tick(frame)
+        elif self._last_targets is not None and self._last_targets.stamp == stamp:
             self._outlet.command(self._last_targets)
         raise NaoGaitError(
             "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a stamp that rises"

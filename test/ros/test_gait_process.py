@@ -55,7 +55,8 @@ class StandingRobot:
     def imu_message(self) -> Imu:
         message = Imu()
         message.orientation_covariance[0] = -1.0
-        message.linear_acceleration.z = 9.81
+        # A living IMU, with noise: one that is stuck would not be believed.
+        message.linear_acceleration.z = 9.81 + 1e-3 * math.sin(self.now * 1e-6)
         return set_stamp(message, self.now)
 
     def send(self, imu: Imu | None = None, joints: JointState | None = None) -> None:
