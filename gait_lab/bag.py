@@ -295,6 +295,9 @@ def record(
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
+    from gait_lab.ros_names import checked_topics
+
+    topics = checked_topics(topics)
     if duration is not None and not 0.0 < duration < 1e9:
         raise NaoGaitError("duration", duration, "more than 0 s")
     stay_local()

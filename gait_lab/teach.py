@@ -193,10 +193,12 @@ def _with_nodes(namespace: str, urdf: str, work: Callable[[_Link], None]) -> Non
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
+    from gait_lab.ros_names import checked_namespace
+
     stay_local()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = rclpy.create_node("nao_gait_teach", namespace=namespace)
+        node = rclpy.create_node("nao_gait_teach", namespace=checked_namespace(namespace))
         work(_Link(node, load_robot(urdf)))
     finally:
         rclpy.try_shutdown()

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import select
 import sys
 import time
@@ -95,6 +96,10 @@ def raw_terminal(stream: TextIO) -> Iterator[int]:
         termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
 
+_ESCAPES = re.compile(r"\x1b(\[[0-9;]*[A-Za-z~]?|O[A-Za-z]?)?")
+"""Arrow and function keys arrive as ESC [ ... or ESC O ...: their letters are no commands."""
+
+
 def read_keys(descriptor: int, timeout: float) -> str:
     """The keys pressed within `timeout` s, without escape sequences; "" if none, "x" at the end."""
     ready, _, _ = select.select([descriptor], [], [], timeout)
@@ -104,8 +109,7 @@ def read_keys(descriptor: int, timeout: float) -> str:
     if not data:
         return "x"  # the terminal is gone
     text = data.decode("utf-8", "ignore")
-    # Arrow and function keys arrive as ESC [ ...: their letters are no commands.
-    return text.split("\x1b", 1)[0]
+    return _ESCAPES.sub("", text)
 
 
 def status_line(driver: Driver, state: str) -> str:
@@ -166,13 +170,15 @@ def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = Fals
         from rclpy.parameter import Parameter
         from rclpy.signals import SignalHandlerOptions
 
+        from gait_lab.ros_names import checked_namespace
+
         # Ctrl-C must not close the context before the stop command is out.
         stay_local()
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         try:
             node = rclpy.create_node(
                 "nao_gait_teleop",
-                namespace=namespace,
+                namespace=checked_namespace(namespace),
                 parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
             )
             link = _Link(node, stamped=stamped)

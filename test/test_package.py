@@ -173,6 +173,8 @@ def test_launch_arguments_are_parameters_of_the_nodes():
         for taker in nodes:
             assert (gait if taker == "gait" else robot)[name] == kind, name
     assert {name for name, _, nodes, _ in arguments if "sim_bridge" in nodes} == set(robot)
+    of_node = {p.name for p in node.NODE_PARAMETERS}
+    assert of_node <= {name for name, _, nodes, _ in arguments if "gait" in nodes}
 
 
 def test_every_node_parameter_is_documented():

@@ -8,6 +8,7 @@ from typing import TextIO
 import pytest
 
 from gait_lab import teleop
+from gait_lab.ros_names import checked_namespace, checked_topics
 from gait_lab.teleop import Driver, raw_terminal, read_keys, status_line
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
@@ -75,6 +76,18 @@ def test_arrow_keys_are_not_taken_for_letters(terminal: tuple[int, TextIO]) -> N
     with raw_terminal(stream) as descriptor:
         os.write(keyboard, b"\x1b[D")  # arrow left holds a D
         assert read_keys(descriptor, 1.0) == ""
+        os.write(keyboard, b"w\x1b[1;5C \x1bOPq\x1b")  # the stop key between two of them
+        assert read_keys(descriptor, 1.0) == "w q"
+
+
+@pytest.mark.parametrize("name", ["1bad", "a b", "robot//left"])
+def test_names_that_ros_does_not_have_are_refused(name: str) -> None:
+    with pytest.raises(NaoGaitError, match="namespace: got '" + name):
+        checked_namespace(name)
+    with pytest.raises(NaoGaitError, match="topics: got '" + name):
+        checked_topics(("cmd_vel", name))
+    assert checked_namespace("/robot/left") and checked_namespace("") == ""
+    assert checked_topics(("~/support", "/odom", "imu/data"))
 
 
 def test_the_terminal_is_restored_after_an_error(terminal: tuple[int, TextIO]) -> None:

@@ -129,12 +129,14 @@ def run(
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
+    from gait_lab.ros_names import checked_namespace
+
     with stop_on_signal() as stop:
         stay_local()
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         server = serve(port)
         try:
-            node = rclpy.create_node("nao_gait_view", namespace=namespace or None)
+            node = rclpy.create_node("nao_gait_view", namespace=checked_namespace(namespace))
             executor = SingleThreadedExecutor()
             executor.add_node(node)
             viewer = Viewer(node, server, stamped=stamped)
