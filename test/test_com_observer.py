@@ -78,6 +78,15 @@ def test_noise_is_no_push() -> None:
     assert heard == pytest.approx(learned_velocity(0.0, 0.0, 200, noise=0.001), abs=0.02)
 
 
+def test_what_the_com_is_off_by_when_the_first_walk_begins_is_no_push() -> None:
+    for velocity in (0.05, 0.14):
+        estimate = ComObserver(*SIGMAS, push_velocity=velocity).correct(
+            state(0.0, 0.0, 0.0, 0.0), 0.03, 0.0, DT
+        )
+        paper = ComObserver(*SIGMAS).correct(state(0.0, 0.0, 0.0, 0.0), 0.03, 0.0, DT)
+        assert estimate.vx == pytest.approx(paper.vx)
+
+
 def test_another_foot_or_a_gap_is_no_push() -> None:
     for missed, step_count in ((True, 0), (False, 1)):
         observer = ComObserver(*SIGMAS, push_velocity=0.1)

@@ -161,6 +161,17 @@ def test_stops_at_rest_between_the_feet_from_any_phase(ticks: int) -> None:
     assert rows[-1]["left_x"] == pytest.approx(-P.foot_reference_x, abs=0.002)
 
 
+def test_a_change_of_other_parameters_leaves_what_the_observer_has_learned() -> None:
+    def learned(**changes: float) -> float:
+        walk = started(ON_THE_SPOT, P.replace(offset_time=3.0))
+        run(walk, ON_THE_SPOT, 400, dict.fromkeys(range(400), (0.0, 0.01)))
+        walk.set_parameters(P.replace(**({"offset_time": 3.0} | changes)))
+        return walk._observer._offset._y
+
+    assert learned(swing_lift=0.03) == learned() > 0.005
+    assert learned(offset_time=2.0) == 0.0
+
+
 def test_a_stop_comes_even_if_the_feedback_never_agrees() -> None:
     walk = started(STANDSTILL)
     rows = []

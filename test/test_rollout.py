@@ -68,7 +68,7 @@ def test_a_fall_ends_the_rollout() -> None:
         feedback=False, step_limit_norm=4.0, step_side_max=0.2, step_side_rate=0.2,
         step_turn_max=1.5, step_turn_rate=1.5,
     )  # fmt: skip
-    command = VelocityCommand(0.3, 1.0, 3.0)
+    command = VelocityCommand(0.6, 0.6, 6.0)
     task = Task("tumble", ((1.0, STANDSTILL), (1.1, command)), 1.0, 30.0)
     result = rollout(RolloutSpec(task, parameters=parameters, keep_trace=True))
     assert result.metrics.fell and result.trace is not None

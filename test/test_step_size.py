@@ -14,6 +14,7 @@ from nao_lipm_gait.lipm_walk.step_size import (
     approach,
     double_step_duration,
     exchange_distances,
+    limit_share,
     passing_speed,
     stride_for,
 )
@@ -21,6 +22,7 @@ from nao_lipm_gait.lipm_walk.walk_state import LEFT, RIGHT
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.planar import compose
 from nao_lipm_gait.signals import VelocityCommand
+from nao_lipm_gait.zmp_walk.stride import stride_for as zmp_stride_for
 
 P = GaitParameters()
 
@@ -83,6 +85,28 @@ def test_never_beyond_the_limits_and_never_another_direction(
 def test_a_closed_axis_stays_closed() -> None:
     closed = P.replace(step_side_max=0.0)
     assert stride_for(VelocityCommand(0.1, 0.5, 0.0), closed).y == 0.0
+
+
+@pytest.mark.parametrize("closed", ("step_forward_max", "step_side_max", "step_turn_max"))
+def test_a_closed_axis_does_not_close_the_others(closed: str) -> None:
+    """The heading hold asks for a turn, the speed hold for a way: not a reason to stop."""
+    command = VelocityCommand(0.1, 0.05, 0.2)
+    stride = stride_for(command, P.replace(**{closed: 0.0}))
+    names = ("step_forward_max", "step_side_max", "step_turn_max")
+    for name, value in zip(names, stride, strict=True):
+        assert (value == 0.0) == (name == closed)
+    walked = zmp_stride_for(command, 0.5, P.replace(**{closed: 0.0}))
+    assert [v == 0.0 for v in walked] == [name == closed for name in names]
+
+
+@given(st.floats(0.02, 0.6), st.floats(0.02, 0.6), st.floats(-1.0, 1.0))
+def test_what_is_too_fast_is_walked_slower_and_in_the_same_direction(
+    x: float, y: float, yaw: float
+) -> None:
+    stride = stride_for(VelocityCommand(x, y, yaw), P)
+    assert 2.0 * stride.x / stride.y == pytest.approx(x / y)
+    assert stride.yaw / stride.y == pytest.approx(yaw / y)
+    assert limit_share(stride, P) <= 1.0 + 1e-9
 
 
 def test_changes_are_rate_limited() -> None:

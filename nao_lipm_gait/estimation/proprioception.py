@@ -129,6 +129,8 @@ class Proprioception:
         if self._p.yaw_gyro:
             rate = (roll_rate, pitch_rate, yaw_rate)
             turn = self._stance_turn.update(support, level, rate, dt, at_rest=settled)
+            if passed > GAP_MAX:
+                turn = 0.0  # the joints' turn is that of the whole gap, the gyro's is not
         elif self._p.yaw_from_lean:
             walked = self.odometry.velocity[:2]
             turn = self._lean_turn.update(

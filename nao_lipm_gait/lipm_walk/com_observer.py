@@ -145,7 +145,7 @@ class ComObserver:
         self._push_x = PushDetector(push_velocity)
         self._push_y = PushDetector(push_velocity)
         self._offset = OffsetFilter(offset_time)
-        self._step_count = 0
+        self._step_count: int | None = None
 
     def correct(
         self,

@@ -52,22 +52,23 @@ class LipmWalk:
 
     def __init__(self, parameters: GaitParameters, control_period: float):
         self._dt = control_period
+        self._observer_settings: tuple[float, ...] | None = None
         self._delay_ticks = max(0, round(parameters.feedback_delay / control_period))
         self.set_parameters(parameters)
         self.stand_at((0.0, 0.0, 0.0))
 
     def set_parameters(self, parameters: GaitParameters) -> None:
         """New parameters from the next plan on; the delay is fixed at construction."""
-        self._p = parameters
-        self._k = natural_frequency(parameters.pendulum_height)
-        self._single_support = SingleSupport(parameters, self._k)
-        self._observer = ComObserver(
-            parameters.position_sigma,
-            parameters.velocity_sigma,
-            parameters.measurement_sigma,
-            parameters.offset_time,
-            parameters.push_velocity,
-        )
+        self._p = p = parameters
+        self._k = natural_frequency(p.pendulum_height)
+        self._single_support = SingleSupport(p, self._k)
+        settings = (
+            p.position_sigma, p.velocity_sigma, p.measurement_sigma, p.offset_time, p.push_velocity
+        )  # fmt: skip
+        if settings != self._observer_settings:
+            # Only then: what it has learned of the robot is worth keeping.
+            self._observer_settings = settings
+            self._observer = ComObserver(*settings)
 
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Forget all motion: both feet side by side, the CoM at rest between them."""

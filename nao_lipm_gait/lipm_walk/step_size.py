@@ -5,16 +5,15 @@ leading foot (the one on the side of the motion) opens, the trailing foot closes
 over both is what was asked for.
 """
 
-from dataclasses import dataclass
 from math import sqrt, tan
+from typing import NamedTuple
 
 from nao_lipm_gait.lipm_walk.pendulum import half_step_duration, natural_frequency
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.signals import Pose2, VelocityCommand
 
 
-@dataclass(frozen=True, slots=True)
-class Stride:
+class Stride(NamedTuple):
     """What both feet do: x per step, on average [m]; y [m] and yaw [rad] per double step."""
 
     x: float = 0.0
@@ -24,6 +23,21 @@ class Stride:
     @property
     def is_zero(self) -> bool:
         return self.x == 0.0 and self.y == 0.0 and self.yaw == 0.0
+
+    def limits(self, parameters: GaitParameters) -> tuple[float, float, float]:
+        """The largest x [m], y [m] and yaw [rad] into the directions of this stride."""
+        p = parameters
+        x_limit = p.step_forward_max if self.x >= 0.0 else p.step_backward_max
+        return x_limit, p.step_side_max, p.step_turn_max
+
+    def open_part(self, parameters: GaitParameters) -> "Stride":
+        """What is left of it where a limit of 0 closes an axis: the others are walked all the same,
+        also when it is the heading hold that asks for a turn."""
+        limits = self.limits(parameters)
+        return Stride(*(v if limit > 0.0 else 0.0 for v, limit in zip(self, limits, strict=True)))
+
+    def scaled(self, share: float) -> "Stride":
+        return Stride(self.x * share, self.y * share, self.yaw * share)
 
     def of_step(self, swing: int, parameters: GaitParameters) -> Pose2:
         """The share of the step in which the leg `swing` (LEFT = 1, RIGHT = -1) moves."""
@@ -141,25 +155,18 @@ def stride_for(
         # A wider side step takes longer, which makes it wider still.
         side = min(abs(command.y) * double_step, side_limit)
         double_step = pace * double_step_duration(side, parameters)
-    x = command.x * double_step / 2.0
-    y = side if command.y >= 0.0 else -side
-    yaw = command.yaw * double_step
-
-    stride = Stride(x, y, yaw)
+    # In the direction of the command, also where it is too fast: all three are scaled together.
+    asked = Stride(0.5 * command.x, command.y, command.yaw).scaled(double_step)
+    stride = asked.open_part(parameters)
     excess = limit_share(stride, parameters)
-    scale = 1.0 if excess <= 1.0 else 1.0 / excess
-    return Stride(x * scale, y * scale, yaw * scale)
+    return stride if excess <= 1.0 else stride.scaled(1.0 / excess)
 
 
 def limit_share(stride: Stride, parameters: GaitParameters) -> float:
     """How much of the step limits a stride uses; 1 = all."""
-    p, norm = parameters, parameters.step_limit_norm
-    x_limit = p.step_forward_max if stride.x >= 0.0 else p.step_backward_max
-    return (
-        _share(stride.x, x_limit) ** norm
-        + _share(stride.y, p.step_side_max) ** norm
-        + _share(stride.yaw, p.step_turn_max) ** norm
-    ) ** (1.0 / norm)
+    norm = parameters.step_limit_norm
+    shares = zip(stride, stride.limits(parameters), strict=True)
+    return sum(_share(value, limit) ** norm for value, limit in shares) ** (1.0 / norm)
 
 
 def _share(value: float, limit: float) -> float:

@@ -13,19 +13,15 @@ def stride_for(command: VelocityCommand, duration: float, parameters: GaitParame
     duration [s] of a full stride, two half strides.
     """
     stride = Stride(0.5 * command.x * duration, command.y * duration, command.yaw * duration)
+    stride = stride.open_part(parameters)
     excess = limit_share(stride, parameters)
-    scale = 1.0 if excess <= 1.0 else 1.0 / excess
-    return Stride(stride.x * scale, stride.y * scale, stride.yaw * scale)
+    return stride if excess <= 1.0 else stride.scaled(1.0 / excess)
 
 
 def limit_share(stride: Stride, parameters: GaitParameters) -> float:
     """How much of the step limits a stride uses; 1 = all."""
-    p = parameters
-    return hypot(
-        _share(stride.x, p.step_forward_max if stride.x >= 0.0 else p.step_backward_max),
-        _share(stride.y, p.step_side_max),
-        _share(stride.yaw, p.step_turn_max),
-    )
+    shares = zip(stride, stride.limits(parameters), strict=True)
+    return hypot(*(_share(value, limit) for value, limit in shares))
 
 
 def _share(value: float, limit: float) -> float:
