@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nao_lipm_gait.eased_pose import EasedPose
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.proprioception import Proprioception, point
 from nao_lipm_gait.gait_status import snapshot
@@ -78,7 +79,7 @@ class Gait:
         self._body = BodyModel(robot)
         self._limits = JointLimits(robot)
         self._pending: GaitParameters | None = None
-        self._stand_requested = self._relax_requested = self._fall_told = False
+        self._stand_requested = self._relax_requested = self._fall_told = self._resumes = False
         self._head = HeadControl(robot)
         self.reset()
 
@@ -96,6 +97,7 @@ class Gait:
         self._heading_hold = HeadingHold()
         self._heading_lean = HeadingLean()
         self._speed_hold = SpeedHold()
+        self._pose = EasedPose()
         self._conductor = Conductor(self.robot, self._motions)
         self._head.rest()
         self._last_position: FloatArray | None = None
@@ -107,6 +109,21 @@ class Gait:
         self._clipped = 0
         self._targets: BodyTargets | None = None
         self._last_command = STANDSTILL
+
+    def begin_again(self) -> None:
+        """Forget what was sensed, as after a gap; the next frame begins anew. Nobody is made stiff
+        by it: who is limp or lies stays so, who is getting up tries again, who sits remains seated.
+        """
+        state, conductor, position = self._state, self._conductor, self._last_position
+        self.reset()
+        if state is GaitState.RELAXED:
+            self.request_relax()
+        elif state in (GaitState.FALLEN, GaitState.GETTING_UP):
+            self.believe_fallen()
+            self._conductor.get_up_wanted = conductor.get_up_wanted
+        elif state is GaitState.MOTION and conductor.finished:
+            self._conductor, self._last_position = conductor, position
+            self._resumes = True
 
     def go_on_at(self, stamp: int) -> None:
         """The clock of the frames has changed and nothing else: the next one is of this stamp."""
@@ -190,7 +207,8 @@ class Gait:
         walking = self._state is not GaitState.STAND and not self._stops
         before = self._walk.predicted.support
         self._last_command = self._steered(command) if walking else STANDSTILL
-        self._targets = self._leaned(self._walk.plan(self._last_command), walking, passed)
+        planned = self._pose.towards(self._walk.plan(self._last_command), passed)
+        self._targets = self._leaned(planned, walking, passed)
         if self._pending is not None and (
             self._walk.predicted.support != before or self._state not in ON_THE_WAY
         ):
@@ -248,10 +266,17 @@ class Gait:
         ticks = 0 if self._stamp is None else round((frame.stamp - self._stamp) / self._period)
         if self._stamp is not None and 1 <= ticks <= MISSED_TICKS_MAX:
             return ticks - 1
-        self.reset()
+        if self._stamp is not None:
+            self.reset()
+        resumes, self._resumes = self._resumes, False
+        wanted = self._conductor.get_up_wanted
         self._begin_stand(frame.joint_position)
         if self._senses.begin(frame) or self._fall_told:
             self._state = GaitState.FALLEN
+            self._conductor.get_up_wanted = wanted
+        elif resumes:
+            self._state = GaitState.MOTION
+            self._senses.watch_lying()
         return 0
 
     # -- motions -----------------------------------------------------------------------------------
@@ -367,6 +392,7 @@ class Gait:
                 # A lying robot that shall stand does so once it is upright again.
                 self._state = GaitState.FALLEN
             self._upright_time = 0.0
+            self._heading_hold.release()
         elif self._state is GaitState.RELAXED:
             if self._stand_requested:
                 self._begin_stand(frame.joint_position)
@@ -386,13 +412,11 @@ class Gait:
                 )
             elif self._settled and (tipping := self._senses.tipping_com()) is not None:
                 self._walk.catch(*tipping)
-                self._tilt = TiltCompensation()
-                self._state = GaitState.WALK
+                self._set_out()
             elif not command.is_zero and self._settled and not self._stops:
                 self._conductor.attempts = 0
                 self._walk.start(command)
-                self._tilt = TiltCompensation()
-                self._state = GaitState.WALK
+                self._set_out()
         elif self._walk.finished:
             self._state = GaitState.STAND
         else:
@@ -403,6 +427,11 @@ class Gait:
         if self._state not in (*ON_THE_WAY, *IN_MOTION):
             self._stand_requested = False
 
+    def _set_out(self) -> None:
+        self._tilt = TiltCompensation()
+        self._speed_hold.begin()
+        self._state = GaitState.WALK
+
     def _measured_pose(self, frame: SensorFrame) -> FloatArray:
         pose = np.array(frame.joint_position, dtype=float)
         self._limits.cut(pose)
@@ -411,7 +440,9 @@ class Gait:
     def _begin_stand(self, position: FloatArray, watched: Sequence[int] = ()) -> None:
         """From this pose (n,) [rad]; watched: see `StandBlend.begin`."""
         self._state = GaitState.STAND
+        self._conductor.get_up_wanted = False
         self._walk.stand_at(NOWHERE)
+        self._pose.begin_anew()
         self._blend.begin(position, watched)
         self._upright_time = 0.0
 

@@ -124,3 +124,23 @@ def test_missing_velocity_is_taken_from_the_positions():
         assembler.add_imu(imu(ms))
         (frame,) = assembler.add_joints(joints(ms, velocity=False))
     np.testing.assert_allclose(frame.joint_velocity, 100.0)  # 0.1 per ms
+
+
+def test_a_clock_that_goes_back_while_the_imu_is_gone_is_served_blind():
+    assembler = FrameAssembler(lambda: np.zeros(3))
+    assembler.add_imu(imu(1000))
+    assembler.begin_at(20 * MS)
+    frames = [f for ms in (20, 30, 40) for f in assembler.add_joints(joints(ms))]
+    assert [f.stamp // MS for f in frames] == [20, 30]
+    assert assembler.blind_since == 20 * MS and assembler.imu_behind is None
+
+
+def test_an_imu_on_another_clock_is_told_from_one_that_is_gone():
+    assembler = FrameAssembler(lambda: np.zeros(3))
+    for ms in range(1000, 1100, 10):
+        assembler.add_imu(imu(ms - 900))
+        assembler.add_joints(joints(ms))
+    assert assembler.blind_since is not None and assembler.imu_behind == 890 * MS
+    for ms in range(1100, 1200, 10):
+        assembler.add_joints(joints(ms))
+    assert assembler.imu_behind is None

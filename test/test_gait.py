@@ -335,3 +335,36 @@ def test_a_robot_that_lies_when_the_gait_begins_is_seen_to_lie_at_once(
     frame = SensorFrame(0, robot.stand_pose, zeros, np.zeros(3), np.array([9.81, 0.0, 0.0]))
     assert gait.step(frame, FORWARD).stiffness == 0.0
     assert gait.state is GaitState.FALLEN
+
+
+@pytest.mark.parametrize("walking", (False, True))
+def test_height_and_lean_follow_a_change_without_a_jump(
+    robot: RobotDescription, walking: bool
+) -> None:
+    obedient = ObedientRobot(robot)
+    command = FORWARD if walking else STANDSTILL
+    before = obedient.run(command, 3.0)
+    usual = max(abs(np.diff([t.position for t in before[-100:]], axis=0)).max(), 1e-3)
+    obedient.gait.set_parameters(P.replace(com_height=0.21, torso_pitch=0.1))
+    changed = np.array([before[-1].position] + [t.position for t in obedient.run(command, 3.0)])
+    steps = abs(np.diff(changed, axis=0)).max(axis=1)
+    assert steps.max() < usual + 0.02, "[rad] a tick; the CoM sinks by 0.5 mm"
+    fresh = ObedientRobot(robot, P.replace(com_height=0.21, torso_pitch=0.1))
+    knee = robot.index("LKneePitch")
+    if not walking:
+        settled = fresh.run(command, 6.0)[-1].position
+        assert changed[-1][knee] == pytest.approx(settled[knee], abs=1e-3)
+        assert changed[-1][knee] > changed[0][knee] + 0.2
+
+
+def test_a_walk_that_begins_again_learns_no_speed_from_its_start(
+    robot: RobotDescription,
+) -> None:
+    obedient = ObedientRobot(robot)
+    obedient.run(FORWARD, 8.0)
+    learned = obedient.gait._speed_hold.offset[0]
+    obedient.gait.request_stand()
+    obedient.run(FORWARD, 3.0)
+    walks = obedient.states(FORWARD, 3.0)
+    assert GaitState.WALK in walks
+    assert obedient.gait._speed_hold.offset[0] == pytest.approx(learned, abs=5e-3)

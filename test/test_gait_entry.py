@@ -41,6 +41,8 @@ class Robot:
         self.said: list[str] = []
         self.pull = 9.81
         """[m/s^2] that the IMU shows."""
+        self.imu_behind: int | None = 0
+        """[ms] that its stamps are behind the joints'; None = it sends nothing."""
         self.work = 0.0
         """[s] that the next tick takes."""
         self.entry = GaitEntry(ROBOT, GaitParameters(), Settings(), self, lambda: self.now)
@@ -56,17 +58,20 @@ class Robot:
     def log(self, level: Level, text: str) -> None:
         self.said.append(text)
 
-    def tick(self, count: int = 1) -> None:
+    def tick(self, count: int = 1, period: int = 10) -> None:
+        """period [ms]"""
         for _ in range(count):
-            self.stamp += 10 * MS
+            self.stamp += period * MS
             self.send()
 
     def send(self) -> None:
         self.now += 0.01
         sec, nanosec = divmod(self.stamp, 1_000 * MS)
-        imu = ImuInput(sec, nanosec, (0.0, 0.0, 0.0), (0.0, 0.0, self.pull))
+        if self.imu_behind is not None:
+            stamp = divmod(self.stamp - self.imu_behind * MS, 1_000 * MS)
+            imu = ImuInput(*stamp, (0.0, 0.0, 0.0), (0.0, 0.0, self.pull))
+            self.entry.receive("imu/data", lambda imu=imu: imu)  # type: ignore[misc]
         joints = JointInput(sec, nanosec, NAMES, self.pose, [])
-        self.entry.receive("imu/data", lambda imu=imu: imu)  # type: ignore[misc]
         self.entry.receive("joint_states", lambda joints=joints: joints)  # type: ignore[misc]
 
     def drive(self, x: float) -> None:
@@ -250,3 +255,98 @@ def test_a_warm_up_walks_and_leaves_nothing_behind() -> None:
     robot = Robot()
     robot.tick(3)
     assert robot.entry.state is GaitState.STAND
+
+
+@pytest.mark.parametrize("steps", ((5,), (2,), (1,), (14, 6, 6, 14), (10, 4, 16)))
+def test_joint_states_that_come_too_soon_are_answered_and_do_not_stop_the_walk(
+    steps: tuple[int, ...],
+) -> None:
+    robot = Robot()
+    robot.tick(100)
+    for n in range(600):
+        if n % 10 == 0:
+            robot.drive(0.1)
+        answered = len(robot.sent)
+        robot.tick(1, steps[n % len(steps)])
+        assert len(robot.sent) > answered and robot.sent[-1].stamp == robot.stamp
+    assert robot.entry.state is GaitState.WALK
+    if min(steps) < 5:
+        assert any("allowed: steps of control_period, 0.01 s" in text for text in robot.said)
+
+
+def test_a_rate_that_is_not_the_control_period_is_named() -> None:
+    robot = Robot()
+    robot.tick(300)
+    assert not robot.said
+    robot.tick(300, 8)
+    assert any("steps of 0.008" in text and "1.2 times as fast" in text for text in robot.said)
+
+
+@pytest.mark.parametrize("jump", (1_000, -500, 5_000, 250, 4))
+def test_a_limp_robot_stays_limp_whatever_the_clock_does(jump: int) -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.entry.relax()
+    robot.tick(20)
+    robot.stamp += jump * MS
+    robot.tick(50)
+    assert robot.entry.state is GaitState.RELAXED and robot.sent[-1].stiffness == 0.0
+
+
+@pytest.mark.parametrize("change", ({"feedback_delay": 0.05}, {"walk": "zmp"}))
+def test_a_limp_robot_stays_limp_when_its_parameters_change(change: dict[str, object]) -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.entry.relax()
+    robot.tick(20)
+    robot.entry.change_parameters(change)
+    robot.tick(20)
+    assert robot.entry.state is GaitState.RELAXED and robot.sent[-1].stiffness == 0.0
+
+
+def test_a_seated_robot_remains_seated_through_a_gap_and_refuses_what_would_begin_anew() -> None:
+    robot = Robot()
+    robot.tick(200)
+    robot.entry.request_motion("sit")
+    robot.tick(400)
+    seat = robot.sent[-1].position
+    with pytest.raises(NaoGaitError, match="feedback_delay: got 0.05; allowed: no change while"):
+        robot.entry.change_parameters({"feedback_delay": 0.05})
+    for fault in ("gap", "IMU gone"):
+        if fault == "gap":
+            robot.stamp += 250 * MS
+        else:
+            robot.imu_behind = None
+            robot.tick(30)
+            robot.imu_behind = 0
+        robot.tick(100)
+        assert robot.entry.state is GaitState.MOTION, fault
+        np.testing.assert_allclose(robot.sent[-1].position, seat, atol=1e-3, err_msg=fault)
+    robot.entry.stand()
+    robot.tick(600)
+    assert robot.entry.state is GaitState.STAND
+
+
+def test_a_clock_that_goes_back_without_an_imu_leaves_a_robot_that_obeys() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.imu_behind = None
+    robot.tick(100)
+    robot.stamp -= 1_800 * MS
+    answered = len(robot.sent)
+    robot.tick(100)
+    assert len(robot.sent) - answered >= 95
+    robot.entry.relax()
+    robot.tick(5)
+    assert robot.sent[-1].stiffness == 0.0
+
+
+def test_an_imu_on_another_clock_is_named() -> None:
+    robot = Robot()
+    robot.imu_behind = 1_000
+    robot.tick(100)
+    told = "imu/data header.stamp: 1.000 s before joint_states; allowed: at most 0.05 s"
+    assert any(told in text for text in robot.said)
+    robot.imu_behind = None
+    robot.tick(600)
+    assert any("imu/data: none for" in text for text in robot.said)

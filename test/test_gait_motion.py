@@ -229,3 +229,37 @@ def test_the_shipped_folder_is_found() -> None:
     gait = Gait(ROBOT, GaitParameters())
     with pytest.raises(NaoGaitError, match="stand"):
         gait.request_motion("nothing")
+
+
+def test_a_get_up_that_was_asked_for_is_forgotten_on_the_feet(library: MotionLibrary) -> None:
+    robot = Obedient(library)
+    robot.run(1.0)
+    robot.gait.request_relax()
+    robot.tick()
+    robot.gait.request_motion("get_up")  # nobody knows how a limp robot lies
+    robot.gait.request_stand()
+    robot.run(3.0)
+    assert robot.gait.state is GaitState.STAND
+    robot.force = ON_FRONT
+    states = robot.states(4.0)
+    assert GaitState.FALLEN in states and GaitState.GETTING_UP not in states
+
+
+@pytest.mark.parametrize("asked", (False, True))
+def test_after_a_gap_a_fallen_robot_is_still_down_and_goes_on_getting_up(
+    library: MotionLibrary, asked: bool
+) -> None:
+    robot = Obedient(library)
+    robot.run(1.0)
+    robot.force = ON_FRONT
+    robot.run(2.0)
+    if asked:
+        robot.gait.request_motion("get_up")
+        while robot.gait.state is not GaitState.GETTING_UP:
+            robot.tick()
+    robot.stamp += 30 * PERIOD
+    robot.gait.begin_again()
+    assert robot.tick().stiffness == 0.0 and robot.gait.state is GaitState.FALLEN
+    states = robot.states(4.0)
+    assert (GaitState.GETTING_UP in states) == asked
+    assert GaitState.STAND not in states

@@ -46,7 +46,20 @@ def test_any_stamps_have_a_step(stamps: list[int]):
     for stamp in stamps:
         before = watch.last
         step = watch.see(stamp)
-        left_out = step in (Step.LATE, Step.DOUBTFUL, Step.REPEATED)
+        left_out = step in (Step.LATE, Step.DOUBTFUL, Step.REPEATED, Step.SOON)
         assert watch.last == (before if left_out else stamp)
         if step is Step.NEXT and before is not None:
             assert 0 < stamp - before <= watch.longest_gap
+
+
+def test_a_stamp_before_half_a_period_is_left_out_and_the_next_one_is_due():
+    watch, steps = seen(100, 104, 110, 115, 120, 125)
+    assert steps == [Step.NEXT, Step.SOON, Step.NEXT, Step.SOON, Step.NEXT, Step.SOON]
+    assert watch.missed == 0 and watch.mean_step == 10 * MS
+
+
+def test_the_mean_step_is_that_of_the_sender_and_not_of_what_was_lost():
+    watch, _ = seen(*range(0, 8_000, 8))
+    assert abs(watch.mean_step - 8 * MS) < 1000
+    watch, _ = seen(*(ms for ms in range(0, 8_000, 10) if ms % 70))
+    assert watch.mean_step == 10 * MS

@@ -54,12 +54,16 @@ class FrameAssembler:
         """at_rest: (3,) specific force [m/s^2] in the torso frame of a body that rests as it is
         believed to be now; None = no blind frames, a missing IMU sample is an error."""
         self._at_rest = at_rest
+        self.imu_behind: int | None = None
+        """[ns] the newest IMU sample is behind the joints, if it came since the last blind frame;
+        below 0 it is ahead."""
         self.blind_since: int | None = None
         """Stamp of the first of the blind frames in a row [ns]."""
         self._imu: deque[ImuSample] = deque(maxlen=32)
         self._waiting: JointSample | None = None
         self._misses = 0
         self._insists = 0
+        self._has_imu = self._imu_came = False
         self._last: tuple[int, FloatArray] | None = None
 
     def begin_at(self, stamp: int) -> None:
@@ -74,6 +78,7 @@ class FrameAssembler:
         if self._imu and sample.stamp < self._imu[-1].stamp - OVERTAKEN:
             self._imu.clear()  # time went back
         self._imu.append(sample)
+        self._has_imu = self._imu_came = True
         joints = self._waiting
         if joints is None or joints.stamp != sample.stamp:
             return None
@@ -123,6 +128,8 @@ class FrameAssembler:
     def _nearest(self, stamp: int) -> ImuSample | None:
         sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)
         if sample is None:
+            if self._has_imu and self._at_rest is not None:
+                return None  # all there was is of another time
             raise NaoGaitError("imu/data", "nothing received", "one message for each joint state")
         age = stamp - sample.stamp
         if abs(age) > MAX_IMU_AGE:
@@ -145,6 +152,8 @@ class FrameAssembler:
         self._last = (joints.stamp, joints.position)
         if imu is None:
             self.blind_since = joints.stamp if self.blind_since is None else self.blind_since
+            came, self._imu_came = self._imu_came, False
+            self.imu_behind = joints.stamp - self._imu[-1].stamp if came and self._imu else None
             rotation, force = _NO_ROTATION, self._rest()
         else:
             self.blind_since = None

@@ -6,20 +6,20 @@ The node puts DDS around it, the fault campaign a simulated robot: both run the 
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.gait import MISSED_TICKS_MAX, ON_THE_WAY, Gait
+from nao_lipm_gait.gait import MISSED_TICKS_MAX, Gait
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.conductor import GET_UP
 from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.ros.frame_assembly import FrameAssembler, JointSample
+from nao_lipm_gait.ros.frame_assembly import MAX_IMU_AGE, FrameAssembler, JointSample
 from nao_lipm_gait.ros.guarded_gait import GuardedGait
 from nao_lipm_gait.ros.health import SILENCE, Health, Level
 from nao_lipm_gait.ros.inputs import ImuInput, Input, JointInput, LoadInput
@@ -35,6 +35,8 @@ from nao_lipm_gait.ros.tick_statistics import TickStatistics
 from nao_lipm_gait.ros.velocity_input import VelocityInput
 from nao_lipm_gait.signals import (
     GRAVITY,
+    IN_MOTION,
+    ON_THE_WAY,
     STANDSTILL,
     FloatArray,
     GaitState,
@@ -53,6 +55,8 @@ HELD_MAX = 5
 """Ticks in a row without usable targets, after which the gait begins anew."""
 LOAD_ABSURD = 1e5
 """[N]"""
+OFF_RATE = 0.1
+"""Share by which the steps of the stamps may differ from the control period on average."""
 _CRASHES_MAX = 32
 
 
@@ -189,6 +193,9 @@ class GaitEntry:
         if step is Step.REPEATED:
             self._answer_again(stamp)
             return
+        if step is Step.SOON:
+            self._answer_soon(stamp)
+            return
         if step is Step.LATE or step is Step.DOUBTFUL:
             self._leave_out(step, stamp)
             return
@@ -202,8 +209,19 @@ class GaitEntry:
             stamp, position, delay=delay, elapsed=elapsed, unread=unread
         )
         self._pose = position
+        self._check_rate()
         for frame in self._assembler.add_joints(JointSample(stamp, position, velocity)):
             self._tick(frame)
+
+    def _check_rate(self) -> None:
+        """Other steps than the control period are walked, but in another time than the robot's."""
+        step, period = self._stamps.mean_step * 1e-9, self._settings.control_period
+        if abs(step - period) > OFF_RATE * period:
+            text = (
+                f"joint_states header.stamp: steps of {step:.4g} s on average; allowed: steps of "
+                f"control_period, {period:g} s; the walk runs {period / step:.2g} times as fast"
+            )
+            self._remarks.tell(SENSORS, Level.WARN, "rate", text)
 
     def _is_near(self, position: FloatArray) -> bool:
         """The joints are where they were a moment ago."""
@@ -219,6 +237,17 @@ class GaitEntry:
             self._outlet.command(self._last_targets)
         raise NaoGaitError(
             "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a stamp that rises"
+        )
+
+    def _answer_soon(self, stamp: int) -> None:
+        """No tick is due, but a robot in lockstep goes on only after an answer."""
+        if self._last_targets is not None:
+            self._outlet.command(replace(self._last_targets, stamp=stamp))
+        after = (stamp - (self._stamps.last or 0)) * 1e-9
+        raise NaoGaitError(
+            "joint_states header.stamp",
+            f"{after:.6g} s after the last",
+            f"steps of control_period, {self._settings.control_period:g} s",
         )
 
     def _leave_out(self, step: Step, stamp: int) -> None:
@@ -247,13 +276,11 @@ class GaitEntry:
         if steady:
             self._gait.go_on_at(stamp)
             self._guarded.go_on_at(stamp)
-            self._gait.request_stand()
+            if self._gait.state in ON_THE_WAY:
+                self._gait.request_stand()
             return
         self._guarded.begin_anew()
-        relaxed = self._gait.state is GaitState.RELAXED
-        self._gait.reset()
-        if relaxed:
-            self._gait.request_relax()  # nobody asked for a stiff robot
+        self._gait.begin_again()
 
     # -- the tick ----------------------------------------------------------------------------------
 
@@ -297,7 +324,7 @@ class GaitEntry:
             if self._loads.carry_nothing(stamp) or self._gait.state is GaitState.FALLEN:
                 self._gait.believe_fallen()
                 return f"imu/data: none for {blind * 1e-9:.1f} s, and no load on the soles: relaxed"
-            return f"imu/data: none for {blind * 1e-9:.1f} s; the robot stops and stands"
+            return f"{self._imu_trouble(blind)}; the robot stops and stands"
         if blind == 0 and before > patience:
             self._see_again()
         since = self._senses.unread_since
@@ -305,6 +332,17 @@ class GaitEntry:
             unread = (stamp - since) * 1e-9
             return f"joint_states: none to be read for {unread:.1f} s; the robot stops"
         return None
+
+    def _imu_trouble(self, blind: int) -> str:
+        """blind: [ns]."""
+        behind = self._assembler.imu_behind
+        if behind is None:
+            return f"imu/data: none for {blind * 1e-9:.1f} s"
+        side = "before" if behind > 0 else "after"
+        return (
+            f"imu/data header.stamp: {abs(behind) * 1e-9:.3f} s {side} joint_states; "
+            f"allowed: at most {MAX_IMU_AGE * 1e-9:g} s"
+        )
 
     def _blind_for(self, stamp: int) -> int:
         """[ns] for which there has been no IMU."""
@@ -314,15 +352,11 @@ class GaitEntry:
     def _see_again(self) -> None:
         """The IMU is back: a robot that does not walk begins with what it says."""
         self._loads.begin_anew()
-        if self._gait.state in ON_THE_WAY:
+        if self._gait.state in (*ON_THE_WAY, *IN_MOTION):
             return
-        before = self._gait.state
-        self._gait.reset()
+        # A fallen robot stays so until the IMU has shown for a while that it is upright.
+        self._gait.begin_again()
         self._guarded.begin_anew()
-        if before is GaitState.RELAXED:
-            self._gait.request_relax()
-        elif before is GaitState.FALLEN:
-            self._gait.believe_fallen()  # until the IMU has shown for a while that it is upright
 
     def _force_at_rest(self) -> FloatArray:
         """(3,) [m/s^2] What the accelerometer of a resting torso shows at the believed tilt."""
@@ -339,13 +373,19 @@ class GaitEntry:
         """Stop and stand; what is going to happen, in words."""
         self._velocity.clear()
         self._gait.request_stand()
-        return "standing once the step is done, or once a lying robot is upright"
+        return "standing once the step is done, or once a lying robot is upright" + self._unheard
 
     def relax(self) -> str:
         """Take the torque off; what is going to happen, in words."""
         self._velocity.clear()
         self._gait.request_relax()
-        return "relaxed from the next tick on; ~/stand makes it stiff again"
+        return "relaxed from the next tick on; ~/stand makes it stiff again" + self._unheard
+
+    @property
+    def _unheard(self) -> str:
+        if self._last_targets is not None:
+            return ""
+        return "; but no sensors have been heard yet, and without them nothing is sent"
 
     def request_motion(self, name: str) -> None:
         """Run a motion, by its name or from a file, when it can begin; NaoGaitError for one that
@@ -369,7 +409,8 @@ class GaitEntry:
 
         Raises NaoGaitError that names parameter, value and what is allowed.
         """
-        return changed_by(self._parameters, changes, self._gait.state in ON_THE_WAY)
+        busy = self._gait.state in (*ON_THE_WAY, *IN_MOTION)
+        return changed_by(self._parameters, changes, busy)
 
     def change_parameters(self, changes: Mapping[str, object]) -> None:
         """Take changes over; a walking robot does so where it next changes its support foot."""
@@ -380,7 +421,7 @@ class GaitEntry:
         self._parameters = changed
         self._gait.set_parameters(changed)
         if needs_reset:
-            self._gait.reset()  # the standing robot blends from its pose into the same one
+            self._gait.begin_again()  # the standing robot blends from its pose into the same one
 
     # -- watching ----------------------------------------------------------------------------------
 

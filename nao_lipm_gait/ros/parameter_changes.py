@@ -7,10 +7,11 @@ from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
 
 
 def changed_by(
-    parameters: GaitParameters, changes: Mapping[str, object], on_the_way: bool
+    parameters: GaitParameters, changes: Mapping[str, object], busy: bool
 ) -> GaitParameters:
     """The parameters with these changes, all or none; other names are not ours.
 
+    busy: the robot walks, or a motion moves or holds it.
     Raises NaoGaitError that names parameter, value and what is allowed.
     """
     checked = {
@@ -18,10 +19,9 @@ def changed_by(
     }
     changed = parameters.replace(**checked)
     needing = needing_reset(parameters, changed)
-    if needing and on_the_way:
-        raise NaoGaitError(
-            needing[0], getattr(changed, needing[0]), "no change while walking; stand first"
-        )
+    if needing and busy:
+        allowed = "no change while walking or in a motion; stand first"
+        raise NaoGaitError(needing[0], getattr(changed, needing[0]), allowed)
     return changed
 
 

@@ -10,6 +10,8 @@ LONGEST_GAP = 500_000_000
 """[ns] A larger step ahead means that the past is worth nothing."""
 LATE = 100_000_000
 """[ns] A stamp this little behind the newest one was most likely overtaken on the way."""
+MEMORY = 100
+"""Frames over which the mean step is taken."""
 PROOF_FAR, PROOF_LATE = 2, 4
 """Stamps in a row that rise from the new time, the first one counted, until it is believed."""
 
@@ -17,6 +19,8 @@ PROOF_FAR, PROOF_LATE = 2, 4
 class Step(Enum):
     NEXT = "next"
     REPEATED = "repeated"
+    SOON = "too soon"
+    """Less than half a period after the last: to be left out, the next one may be due."""
     LATE = "late"
     """Behind the newest stamp by little: to be left out."""
     DOUBTFUL = "doubtful"
@@ -35,6 +39,8 @@ class StampWatch:
         self._gap = min(LONGEST_GAP, round((gap_ticks + 0.5) * period))
         self.last: int | None = None
         self.missed = 0
+        self.mean_step = float(period)
+        """[ns] from one tick to the next, lost ones left out."""
         self._new: int | None = None
         self._proof = 0
 
@@ -56,8 +62,12 @@ class StampWatch:
         ahead = stamp - last
         if ahead == 0:
             return Step.REPEATED
+        if ahead > 0 and round(ahead / self._period) == 0:
+            return Step.SOON
         if 0 < ahead <= self._gap:
-            self.missed += max(0, round(ahead / self._period) - 1)
+            ticks = max(1, round(ahead / self._period))
+            self.missed += ticks - 1
+            self.mean_step += (ahead / ticks - self.mean_step) / MEMORY
             self.last, self._new = stamp, None
             return Step.NEXT
         return self._elsewhere(stamp, last)

@@ -1,0 +1,35 @@
+"""Height and lean of the body, which follow a change of the parameters and never jump with it."""
+
+from nao_lipm_gait.walk import BodyTargets
+
+HEIGHT_RATE = 0.05
+"""[m/s] at which the CoM rises and sinks."""
+PITCH_RATE = 0.1
+"""[rad/s] at which the torso leans."""
+
+
+class EasedPose:
+    """Moves towards what the walk wants."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, float] | None = None
+
+    def begin_anew(self) -> None:
+        """The next height and lean are taken as they are."""
+        self._last = None
+
+    def towards(self, wanted: BodyTargets, dt: float) -> BodyTargets:
+        """The wanted targets, with height and lean as they can be `dt` [s] after the last ones."""
+        x, y, height = wanted.com_in_q
+        pitch = wanted.torso_pitch
+        if self._last is None or self._last == (height, pitch):
+            self._last = (height, pitch)
+            return wanted
+        height = _stepped(self._last[0], height, HEIGHT_RATE * dt)
+        pitch = _stepped(self._last[1], pitch, PITCH_RATE * dt)
+        self._last = (height, pitch)
+        return wanted._replace(com_in_q=(x, y, height), torso_pitch=pitch)
+
+
+def _stepped(last: float, wanted: float, step: float) -> float:
+    return min(max(wanted, last - step), last + step)
