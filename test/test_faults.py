@@ -61,9 +61,9 @@ def test_without_a_fault_the_entry_walks_as_a_rollout_does_bit_by_bit() -> None:
 
 
 WALKS_ON = (
-    "none", "nan", "repeated", "reordered", "stamp_outliers", "stamp_jump", "two_drivers",
-    "two_gaits", "parameters", "bad_commands", "bridge_reset", "bridge_restart", "joint_dropout",
-    "loss",
+    "none", "nan", "repeated", "reordered", "stamp_outliers", "stamp_jitter", "stamp_jump",
+    "two_drivers", "two_gaits", "parameters", "bad_commands", "bridge_reset", "bridge_restart",
+    "joint_dropout", "loss",
 )  # fmt: skip
 """Classes that do not stop the walk for good."""
 

@@ -17,6 +17,7 @@ CLASSES: Mapping[str, type[Fault]] = {
     "repeated": stamps.Repeated,
     "reordered": stamps.Reordered,
     "stamp_outliers": stamps.Outliers,
+    "stamp_jitter": stamps.Jitter,
     "stamp_jump": stamps.Jump,
     "loss": network.Loss,
     "bursts": network.Bursts,

@@ -70,6 +70,25 @@ class Outliers(Spell):
         yield 0, message
 
 
+class Jitter(Fault):
+    """Stamps that are not those of the measurement."""
+
+    summary = "stamps are off by up to 1 to 4.5 ms, to and fro, those of one instant alike"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._size = float(random.uniform(1e6, 4.5e6))
+        self._instant, self._shift = -1, 0
+
+    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+        if self.now(stage):
+            if stage.tick != self._instant:
+                self._instant = stage.tick
+                self._shift = round(self.random.uniform(-self._size, self._size))
+            message = shifted(message, self._shift)
+        yield 0, message
+
+
 class Jump(Fault):
     """The clock of the sensors jumps and goes on from there."""
 
