@@ -312,8 +312,8 @@ class Gait:
         self._residual = 0.0
         self._clipped = self._limits.cut(targets.position)
         self._last_position = targets.position
-        lowest = float(targets.stiffness.min())
-        uniform = lowest == float(targets.stiffness.max())
+        lowest = float(np.min(targets.stiffness))
+        uniform = lowest == float(np.max(targets.stiffness))
         return JointTargets(
             frame.stamp, targets.position, lowest, None if uniform else targets.stiffness
         )

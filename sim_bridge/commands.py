@@ -79,8 +79,8 @@ class CommandReader:
         self._position[places] = cut
         self._shares = self._shares.copy()
         self._shares[places] = shares if len(shares) else 1.0
-        lowest = float(self._shares.min())
-        each = None if lowest == float(self._shares.max()) else self._shares
+        lowest = float(np.min(self._shares))
+        each = None if lowest == float(np.max(self._shares)) else self._shares
         return JointTargets(stamp, self._position, lowest, each), remark
 
     def _places_of(self, names: Sequence[str]) -> np.ndarray:

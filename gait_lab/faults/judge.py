@@ -46,7 +46,7 @@ class CommandCheck:
         if last is None or not (stiffness > 0.0 and last.stiffness > 0.0):
             return None
         ticks = round((targets.stamp - last.stamp) / 1e7)
-        share = float((np.abs(position - last.position) / self._stride).max()) / max(1, ticks)
+        share = float(np.max(np.abs(position - last.position) / self._stride)) / max(1, ticks)
         # After a longer gap the robot may be anywhere.
         if 1 <= ticks <= 20 and share > 1.0 + 1e-6:
             return f"{share * SPEED_SHARE:.1f} times the speed limit of a joint"

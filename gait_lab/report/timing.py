@@ -67,7 +67,7 @@ def find_timing(walk: Walk) -> Timing | None:
         missed=int((ticks - 1).sum()),
         unanswered=unanswered,
         age=float(np.median(age)),
-        age_worst=float(age.max()),
+        age_worst=float(np.max(age)),
         answer=answer,
         interval_time=walk.seconds(joints.stamp[1:]),
         interval=gaps * 1e-9,

@@ -37,7 +37,7 @@ def fastest(way: FloatArray, interpolation: Interpolation, robot: RobotDescripti
     """[s] the shortest time for a way of the joints (n,) [rad] within their speeds."""
     speed = SPEED_SHARE * robot.velocity_limit
     times = interpolation.peak * np.abs(np.nan_to_num(way)) / speed
-    return float(times.max())
+    return float(np.max(times))
 
 
 def _check_limits(

@@ -4,6 +4,8 @@ A living IMU has noise, and the joints of a walking robot move: the same numbers
 while other things change, come from a sensor that is stuck.
 """
 
+import numpy as np
+
 from nao_lipm_gait.signals import FloatArray
 
 JOINT_REPEATS = 6
@@ -51,4 +53,4 @@ class FrozenSensors:
         """The IMU is stuck."""
         if self._imu_repeats < IMU_REPEATS or self._pose is None or self._pose_then is None:
             return False
-        return float(abs(self._pose - self._pose_then).max()) > MOVED
+        return float(np.max(np.abs(self._pose - self._pose_then))) > MOVED

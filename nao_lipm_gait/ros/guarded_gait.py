@@ -90,7 +90,7 @@ class GuardedGait:
             each.shape != inside.shape or not ((each >= 0.0) & (each <= 1.0)).all()
         ):
             return self._hold(frame, f"stiffness {each.tolist()}")
-        stiff = stiffness if each is None else float(each.max())
+        stiff = stiffness if each is None else float(np.max(each))
         if stiff > 0.0:
             inside, hurry = self._slowed(frame, inside)
             fault = fault or hurry

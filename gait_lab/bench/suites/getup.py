@@ -113,5 +113,5 @@ def _worst(options: BenchOptions, results: Sequence[GetUpResult]) -> str:
     """The joints that are used most."""
     names = loaded_robot(options.urdf).joint_names
     use = np.max([result.torque_use for result in results], axis=0)
-    most = sorted(range(len(names)), key=lambda joint: -use[joint])[:4]
+    most = sorted(range(len(names)), key=lambda joint: -float(use[joint]))[:4]
     return ", ".join(f"{names[joint]} {use[joint]:.2f}" for joint in most)

@@ -1,5 +1,7 @@
 """Figures of the sensors: load of the soles, periods and ages."""
 
+import numpy as np
+
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.figure import (
     BLUE,
@@ -43,10 +45,10 @@ def timing(analysis: Analysis, store: ArrayStore) -> Figure | None:
         rows, 120,
     )  # fmt: skip
     made.line(0, timing.interval_time, 1e3 * timing.interval, "interval", BLUE)
-    made.y_range(0, 0.0, 1e3 * max(float(timing.interval.max()), 2 * timing.period) * 1.1)
+    made.y_range(0, 0.0, 1e3 * max(float(np.max(timing.interval)), 2 * timing.period) * 1.1)
     age = 1e-6 * (walk.position.arrived - walk.position.stamp).astype(float)
     made.line(1, walk.seconds(walk.position.stamp), age, "age", GOLD)
-    made.y_range(1, min(0.0, float(age.min())), max(1.0, 1.2 * float(age.max())))
+    made.y_range(1, min(0.0, float(np.min(age))), max(1.0, 1.2 * float(np.max(age))))
     if len(timing.tick):
         made.line(2, timing.tick_time, timing.tick[:, 0], "p50", INK, width=1.8)
         made.line(2, timing.tick_time, timing.tick[:, 1], "p99", RED, width=1.8)
