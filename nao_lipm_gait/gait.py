@@ -74,7 +74,7 @@ class Gait:
         self.robot = robot
         self._motions = motions
         self._parameters = parameters
-        self._dt = control_period
+        self._dt = self._passed = control_period
         self._period = round(control_period * 1e9)
         self._body = BodyModel(robot)
         self._limits = JointLimits(robot)
@@ -185,7 +185,7 @@ class Gait:
             self._walk.expect()
             self._walk.plan(self._last_command)
         self._stamp = frame.stamp
-        passed = (missed + 1) * self._dt
+        passed = self._passed = (missed + 1) * self._dt
 
         expected = self._walk.expect()
         self._senses.update(
@@ -222,17 +222,17 @@ class Gait:
                 self._walk.predicted.support,
                 unwanted,
                 self._parameters,
-                self._dt,
+                passed,
             )
         placed = self._placement.place(self._targets, self._parameters.arm_swing)
-        position = self._blend.apply(placed.position, self._dt, self._parameters.stand_time)
+        position = self._blend.apply(placed.position, passed, self._parameters.stand_time)
         if self._parameters.feedback and self._state is GaitState.WALK:
             self._posture.apply(
                 position,
                 self._walk.predicted.support,
                 point(frame.angular_velocity),
                 self._parameters,
-                self._dt,
+                passed,
             )
         self._residual = placed.residual
         self._turn_head(position)
@@ -242,18 +242,18 @@ class Gait:
 
     def _turn_head(self, position: FloatArray) -> None:
         if not self._head.is_free:
-            self._head.apply(position, self._senses.place, self._dt)
+            self._head.apply(position, self._senses.place, self._passed)
 
     def _steered(self, command: VelocityCommand) -> VelocityCommand:
         p, odometry = self._parameters, self._senses.odometry
         if p.feedback and p.speed_time > 0.0:
             command = self._speed_hold.steered(
-                command, odometry.velocity, self._walk.reserve, p.speed_time, self._dt
+                command, odometry.velocity, self._walk.reserve, p.speed_time, self._passed
             )
         # Also called without feedback: a heading from before it was switched off is forgotten.
         gain = p.heading_gain if p.feedback else 0.0
         heading = odometry.base_footprint_in_odom[2]
-        return self._heading_hold.steered(command, heading, gain, self._dt)
+        return self._heading_hold.steered(command, heading, gain, self._passed)
 
     def _leaned(self, targets: BodyTargets, walking: bool, dt: float) -> BodyTargets:
         p = self._parameters
@@ -398,7 +398,7 @@ class Gait:
                 self._begin_stand(frame.joint_position)
         elif self._state is GaitState.FALLEN:
             upright = self._senses.orientation.tilt < UPRIGHT_TILT
-            self._upright_time = self._upright_time + self._dt if upright else 0.0
+            self._upright_time = self._upright_time + self._passed if upright else 0.0
             if self._upright_time > UPRIGHT_TIME:
                 self._begin_stand(frame.joint_position)
         elif self._state is GaitState.MOTION:

@@ -368,3 +368,17 @@ def test_a_walk_that_begins_again_learns_no_speed_from_its_start(
     walks = obedient.states(FORWARD, 3.0)
     assert GaitState.WALK in walks
     assert obedient.gait._speed_hold.offset[0] == pytest.approx(learned, abs=5e-3)
+
+
+def test_lost_frames_do_not_slow_the_way_into_the_stand(robot: RobotDescription) -> None:
+    def time_to_stand(lost: int) -> int:
+        obedient = ObedientRobot(robot, P.replace(feedback_delay=0.0))
+        obedient.shown = [obedient.shown[0] + 0.2]
+        obedient.tick(STANDSTILL)
+        while obedient.gait._blend.active:
+            for _ in range(lost):
+                obedient.lose()
+            obedient.tick(STANDSTILL)
+        return obedient.stamp
+
+    assert time_to_stand(3) == pytest.approx(time_to_stand(0), abs=4 * PERIOD)
