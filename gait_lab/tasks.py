@@ -148,8 +148,8 @@ def find_task(text: str) -> Task:
         speed = float(number) / factor
     except ValueError:
         speed = math.nan
-    if not math.isfinite(speed) or speed < 0.0:
-        raise NaoGaitError("task", text, f"{name}=SPEED with a speed in {unit}, not negative")
+    if not math.isfinite(speed) or speed <= 0.0:
+        raise NaoGaitError("task", text, f"{name}=SPEED with a speed in {unit}, more than 0")
     # The sign belongs to the name: back=20 walks backward.
     scale = speed / abs(task.asked)
     command = task.command

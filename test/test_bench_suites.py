@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gait_lab import cli
@@ -163,7 +164,7 @@ def test_a_matched_gait_bridges_the_delay_and_the_motors() -> None:
         assert variant.parameters["feedback_delay"] == pytest.approx(delay / 1000.0 + 0.02)
 
 
-def test_motors_at_the_effort_of_the_urdf_are_weaker_and_know_no_speed_line() -> None:
+def test_motors_at_the_effort_of_the_urdf_are_weaker_at_every_speed() -> None:
     task = dataclasses.replace(find_task("forward=10"), start=0.1, end=0.3)
     weak = PLANTS["urdf_effort"]
     spec = RolloutSpec(task, plant_options=weak.plant, urdf_effort=weak.urdf_effort)
@@ -175,6 +176,15 @@ def test_motors_at_the_effort_of_the_urdf_are_weaker_and_know_no_speed_line() ->
         assert {name: motor.stall_torque for name, motor in robot.motors.items()} == {
             name: limits[name].effort for name in robot.motors
         }
+        usual, _ = make_pair(RolloutSpec(task))
+        joint = robot.index("LKneePitch")
+        with usual:
+            for speed_of_joint in (0.0, 2.0, 5.0):
+                weakest, usual_limit = (
+                    float(each._limits.driving(np.full(22, speed_of_joint))[joint])
+                    for each in (simulation, usual)
+                )
+                assert weakest < usual_limit
     assert not rollout(spec).metrics.fell
     rows = robust._rows("urdf_effort", score("forward", metrics(speed_x=0.3)))
     assert rows[1].metric == "urdf_effort_forward_upright_share" and rows[1].value == 100.0
@@ -200,7 +210,13 @@ def test_detection_counts_leads_and_false_alarms() -> None:
      (["bench", "push", "--impulse", "-1"], "impulse"),
      (["bench", "endurance", "--metres", "0"], "metres"),
      (["bench", "speed", "--engine", "none"], "engine"),
-     (["bench", "delay", "--task", "fly"], "task")],
+     (["bench", "delay", "--task", "fly"], "task"),
+     (["bench", "speed", "--task", "forward=0"], "task"),
+     (["bench", "start", "--task", "forward=20"], "--task"),
+     (["bench", "compute", "--robots", "20"], "--robots"),
+     (["bench", "faults", "--open-loop", "off"], "--open-loop"),
+     (["bench", "loss", "--task", "turn=50"], "forward walks"),
+     (["bench", "all", "--task", "turn"], "one forward task")],
 )  # fmt: skip
 def test_bad_arguments_give_one_line_and_a_bad_exit_status(
     arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]

@@ -4,7 +4,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gait_lab.bench.command import flag_of
 from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.push_cells import directions_of
 from gait_lab.bench.report import Report
 from gait_lab.bench.suites.ablation import ablation
 from gait_lab.bench.suites.compute import compute
@@ -13,27 +15,30 @@ from gait_lab.bench.suites.delay import delay
 from gait_lab.bench.suites.endurance import endurance
 from gait_lab.bench.suites.error import TASKS as ERROR_TASKS
 from gait_lab.bench.suites.error import error
-from gait_lab.bench.suites.faults import faults
+from gait_lab.bench.suites.faults import classes_of, faults
 from gait_lab.bench.suites.fuzz import fuzz
 from gait_lab.bench.suites.getup import getup
-from gait_lab.bench.suites.kick import kicks
+from gait_lab.bench.suites.kick import kicks, kicks_of
 from gait_lab.bench.suites.loss import TASKS as LOSS_TASKS
+from gait_lab.bench.suites.loss import check as check_loss
 from gait_lab.bench.suites.loss import loss
 from gait_lab.bench.suites.peers import TASKS as PEERS_TASKS
-from gait_lab.bench.suites.peers import peers, walks_here
+from gait_lab.bench.suites.peers import peers, require_possible, walks_here
+from gait_lab.bench.suites.plants import check as check_sweep
 from gait_lab.bench.suites.plants import sweep
 from gait_lab.bench.suites.posture import TASKS as POSTURE_TASKS
-from gait_lab.bench.suites.posture import posture
+from gait_lab.bench.suites.posture import experiments_of, posture
 from gait_lab.bench.suites.push import TASKS as PUSH_TASKS
 from gait_lab.bench.suites.push import push
 from gait_lab.bench.suites.realtime import realtime
 from gait_lab.bench.suites.robust import TASKS as ROBUST_TASKS
 from gait_lab.bench.suites.robust import robust
 from gait_lab.bench.suites.rough import TASKS as ROUGH_TASKS
-from gait_lab.bench.suites.rough import rough
+from gait_lab.bench.suites.rough import rough, walkers_of
 from gait_lab.bench.suites.soak import soak_suite
 from gait_lab.bench.suites.speed import speed
 from gait_lab.bench.suites.start import start
+from gait_lab.changes import load_changes
 from nao_lipm_gait.errors import NaoGaitError
 
 
@@ -46,15 +51,17 @@ class Suite:
     quick: tuple[Mapping[str, Any], ...]
     """Its runs in `all`: what each has else than usual, besides `QUICK_ENGINE`."""
     reads: frozenset[str]
-    """The options that matter to it, besides those of `EVERY_SUITE`."""
+    """The options that matter to it, besides those of `EVERY_SUITE`; others are refused."""
+    check: Callable[[BenchOptions], object] = lambda options: None
+    """Raises NaoGaitError, before the work, for what the suite cannot do."""
 
 
 QUICK_ENGINE = "mujoco"
 """The faster one."""
-EVERY_SUITE = frozenset(
-    {"robots", "seed", "engine", "plant", "plant_options", "urdf", "open_loop", "jobs", "show"}
-)
-_WALKS = frozenset({"tasks", "window"})
+EVERY_SUITE = frozenset({"seed", "engine", "plant", "plant_options", "urdf", "jobs", "show"})
+_ROBOTS = frozenset({"robots"})
+_LOOPS = _ROBOTS | {"open_loop"}
+_WALKS = _LOOPS | {"tasks", "window"}
 SUITES = {
     "speed": Suite(speed, {}, ({"robots": 3, "window": 5.0},), _WALKS | {"half_speed"}),
     "error": Suite(error, {"tasks": ERROR_TASKS}, ({"robots": 3, "window": 5.0},), _WALKS),
@@ -65,11 +72,12 @@ SUITES = {
             {"robots": 2, "phases": 4, "tasks": ("spot",)},
             {"robots": 2, "phases": 4, "tasks": ("forward=20",), "impulses": (1.25,)},
         ),
-        frozenset({"tasks", "phases", "impulses", "directions"}),
+        _LOOPS | {"tasks", "phases", "impulses", "directions"},
+        lambda options: directions_of(options.directions),
     ),
-    "start": Suite(start, {"robots": 20}, ({"robots": 3},), frozenset()),
+    "start": Suite(start, {"robots": 20}, ({"robots": 3},), _LOOPS),
     "endurance": Suite(
-        endurance, {"robots": 20}, ({"robots": 4, "metres": 5.0},), frozenset({"metres"})
+        endurance, {"robots": 20}, ({"robots": 4, "metres": 5.0},), _LOOPS | {"metres"}
     ),
     "delay": Suite(
         delay,
@@ -81,25 +89,28 @@ SUITES = {
         robust, {"robots": 20, "tasks": ROBUST_TASKS}, ({"robots": 3, "window": 5.0},), _WALKS
     ),
     "getup": Suite(
-        getup, {"robots": 20}, ({"robots": 3, "attempts": 2},), frozenset({"attempts"})
+        getup, {"robots": 20}, ({"robots": 3, "attempts": 2},), _ROBOTS | {"attempts"}
     ),
     "posture": Suite(
         posture,
         {"robots": 20, "urdf": "bruno", "tasks": POSTURE_TASKS, "window": 300.0},
         ({"robots": 2, "window": 5.0},),
-        _WALKS | {"experiments"},
+        _ROBOTS | {"tasks", "window", "experiments"},
+        experiments_of,
     ),
     "rough": Suite(
         rough,
         {"robots": 20, "tasks": ROUGH_TASKS},
         ({"robots": 2, "open_loop": "off"},),
-        frozenset({"tasks", "experiments"}),
+        _LOOPS | {"tasks", "experiments"},
+        walkers_of,
     ),
     "kick": Suite(
         kicks,
         {"robots": 20, "attempts": 1},
         ({"robots": 3, "attempts": 1},),
-        frozenset({"attempts"}),
+        _ROBOTS | {"attempts"},
+        lambda options: kicks_of(options.urdf),
     ),
     "compute": Suite(compute, {"robots": 1}, ({"window": 10.0},), frozenset({"window"})),
     "plant": Suite(
@@ -107,33 +118,43 @@ SUITES = {
         {"robots": 2, "window": 5.0, "engine": "mujoco"},
         ({"robots": 1, "window": 3.0, "tasks": ("forward",), "open_loop": "off"},),
         _WALKS | {"ingredients"},
+        check_sweep,
     ),
     "ablation": Suite(
         ablation,
         {"robots": 5, "window": 8.0, "open_loop": "off"},
         ({"robots": 2, "window": 4.0, "phases": 2},),
         _WALKS | {"phases", "changes"},
+        lambda options: load_changes(options.changes),
     ),
     "peers": Suite(
         peers,
         {"robots": 8, "window": 8.0, "phases": 4, "tasks": PEERS_TASKS},
         ({"robots": 2, "window": 4.0, "phases": 2},),
-        _WALKS | {"phases", "placo_python"},
+        _ROBOTS | {"tasks", "window", "phases", "placo_python"},
+        require_possible,
     ),
     "faults": Suite(
-        faults, {"engine": "mujoco"}, ({"runs": 56},), frozenset({"runs", "faults"})
+        faults,
+        {"engine": "mujoco"},
+        ({"runs": 56},),
+        frozenset({"runs", "faults"}),
+        lambda options: classes_of(options.faults),
     ),
     "loss": Suite(
         loss,
         {"robots": 20, "window": 60.0, "engine": "mujoco", "tasks": LOSS_TASKS},
         ({"robots": 2, "window": 10.0},),
-        _WALKS | {"loss"},
+        _ROBOTS | {"tasks", "window", "loss"},
+        check_loss,
     ),
     "fuzz": Suite(fuzz, {}, ({"ticks": 20_000},), frozenset({"ticks"})),
     "soak": Suite(
-        soak_suite, {"engine": "mujoco"}, ({"minutes": 1.0},), frozenset({"minutes"})
+        soak_suite, {"engine": "mujoco", "robots": 1}, ({"minutes": 1.0},), frozenset({"minutes"})
     ),
-    "realtime": Suite(realtime, {"engine": "mujoco"}, ({"window": 5.0},), frozenset({"window"})),
+    "realtime": Suite(
+        realtime, {"engine": "mujoco", "robots": 1}, ({"window": 5.0},), frozenset({"window"})
+    ),
 }
 
 
@@ -150,16 +171,25 @@ class Run:
 def runs(name: str, asked: Mapping[str, Any]) -> tuple[Run, ...]:
     """The runs behind a name: a suite, or `all` of them in their quick form."""
     if name == "all":
-        with_peers = walks_here(asked.get("urdf", BenchOptions().urdf))
+        engine, urdf = asked.get("engine", QUICK_ENGINE), asked.get("urdf", BenchOptions().urdf)
+        left_out = {"plant"} if engine != "mujoco" else set()
+        left_out |= set() if walks_here(urdf) else {"peers"}
         quick = [
-            (suite, {"engine": QUICK_ENGINE, **changes, **asked})
+            (suite, {"engine": engine, **changes, **asked})
             for suite, entry in SUITES.items()
             for changes in entry.quick
-            if suite != "peers" or with_peers
+            if suite not in left_out
         ]
         return tuple(Run(suite, options_for(suite, given), given) for suite, given in quick)
     if name not in SUITES:
         raise NaoGaitError("suite", name, f"one of {', '.join(SUITES)}, all")
+    taken = EVERY_SUITE | SUITES[name].reads
+    for option, value in asked.items():
+        if option not in taken:
+            allowed = ", ".join(sorted(map(flag_of, SUITES[name].reads)))
+            raise NaoGaitError(
+                flag_of(option), value, f"no such option for the suite {name}; it has {allowed}"
+            )
     return (Run(name, options_for(name, asked), asked),)
 
 

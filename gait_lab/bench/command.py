@@ -22,6 +22,12 @@ _ALWAYS = {"seed": 0, "plant": "reference"}
 """Defaults of the command line that no suite changes."""
 
 
+def flag_of(option: str) -> str:
+    """The option of the command line for an option of `BenchOptions`."""
+    flags = {**_SINGLE, **_REPEATED, "half_speed": "--no-half", "jobs": "--jobs", "show": "show"}
+    return flags[option]
+
+
 def command_line(
     suite: str, given: Mapping[str, Any], preset: str = "default", settings: Sequence[str] = ()
 ) -> str:

@@ -40,7 +40,7 @@ INTRODUCTION = """\
 Written by `{command}`, all of it from the rows that the suites measured. This is the quick form:
 few robots, short windows. Leave out the options of a command to get the long form of its suite;
 `nao_gait bench --help` lists them. On one machine a command gives the same numbers every time,
-except for the times of the section on cost.
+except for what the machine has its part in: the times of compute and realtime, the memory of soak.
 
 - A *robot* is an individual drawn from the plant: joint zero errors, sensor biases, masses,
   friction, motor strength ([plants.md](plants.md)). Worst and median are over the robots.

@@ -28,6 +28,8 @@ class Report:
 
     rows: tuple[Row, ...]
     text: str
+    one_set_of_robots: bool = True
+    """Walked by the robots of the options; else every attempt has its own."""
 
     def as_json(self, options: BenchOptions) -> list[dict[str, Any]]:
         return [
@@ -39,7 +41,7 @@ class Report:
                 "paper": row.paper,
                 "engine": options.engine,
                 "plant": options.plant_title if row.plant is None else row.plant,
-                "robots": options.robots,
+                "robots": options.robots if self.one_set_of_robots else None,
                 "seed": options.seed,
             }
             for row in self.rows

@@ -10,11 +10,7 @@ from typing import Any
 from gait_lab.bench.catalogue import EVERY_SUITE, SUITES, runs
 from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
-from gait_lab.bench.push_cells import directions_of
 from gait_lab.bench.settings import overridden
-from gait_lab.bench.suites.faults import classes_of
-from gait_lab.bench.suites.peers import require_possible
-from gait_lab.changes import load_changes
 from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for
@@ -46,12 +42,7 @@ def run(
         with_options(load_plant(each.options.plant), each.options.plant_options)
         for task in each.options.tasks:
             find_task(task)
-        directions_of(each.options.directions)
-        classes_of(each.options.faults)
-        if each.suite == "ablation":
-            load_changes(each.options.changes)
-        if each.suite == "peers":
-            require_possible(each.options)
+        SUITES[each.suite].check(each.options)
     for file, name in ((json_file, "json"), (page, "report")):
         if file is not None:
             _check_writable(file, name)

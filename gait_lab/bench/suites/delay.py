@@ -63,7 +63,7 @@ def delay(options: BenchOptions) -> Report:
 def _rows(late: Late, score: Score) -> list[Row]:
     name = f"{late.name}_{score.name}"
     upright = Row(SUITE, f"{name}_upright", "robots", score.upright)
-    return [upright, *score.speed_rows(SUITE, name, score.all_upright)]
+    return [upright, *score.speed_rows(SUITE, name, not score.faults)]
 
 
 def _text(
@@ -81,12 +81,14 @@ def _text(
             line = [f"{late.delay}", f"{1000 * late.feedback_delay:.0f}", loop_name(closed)]
             for score in scores:
                 if score.closed_loop == closed:
-                    line += [score.upright_text, number(score.median)]
+                    mark = " x" if score.faults else ""
+                    line += [score.upright_text, number(score.median) + mark]
             lines.append(line)
     title = f"Late sensors, {options.window:g} s at speed, {options.title}"
     notes = (
         "delay: of the sensors; gait: the delay that it bridges. First the matched ones (sensors +",
         f"{1000 * MOTOR_LAG:.0f} ms for the motors), then the gait's own. "
         "Median speed of the robots that stayed upright.",
+        "x = does not count: a fall, flight over 5%, slip over 3 cm/s, or leg against leg.",
     )
     return "\n".join((title, "", table(lines), "", *notes))

@@ -51,7 +51,7 @@ def faults(options: BenchOptions) -> Report:
         by_class.setdefault(verdict.run.fault, []).append(verdict)
     rows = [row for name, found in by_class.items() for row in _rows(name, found)]
     rows += _rows("all", verdicts)
-    return Report(tuple(rows), _text(by_class, verdicts, options))
+    return Report(tuple(rows), _text(by_class, verdicts, options), one_set_of_robots=False)
 
 
 def _rows(name: str, verdicts: Sequence[Verdict]) -> list[Row]:

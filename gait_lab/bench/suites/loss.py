@@ -1,6 +1,7 @@
 """The suite `loss`: a long walk on which messages are lost in both directions."""
 
 import math
+import statistics
 from collections.abc import Sequence
 
 from gait_lab.bench.options import BenchOptions
@@ -10,9 +11,18 @@ from gait_lab.bench.suites.faults import fault_run
 from gait_lab.faults.walks import LossVerdict, LossWalk, walk_with_loss
 from gait_lab.rollout import parallel_map
 from gait_lab.tasks import Task
+from nao_lipm_gait.errors import NaoGaitError
 
 SUITE = "loss"
 TASKS = ("forward=20",)
+NOTE = "Speeds of the robots that stayed upright; flight and slip are not looked at."
+
+
+def check(options: BenchOptions) -> None:
+    """NaoGaitError for a way that is not straight ahead: the suite knows no other."""
+    for task in tasks_of(options):
+        if task.command.y != 0.0 or task.command.yaw != 0.0 or task.command.x <= 0.0:
+            raise NaoGaitError("task", task.name, "forward walks for the suite loss, as forward=20")
 
 
 def loss(options: BenchOptions) -> Report:
@@ -28,9 +38,9 @@ def loss(options: BenchOptions) -> Report:
             walk_with_loss, _walks(options, task), jobs=options.jobs, show=options.show,
             label=task.name, note=_note,
         )  # fmt: skip
-        speeds = sorted(100.0 * each.speed for each in found if math.isfinite(each.speed))
-        worst = speeds[0] if speeds else math.nan
-        median = speeds[len(speeds) // 2] if speeds else math.nan
+        speeds = [100.0 * each.speed for each in found if math.isfinite(each.speed)]
+        worst = min(speeds, default=math.nan)
+        median = statistics.median(speeds) if speeds else math.nan
         upright = sum(each.fell_at is None for each in found)
         violations = sum(bool(each.violations) for each in found)
         told += _evidence(found)
@@ -49,7 +59,7 @@ def loss(options: BenchOptions) -> Report:
         f"Sensor messages, velocity and joint commands are lost all the time; {options.window:g} s,"
         f" {options.title}"
     )
-    return Report(tuple(rows), "\n".join((title, "", table(lines), "", *told)))
+    return Report(tuple(rows), "\n".join((title, "", table(lines), "", NOTE, *told)))
 
 
 def _walks(options: BenchOptions, task: Task) -> list[LossWalk]:

@@ -92,13 +92,19 @@ def chosen(names: Sequence[str]) -> tuple[Ingredient, ...]:
     return tuple(INGREDIENTS[name] for name in dict.fromkeys(names or INGREDIENTS))
 
 
-def sweep(options: BenchOptions) -> Report:
-    """All walks on the plant as it is, and with each ingredient at each of its values."""
-    ingredients = chosen(options.ingredients)
+def check(options: BenchOptions) -> None:
+    """NaoGaitError for an ingredient that there is not, or another engine."""
+    chosen(options.ingredients)
     if options.engine != "mujoco":
         raise NaoGaitError(
             "engine", options.engine, "mujoco for the suite plant: others lack most ingredients"
         )
+
+
+def sweep(options: BenchOptions) -> Report:
+    """All walks on the plant as it is, and with each ingredient at each of its values."""
+    check(options)
+    ingredients = chosen(options.ingredients)
     steps = [(ingredient, value) for ingredient in ingredients for value in ingredient.values]
     changes = [(), *(ingredient.change(value) for ingredient, value in steps)]
     _require_accepted(changes, options)

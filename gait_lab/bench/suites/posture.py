@@ -77,8 +77,8 @@ class Experiment(NamedTuple):
     off: Score
 
 
-def posture(options: BenchOptions) -> Report:
-    """All three experiments on all robots, with and without posture control."""
+def experiments_of(options: BenchOptions) -> list[Task]:
+    """What is walked; NaoGaitError for what cannot be."""
     if len(options.tasks) != 1 or find_task(options.tasks[0]).axis != "x":
         raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, as forward=40")
     speed = find_task(options.tasks[0]).asked
@@ -91,6 +91,13 @@ def posture(options: BenchOptions) -> Report:
     motions = shipped_library(loaded_robot(options.urdf))
     for each in {motion.name for task in tasks for motion in task.motions}:
         motions.find(each)
+    return tasks
+
+
+def posture(options: BenchOptions) -> Report:
+    """All three experiments on all robots, with and without posture control."""
+    tasks = experiments_of(options)
+    speed = find_task(options.tasks[0]).asked
     off = Variant(parameters=dict.fromkeys(GAINS, 0.0))
     with_control, without = walk_all(
         replace(options, open_loop="off"), (Variant(), off), tasks, label="posture"

@@ -46,19 +46,20 @@ def deviations(score: Score) -> list[float]:
 
 
 def _half_rows(score: Score) -> list[Row]:
-    off, upright = deviations(score), score.all_upright
+    off, counts = deviations(score), not score.faults
     rows = [Row(SUITE, f"{score.name}_upright", "robots", score.upright)]
     for statistic, summary in (("worst", max), ("median", statistics.median)):
         value = float(summary(off)) if off else None
-        rows.append(Row(SUITE, f"{score.name}_error_{statistic}", "%", value if upright else None))
-    rows.append(Row(SUITE, f"{score.name}_median", score.unit, score.median if upright else None))
+        rows.append(Row(SUITE, f"{score.name}_error_{statistic}", "%", value if counts else None))
+    rows.append(Row(SUITE, f"{score.name}_median", score.unit, score.median if counts else None))
     return rows
 
 
 def _half_text(scores: Sequence[Score], options: BenchOptions) -> str:
     lines: list[tuple[str, ...]] = [
-        ("half speed", "loop", "upright", "asked", "median", "unit", "off, median", "off, worst"),
-        ("", "", "", "", "", "", "%", "%"),
+        ("half speed", "loop", "upright", "asked", "median", "unit", "off, median", "off, worst",
+         ""),
+        ("", "", "", "", "", "", "%", "%", ""),
     ]
     for score in scores:
         off = deviations(score)
@@ -72,6 +73,7 @@ def _half_text(scores: Sequence[Score], options: BenchOptions) -> str:
                 score.unit,
                 number(statistics.median(off)) if off else "-",
                 number(max(off)) if off else "-",
+                f"x {', '.join(score.faults)}" if score.faults else "",
             )
         )
     note = "off: |achieved - asked| in percent of the asked, of the robots that stayed upright."
@@ -151,7 +153,8 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
         "slip, contact and saturation: the worst robot. CoM y: mean |expected - true| (meas:",
         "- measured). paper, placo, NAO: what others reach, on robots and plants of their own.",
         f"x = does not count: a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
-        f"{SLIP_LIMIT * 100:g} cm/s, or leg against leg.",
+        f"{SLIP_LIMIT * 100:g} cm/s, or leg against leg. Slip is that of the centre of pressure: a",
+        "sole that pivots about it does not slip, but shows as drift, or as a turn that is lost.",
     )
     return "\n".join((title, "", table(lines), "", *notes))
 
