@@ -139,9 +139,13 @@ def test_a_command_that_grew_old_is_why_the_robot_stops() -> None:
     assert robot.report()["commands"].level == Level.OK
 
 
-def test_a_gait_that_cannot_go_on_begins_anew() -> None:
+@pytest.mark.parametrize("limp", (False, True))
+def test_a_gait_that_cannot_go_on_begins_anew(limp: bool) -> None:
     robot = Robot()
     robot.tick(100)
+    if limp:
+        robot.entry.relax()
+        robot.tick(5)
     gait = robot.entry._gait
     step: Callable = gait.step
     failures = iter(range(HELD_MAX))
@@ -156,7 +160,8 @@ def test_a_gait_that_cannot_go_on_begins_anew() -> None:
     robot.tick(HELD_MAX + 5)
     assert len(robot.sent) == sent + HELD_MAX + 5, "every frame is answered"
     assert len(robot.entry.crashes) == HELD_MAX
-    assert robot.entry.state is GaitState.STAND and robot.entry.last_status is not None
+    assert robot.entry.state is (GaitState.RELAXED if limp else GaitState.STAND)
+    assert robot.entry.last_status is not None
     assert robot.report()["walk"].level == Level.ERROR
 
 

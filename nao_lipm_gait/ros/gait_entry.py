@@ -309,7 +309,7 @@ class GaitEntry:
         if self._held >= HELD_MAX:
             # What it remembers may be spoilt for ever; a stand needs none of it.
             self._held = 0
-            self._gait.reset()
+            self._gait.begin_again()
         if not answer.held:
             self._status = self._gait.status
             self._outlet.status(self._status)
