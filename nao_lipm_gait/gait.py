@@ -118,10 +118,11 @@ class Gait:
         self.reset()
         if state is GaitState.RELAXED:
             self.request_relax()
-        elif state in (GaitState.FALLEN, GaitState.GETTING_UP):
+        elif self._fall_told or state in (GaitState.FALLEN, GaitState.GETTING_UP):
             self.believe_fallen()
             self._conductor.get_up_wanted = conductor.get_up_wanted
-        elif state is GaitState.MOTION and conductor.finished:
+        elif self._resumes or state is GaitState.MOTION and conductor.finished:
+            # Also once more before the next frame, when the state already reads STAND.
             self._conductor, self._last_position = conductor, position
             self._resumes = True
 
@@ -273,6 +274,7 @@ class Gait:
         self._begin_stand(frame.joint_position)
         if self._senses.begin(frame) or self._fall_told:
             self._state = GaitState.FALLEN
+            self._conductor.forget_if_upright()
             self._conductor.get_up_wanted = wanted
         elif resumes:
             self._state = GaitState.MOTION

@@ -166,7 +166,7 @@ def test_a_matched_gait_bridges_the_delay_and_the_motors() -> None:
 
 def test_motors_at_the_effort_of_the_urdf_are_weaker_at_every_speed() -> None:
     task = dataclasses.replace(find_task("forward=10"), start=0.1, end=0.3)
-    weak = PLANTS["urdf_effort"]
+    weak = PLANTS["weak_motors"]
     spec = RolloutSpec(task, plant_options=weak.plant, urdf_effort=weak.urdf_effort)
     from gait_lab.rollout import make_pair
 
@@ -186,8 +186,8 @@ def test_motors_at_the_effort_of_the_urdf_are_weaker_at_every_speed() -> None:
                 )
                 assert weakest < usual_limit
     assert not rollout(spec).metrics.fell
-    rows = robust._rows("urdf_effort", score("forward", metrics(speed_x=0.3)))
-    assert rows[1].metric == "urdf_effort_forward_upright_share" and rows[1].value == 100.0
+    rows = robust._rows("weak_motors", score("forward", metrics(speed_x=0.3)))
+    assert rows[1].metric == "weak_motors_forward_upright_share" and rows[1].value == 100.0
 
 
 def test_detection_counts_leads_and_false_alarms() -> None:

@@ -367,7 +367,7 @@ def test_a_walk_that_begins_again_learns_no_speed_from_its_start(
     obedient.run(FORWARD, 3.0)
     walks = obedient.states(FORWARD, 3.0)
     assert GaitState.WALK in walks
-    assert obedient.gait._speed_hold.offset[0] == pytest.approx(learned, abs=5e-3)
+    assert obedient.gait._speed_hold.offset[0] == pytest.approx(learned, abs=1e-3)
 
 
 def test_lost_frames_do_not_slow_the_way_into_the_stand(robot: RobotDescription) -> None:

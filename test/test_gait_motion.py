@@ -245,9 +245,10 @@ def test_a_get_up_that_was_asked_for_is_forgotten_on_the_feet(library: MotionLib
     assert GaitState.FALLEN in states and GaitState.GETTING_UP not in states
 
 
+@pytest.mark.parametrize("again", (1, 2))
 @pytest.mark.parametrize("asked", (False, True))
 def test_after_a_gap_a_fallen_robot_is_still_down_and_goes_on_getting_up(
-    library: MotionLibrary, asked: bool
+    library: MotionLibrary, asked: bool, again: int
 ) -> None:
     robot = Obedient(library)
     robot.run(1.0)
@@ -258,8 +259,34 @@ def test_after_a_gap_a_fallen_robot_is_still_down_and_goes_on_getting_up(
         while robot.gait.state is not GaitState.GETTING_UP:
             robot.tick()
     robot.stamp += 30 * PERIOD
-    robot.gait.begin_again()
+    for _ in range(again):
+        robot.gait.begin_again()
     assert robot.tick().stiffness == 0.0 and robot.gait.state is GaitState.FALLEN
     states = robot.states(4.0)
     assert (GaitState.GETTING_UP in states) == asked
     assert GaitState.STAND not in states
+
+
+def test_a_motion_that_needs_feet_is_forgotten_where_the_first_frame_shows_a_fall(
+    library: MotionLibrary,
+) -> None:
+    robot = Obedient(library)
+    robot.gait.request_motion("nod")
+    robot.force = ON_FRONT
+    assert robot.tick().stiffness == 0.0 and robot.states(2.0)[-1] is GaitState.FALLEN
+
+
+def test_a_motion_that_was_asked_for_before_the_first_frame_runs(library: MotionLibrary) -> None:
+    robot = Obedient(library)
+    robot.gait.request_motion("nod")
+    assert GaitState.MOTION in robot.states(4.0)
+
+
+def test_a_fall_takes_the_heading_that_was_held(library: MotionLibrary) -> None:
+    robot = Obedient(library)
+    robot.run(1.0)
+    robot.run(3.0, FORWARD)
+    assert robot.gait._heading_hold.holds
+    robot.gait.believe_fallen()
+    robot.tick(FORWARD)
+    assert robot.gait.state is GaitState.FALLEN and not robot.gait._heading_hold.holds

@@ -52,7 +52,7 @@ def test_any_stamps_have_a_step(stamps: list[int]):
             assert 0 < stamp - before <= watch.longest_gap
 
 
-def test_a_stamp_before_half_a_period_is_left_out_and_the_next_one_is_due():
+def test_a_stamp_before_the_tick_is_due_is_left_out():
     watch, steps = seen(100, 104, 110, 115, 120, 125)
     assert steps == [Step.NEXT, Step.SOON, Step.NEXT, Step.SOON, Step.NEXT, Step.SOON]
     assert watch.missed == 0 and watch.mean_step == 10 * MS

@@ -14,6 +14,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
 
 termios = pytest.importorskip("termios")
+pytest.importorskip("rclpy")
 
 
 def after(keys: str) -> VelocityCommand:

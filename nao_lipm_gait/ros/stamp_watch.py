@@ -8,6 +8,9 @@ from enum import Enum
 
 LONGEST_GAP = 500_000_000
 """[ns] A larger step ahead means that the past is worth nothing."""
+DUE = 0.6
+"""Share of a period after which the next tick is due: at twice the rate every second frame, also
+where the stamps jitter a little."""
 LATE = 100_000_000
 """[ns] A stamp this little behind the newest one was most likely overtaken on the way."""
 MEMORY = 100
@@ -20,7 +23,7 @@ class Step(Enum):
     NEXT = "next"
     REPEATED = "repeated"
     SOON = "too soon"
-    """Less than half a period after the last: to be left out, the next one may be due."""
+    """Before the next tick is due: to be left out, the next one may be."""
     LATE = "late"
     """Behind the newest stamp by little: to be left out."""
     DOUBTFUL = "doubtful"
@@ -51,7 +54,7 @@ class StampWatch:
 
     def is_next(self, stamp: int) -> bool:
         """Whether `see` would call this stamp the next one; nothing is kept."""
-        return self.last is not None and 0 < stamp - self.last <= self._gap
+        return self.last is not None and DUE * self._period <= stamp - self.last <= self._gap
 
     def see(self, stamp: int) -> Step:
         """Classify a stamp [ns]; the ones to leave out do not become the new last stamp."""
@@ -62,7 +65,7 @@ class StampWatch:
         ahead = stamp - last
         if ahead == 0:
             return Step.REPEATED
-        if ahead > 0 and round(ahead / self._period) == 0:
+        if 0 < ahead < DUE * self._period:
             return Step.SOON
         if 0 < ahead <= self._gap:
             ticks = max(1, round(ahead / self._period))

@@ -1,4 +1,4 @@
-"""The suite `robust`: a fast walk on plants that are harder in one way each."""
+"""The suite `robust`: a fast walk on plants that are changed in one way each."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,13 @@ PLANTS: Mapping[str, Variant] = {
     "unchanged": Variant(),
     # Every robot on the same floor.
     "stiff_floor": Variant((("contact.stiffness", 4e4), ("variation.stiffness_scale", None))),
-    "urdf_effort": Variant((("motor.torque_fraction", 1.0),), urdf_effort=True),
+    # As others measure it; at speed these are no weaker than the plant's, which have the line.
+    "urdf_effort": Variant(
+        (("motor.torque_fraction", 1.0), ("motor.torque_speed_line", False),
+         ("variation.motor_strength", None)),
+        urdf_effort=True,
+    ),
+    "weak_motors": Variant((("motor.torque_fraction", 1.0),), urdf_effort=True),
     "joint_zeros": Variant(
         (("variation.joint_zero_std", ZERO_STD), ("variation.joint_zero_cut", 2.0 * ZERO_STD)),
     ),
@@ -24,7 +30,8 @@ PLANTS: Mapping[str, Variant] = {
 MEANING = {
     "unchanged": "the plant as it is",
     "stiff_floor": "4e4 N/m per corner of a sole",
-    "urdf_effort": "motors that stall at the URDF's effort; worn and slower under load as all are",
+    "urdf_effort": "motors with the URDF's effort at any speed",
+    "weak_motors": "motors that stall at the URDF's effort; worn, and weaker at speed as all are",
     "joint_zeros": "joint zero errors N(0, 1 deg), cut at 2 deg",
 }
 
@@ -74,7 +81,7 @@ def _text(found: Mapping[str, Sequence[Score]], options: BenchOptions) -> str:
                     f"x {', '.join(score.faults)}" if score.faults else "",
                 )
             )
-    title = f"Harder in one way each, {options.window:g} s at speed, {options.title}"
+    title = f"Changed in one way each, {options.window:g} s at speed, {options.title}"
     notes = [f"{plant.replace('_', ' ')}: {text}." for plant, text in MEANING.items()]
     notes.append("Speeds of the robots that stayed upright. x = does not count as walking.")
     return "\n".join((title, "", table(lines), "", *notes))
