@@ -37,7 +37,7 @@ ARGUMENTS = (
     ("start_state", str, ("sim_bridge",), "how the robot starts (stand)"),
     ("push_duration", float, ("sim_bridge",), "how long a push acts [s] (0.1)"),
     ("preset", str, ("gait",), "gait parameters: shipped name or YAML file (default)"),
-    ("motions", str, ("gait",), "folder with further motions (only those that are shipped)"),
+    ("motions", str, ("gait",), "folder of motion files (those that are shipped)"),
     ("control_period", float, ("gait",), "distance of two joint states [s] (0.01)"),
     ("feedback", bool, ("gait",), "false walks open loop (the preset's)"),
     ("feedback_delay", float, ("gait",), "sensor delay plus motor lag [s] (the preset's)"),

@@ -32,6 +32,7 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.posture_feedback import PostureFeedback
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import (
+    BUSY,
     DOWN,
     IN_MOTION,
     ON_THE_WAY,
@@ -186,7 +187,7 @@ class Gait:
             self._walk.expect()
             self._walk.plan(self._last_command)
         self._stamp = frame.stamp
-        passed = self._passed = (missed + 1) * self._dt
+        self._passed = (missed + 1) * self._dt
 
         expected = self._walk.expect()
         self._senses.update(
@@ -194,22 +195,22 @@ class Gait:
             expected.support,
             expected.sole_in_q,
             self._state,
-            passed,
+            self._passed,
             settled=self._settled,
         )
         self._change_state(frame, command)
         if self._is_down:
             return self._relaxed(frame)
         if self._state in IN_MOTION:
-            return self._moved(frame, passed)
+            return self._moved(frame)
 
         x, y, _ = self._senses.com_in_q
         self._walk.observe(x, y, self._senses.acceleration_in_q)
         walking = self._state is not GaitState.STAND and not self._stops
         before = self._walk.predicted.support
         self._last_command = self._steered(command) if walking else STANDSTILL
-        planned = self._pose.towards(self._walk.plan(self._last_command), passed)
-        self._targets = self._leaned(planned, walking, passed)
+        planned = self._pose.towards(self._walk.plan(self._last_command), self._passed)
+        self._targets = self._leaned(planned, walking)
         if self._pending is not None and (
             self._walk.predicted.support != before or self._state not in ON_THE_WAY
         ):
@@ -223,17 +224,19 @@ class Gait:
                 self._walk.predicted.support,
                 unwanted,
                 self._parameters,
-                passed,
+                self._passed,
             )
         placed = self._placement.place(self._targets, self._parameters.arm_swing)
-        position = self._blend.apply(placed.position, passed, self._parameters.stand_time)
+        position = self._blend.apply(
+            placed.position, self._passed, self._parameters.stand_time
+        )
         if self._parameters.feedback and self._state is GaitState.WALK:
             self._posture.apply(
                 position,
                 self._walk.predicted.support,
                 point(frame.angular_velocity),
                 self._parameters,
-                passed,
+                self._passed,
             )
         self._residual = placed.residual
         self._turn_head(position)
@@ -256,10 +259,10 @@ class Gait:
         heading = odometry.base_footprint_in_odom[2]
         return self._heading_hold.steered(command, heading, gain, self._passed)
 
-    def _leaned(self, targets: BodyTargets, walking: bool, dt: float) -> BodyTargets:
+    def _leaned(self, targets: BodyTargets, walking: bool) -> BodyTargets:
         p = self._parameters
         needed = p.yaw_from_lean and not p.yaw_gyro and self._heading_hold.holds and walking
-        lean = self._heading_lean.towards(p.heading_lean if needed else 0.0, dt)
+        lean = self._heading_lean.towards(p.heading_lean if needed else 0.0, self._passed)
         return targets._replace(torso_pitch=targets.torso_pitch + lean)
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
@@ -304,9 +307,9 @@ class Gait:
         self._state = GaitState.GETTING_UP if motion.gets_up else GaitState.MOTION
         self._senses.watch_lying()
 
-    def _moved(self, frame: SensorFrame, dt: float) -> JointTargets:
-        """Targets of the running motion, dt [s] on."""
-        targets = self._conductor.advance(dt, point(frame.angular_velocity))
+    def _moved(self, frame: SensorFrame) -> JointTargets:
+        """Targets of the running motion."""
+        targets = self._conductor.advance(self._passed, point(frame.angular_velocity))
         if self._conductor.turns_head:
             self._head.yield_to(targets.position)
         else:
@@ -426,7 +429,7 @@ class Gait:
         self._relax_requested = False
         if self._state is not GaitState.STAND:
             self._senses.forget_stand()
-        if self._state not in (*ON_THE_WAY, *IN_MOTION):
+        if self._state not in BUSY:
             self._stand_requested = False
 
     def _set_out(self) -> None:

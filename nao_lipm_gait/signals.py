@@ -83,6 +83,8 @@ class GaitState(StrEnum):
 DOWN = (GaitState.FALLEN, GaitState.RELAXED)
 ON_THE_WAY = (GaitState.WALK, GaitState.STOP)
 IN_MOTION = (GaitState.MOTION, GaitState.GETTING_UP)
+BUSY = (*ON_THE_WAY, *IN_MOTION)
+"""It walks, or a motion moves or holds it."""
 
 Point3 = tuple[float, float, float]
 Pose2 = tuple[float, float, float]

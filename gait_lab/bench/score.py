@@ -12,6 +12,7 @@ from itertools import islice
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Row, number
+from gait_lab.metrics import FLIGHT_LIMIT, SLIP_LIMIT
 from gait_lab.rollout import RolloutResult, RolloutSpec, Walker, run_all
 from gait_lab.tasks import AXES, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
@@ -19,6 +20,11 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription
 from sim_bridge.plant import PlantOption, option_text
 
+RULES = (
+    f"x = does not count: a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
+    f"{SLIP_LIMIT * 100:g} cm/s, or leg against leg."
+)
+"""What stands under a table whose rows have a `Score.mark`."""
 Pick = Callable[[Iterable[float]], float]
 """max, mean, ..."""
 
@@ -95,6 +101,11 @@ class Score:
         for result in self.results:
             found.update(dict.fromkeys(result.metrics.faults))
         return tuple(found)
+
+    @property
+    def mark(self) -> str:
+        """The cell of a table that says why the row does not count; empty if it does."""
+        return f"x {', '.join(self.faults)}" if self.faults else ""
 
     def over(self, pick: Pick, attribute: str, factor: float = 1.0) -> float:
         """`pick` (max, mean, ...) over the robots of a metric's magnitude; NaN if none has it."""

@@ -34,8 +34,8 @@ from nao_lipm_gait.ros.stamp_watch import StampWatch, Step
 from nao_lipm_gait.ros.tick_statistics import TickStatistics
 from nao_lipm_gait.ros.velocity_input import VelocityInput
 from nao_lipm_gait.signals import (
+    BUSY,
     GRAVITY,
-    IN_MOTION,
     ON_THE_WAY,
     STANDSTILL,
     FloatArray,
@@ -352,7 +352,7 @@ class GaitEntry:
     def _see_again(self) -> None:
         """The IMU is back: a robot that does not walk begins with what it says."""
         self._loads.begin_anew()
-        if self._gait.state in (*ON_THE_WAY, *IN_MOTION):
+        if self._gait.state in BUSY:
             return
         # A fallen robot stays so until the IMU has shown for a while that it is upright.
         self._gait.begin_again()
@@ -409,8 +409,7 @@ class GaitEntry:
 
         Raises NaoGaitError that names parameter, value and what is allowed.
         """
-        busy = self._gait.state in (*ON_THE_WAY, *IN_MOTION)
-        return changed_by(self._parameters, changes, busy)
+        return changed_by(self._parameters, changes, self._gait.state in BUSY)
 
     def change_parameters(self, changes: Mapping[str, object]) -> None:
         """Take changes over; a walking robot does so where it next changes its support foot."""

@@ -67,8 +67,8 @@ class StampWatch:
             return Step.REPEATED
         if 0 < ahead < DUE * self._period:
             return Step.SOON
-        if 0 < ahead <= self._gap:
-            ticks = max(1, round(ahead / self._period))
+        if self.is_next(stamp):
+            ticks = round(ahead / self._period)
             self.missed += ticks - 1
             self.mean_step += (ahead / ticks - self.mean_step) / MEMORY
             self.last, self._new = stamp, None

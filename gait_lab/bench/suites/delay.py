@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
-from gait_lab.bench.score import Score, Variant, labelled_tasks, walk_all
+from gait_lab.bench.score import RULES, Score, Variant, labelled_tasks, walk_all
 from nao_lipm_gait.parameters import BY_NAME
 
 SUITE = "delay"
@@ -89,6 +89,6 @@ def _text(
         "delay: of the sensors; gait: the delay that it bridges. First the matched ones (sensors +",
         f"{1000 * MOTOR_LAG:.0f} ms for the motors), then the gait's own. "
         "Median speed of the robots that stayed upright.",
-        "x = does not count: a fall, flight over 5%, slip over 3 cm/s, or leg against leg.",
+        RULES,
     )
     return "\n".join((title, "", table(lines), "", *notes))

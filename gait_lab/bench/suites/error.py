@@ -12,7 +12,7 @@ from gait_lab.bench.anchors import PAPER_COM_ERROR
 from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, finite, loop_name, number, table
-from gait_lab.bench.score import Score, labelled_tasks, walk_all
+from gait_lab.bench.score import RULES, Score, labelled_tasks, walk_all
 
 SUITE = "error"
 TASKS = ("spot", "forward=10", "forward")
@@ -68,13 +68,13 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
                 number(PAPER_COM_ERROR.get(score.task.name, math.nan), 2),
                 number(score.over(statistics.fmean, "com_error_x", 1000.0), 2),
                 number(score.over(statistics.fmean, "com_error_x_measured", 1000.0), 2),
-                f"x {', '.join(score.faults)}" if score.faults else "",
+                score.mark,
             )
         )
     title = f"CoM error over {options.window:g} s at speed, {options.title}"
     notes = (
         "Mean over the robots of the mean |expected - true| CoM in Q, and |expected - measured| as",
         "the paper has it; the paper's at its own speeds (0, 10 and 31 cm/s).",
-        "x = does not count: a fall, flight over 5%, slip over 3 cm/s, or leg against leg.",
+        RULES,
     )
     return "\n".join((title, "", table(lines), "", *notes))

@@ -78,7 +78,7 @@ def _text(found: Mapping[str, Sequence[Score]], options: BenchOptions) -> str:
                     number(score.worst),
                     number(score.median),
                     score.unit,
-                    f"x {', '.join(score.faults)}" if score.faults else "",
+                    score.mark,
                 )
             )
     title = f"Changed in one way each, {options.window:g} s at speed, {options.title}"

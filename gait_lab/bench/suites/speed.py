@@ -8,8 +8,7 @@ from gait_lab.bench.anchors import NAO_SPEED, PAPER_COM_ERROR, PAPER_SPEED, plac
 from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, finite, loop_name, number, table
-from gait_lab.bench.score import Pick, Score, tasks_of, walk_all
-from gait_lab.metrics import FLIGHT_LIMIT, SLIP_LIMIT
+from gait_lab.bench.score import RULES, Pick, Score, tasks_of, walk_all
 from gait_lab.tasks import AXES
 
 SUITE = "speed"
@@ -73,7 +72,7 @@ def _half_text(scores: Sequence[Score], options: BenchOptions) -> str:
                 score.unit,
                 number(statistics.median(off)) if off else "-",
                 number(max(off)) if off else "-",
-                f"x {', '.join(score.faults)}" if score.faults else "",
+                score.mark,
             )
         )
     note = "off: |achieved - asked| in percent of the asked, of the robots that stayed upright."
@@ -144,7 +143,7 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
                 number(score.over(statistics.fmean, "com_error_y", 1000.0)),
                 number(score.over(statistics.fmean, "com_error_y_measured", 1000.0)),
                 number(score.over(max, "saturated_share", 100.0), 0),
-                f"x {', '.join(score.faults)}" if score.faults else "",
+                score.mark,
             )
         )
     title = f"{options.window:g} s at speed, {options.title}"
@@ -152,8 +151,7 @@ def _text(scores: Sequence[Score], options: BenchOptions) -> str:
         "Speeds in the torso's own heading, of the robots that stayed upright. Drift, flight,",
         "slip, contact and saturation: the worst robot. CoM y: mean |expected - true| (meas:",
         "- measured). paper, placo, NAO: what others reach, on robots and plants of their own.",
-        f"x = does not count: a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
-        f"{SLIP_LIMIT * 100:g} cm/s, or leg against leg. Slip is that of the centre of pressure: a",
+        f"{RULES} Slip is that of the centre of pressure: a",
         "sole that pivots about it does not slip, but shows as drift, or as a turn that is lost.",
     )
     return "\n".join((title, "", table(lines), "", *notes))
