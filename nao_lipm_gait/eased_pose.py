@@ -28,7 +28,7 @@ class EasedPose:
         height = _stepped(self._last[0], height, HEIGHT_RATE * dt)
         pitch = _stepped(self._last[1], pitch, PITCH_RATE * dt)
         self._last = (height, pitch)
-        return wanted._replace(com_in_q=(x, y, height), torso_pitch=pitch)
+        return wanted.posed((x, y, height), pitch)
 
 
 def _stepped(last: float, wanted: float, step: float) -> float:

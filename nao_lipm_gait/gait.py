@@ -263,7 +263,7 @@ class Gait:
         p = self._parameters
         needed = p.yaw_from_lean and not p.yaw_gyro and self._heading_hold.holds and walking
         lean = self._heading_lean.towards(p.heading_lean if needed else 0.0, self._passed)
-        return targets._replace(torso_pitch=targets.torso_pitch + lean)
+        return targets.posed(targets.com_in_q, targets.torso_pitch + lean)
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
         """Ticks without a frame since the last one; begins anew at a start or a time jump."""

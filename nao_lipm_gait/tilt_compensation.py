@@ -52,9 +52,10 @@ class TiltCompensation:
         else:
             left = _turned(left, turns[+1], _rise(left, right, turns[+1]))
             right = _turned(right, turns[-1])
-        (x, y, z), _, _, torso_roll, torso_pitch, q_in_odom = targets
+        x, y, z = targets.com_in_q
         com = x - z * (p.tilt_com_gain * pitch), y + z * (p.tilt_com_gain * roll), z
-        return BodyTargets(com, left, right, torso_roll, torso_pitch, q_in_odom)
+        roll, pitch = targets.torso_roll, targets.torso_pitch
+        return BodyTargets(com, left, right, roll, pitch, targets.q_in_odom)
 
 
 def _beyond(angle: float, deadband: float) -> float:
@@ -73,5 +74,6 @@ def _rise(swing: SoleTarget, stance: SoleTarget, turn: Turn) -> float:
 
 
 def _turned(sole: SoleTarget, turn: Turn, rise: float = 0.0) -> SoleTarget:
-    x, y, z, yaw, pitch, roll = sole
-    return SoleTarget(x, y, z + rise, yaw, pitch + turn[1], roll + turn[0])
+    return SoleTarget(
+        sole.x, sole.y, sole.z + rise, sole.yaw, sole.pitch + turn[1], sole.roll + turn[0]
+    )

@@ -29,6 +29,11 @@ class BodyTargets(NamedTuple):
     q_in_odom: Pose2
     """Where the walk believes its Q to be; only differences of it mean anything."""
 
+    def posed(self, com_in_q: Point3, torso_pitch: float) -> "BodyTargets":
+        """The same with another CoM and pitch."""
+        left, right, roll = self.left_sole, self.right_sole, self.torso_roll
+        return BodyTargets(com_in_q, left, right, roll, torso_pitch, self.q_in_odom)
+
 
 class Expectation(NamedTuple):
     """What the walk expects at the time of the measurement."""

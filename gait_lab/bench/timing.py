@@ -16,9 +16,8 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, rollout, walk
 from gait_lab.tasks import Task
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame, VelocityCommand
+from nao_lipm_gait.signals import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.backend import StartState
 from sim_bridge.body import Body
 from sim_bridge.engines import make_backend
@@ -76,7 +75,8 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
 
     walking, alone = simulation(_TimedSimulation), simulation(Simulation)
     engine = _PhysicsSteps(robot, plant, options, alone.start)
-    gait, recorder, timing = _TimedGait(robot, options.parameters), Recorder(), WalkTiming()
+    gait = _TimedGait(Gait(robot, options.parameters))
+    recorder, timing = Recorder(), WalkTiming()
     try:
         walked = walk(walking, gait, task.command_at)
         next(walked)  # the robot at rest, before the first control period
@@ -115,8 +115,8 @@ def _ticks(options: BenchOptions, task: Task) -> tuple[int, ...]:
     """[ns] by the wall clock, each `Gait.step` of a walk that nothing interrupts."""
     spans: list[int] = []
 
-    def clocked(robot: RobotDescription, task: Task, period: float) -> Gait:
-        return _ClockedGait(robot, options.parameters, period, spans)
+    def clocked(robot: RobotDescription, task: Task, period: float) -> _ClockedGait:
+        return _ClockedGait(Gait(robot, options.parameters, period), spans)
 
     rollout(replace(_spec(options, task), walker=clocked))
     return tuple(spans)
@@ -143,27 +143,29 @@ class _TimedSimulation(Simulation):
         self.cpu += _cpu_time(super().step, targets)
 
 
-class _ClockedGait(Gait):
+class _ClockedGait:
     """Adds the time of every tick [ns] to `spans`."""
 
-    def __init__(
-        self, robot: RobotDescription, parameters: GaitParameters, period: float, spans: list[int]
-    ) -> None:
-        super().__init__(robot, parameters, period)
+    def __init__(self, gait: Gait, spans: list[int]) -> None:
+        self._gait = gait
         self._spans = spans
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         begin = time.perf_counter_ns()
-        targets = super().step(frame, command)
+        targets = self._gait.step(frame, command)
         self._spans.append(time.perf_counter_ns() - begin)
         return targets
 
+    @property
+    def status(self) -> GaitStatus:
+        return self._gait.status
 
-class _TimedGait(Gait):
+
+class _TimedGait:
     """Keeps the CPU time of its ticks [ns], and the targets that it has sent."""
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)  # type: ignore[arg-type]
+    def __init__(self, gait: Gait) -> None:
+        self._gait = gait
         self.cpu = 0
         self.sent: JointTargets | None = None
         self.before: JointTargets | None = None
@@ -171,9 +173,13 @@ class _TimedGait(Gait):
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         cpu = time.process_time_ns()
-        self.sent = super().step(frame, command)
+        self.sent = self._gait.step(frame, command)
         self.cpu += time.process_time_ns() - cpu
         return self.sent
+
+    @property
+    def status(self) -> GaitStatus:
+        return self._gait.status
 
 
 class _PhysicsSteps:

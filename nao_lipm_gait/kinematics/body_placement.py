@@ -108,7 +108,7 @@ class BodyPlacement:
                 _in_torso(rows, torso, targets.right_sole, right_axes),
                 again=attempt > 0,
             )
-            self._position[self._leg_columns] = solution.left + solution.right
+            self._position[self._leg_columns] = solution.left.chain + solution.right.chain
             self._body.set_joints(self._position)
             x, y, z = self._body.com_in_torso()
             off_x, off_y, off_z = x - cx, y - cy, z - cz

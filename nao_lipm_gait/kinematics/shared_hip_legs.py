@@ -71,7 +71,9 @@ class SharedHipLegs:
         self, hip_angle: float, sole: SolePose, hip: Point3, side: float
     ) -> tuple[LegAngles, float, float]:
         """Hip roll to ankle roll for one leg, its yaw error and its reach error."""
-        (px, py, pz), (dx, dy, dz), (nx, ny, nz) = sole
+        px, py, pz = sole.position
+        dx, dy, dz = sole.forward
+        nx, ny, nz = sole.normal
         hip_x, hip_y, hip_z = hip
         thigh, tibia, foot = self._thigh, self._tibia, self._foot_height
         # R, the hip yaw-pitch rotation by hip_angle about (0, 1, -side) / sqrt(2), has the rows

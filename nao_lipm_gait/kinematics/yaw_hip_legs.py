@@ -39,7 +39,9 @@ class YawHipLegs:
 
     def _leg(self, sole: SolePose, hip: Point3) -> tuple[LegAngles, float]:
         """Angles of one leg, and the distance [m] by which the ankle is out of its reach."""
-        (px, py, pz), (fx, fy, fz), (nx, ny, nz) = sole
+        px, py, pz = sole.position
+        fx, fy, fz = sole.forward
+        nx, ny, nz = sole.normal
         # The rotation of the sole has the columns f, l, n.
         lx, ly, lz = ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx
         foot = self._foot_height

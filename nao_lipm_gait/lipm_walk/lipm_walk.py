@@ -210,7 +210,8 @@ class LipmWalk:
             self._origin[0],
             self._shifting_weight,
         )
-        self._time_left, self._origin, self._step_size = self._single_support.plan(state, phase)
+        plan = self._single_support.plan(state, phase)
+        self._time_left, self._origin, self._step_size = plan.time, plan.origin, plan.step_size
 
     def _landing(self, support: int) -> Pose2:
         """Where the swing sole shall stand, in Q: at home in Q-bar."""

@@ -33,8 +33,12 @@ class Stride(NamedTuple):
     def open_part(self, parameters: GaitParameters) -> "Stride":
         """What is left of it where a limit of 0 closes an axis: the others are walked all the same,
         also when it is the heading hold that asks for a turn."""
-        limits = self.limits(parameters)
-        return Stride(*(v if limit > 0.0 else 0.0 for v, limit in zip(self, limits, strict=True)))
+        x_max, y_max, yaw_max = self.limits(parameters)
+        return Stride(
+            self.x if x_max > 0.0 else 0.0,
+            self.y if y_max > 0.0 else 0.0,
+            self.yaw if yaw_max > 0.0 else 0.0,
+        )
 
     def scaled(self, share: float) -> "Stride":
         return Stride(self.x * share, self.y * share, self.yaw * share)
@@ -165,8 +169,9 @@ def stride_for(
 def limit_share(stride: Stride, parameters: GaitParameters) -> float:
     """How much of the step limits a stride uses; 1 = all."""
     norm = parameters.step_limit_norm
-    shares = zip(stride, stride.limits(parameters), strict=True)
-    return sum(_share(value, limit) ** norm for value, limit in shares) ** (1.0 / norm)
+    x_max, y_max, yaw_max = stride.limits(parameters)
+    used = _share(stride.x, x_max) ** norm + _share(stride.y, y_max) ** norm
+    return (used + _share(stride.yaw, yaw_max) ** norm) ** (1.0 / norm)
 
 
 def _share(value: float, limit: float) -> float:

@@ -77,7 +77,7 @@ def plan_support_change(
     energy = orbital_energy(x, v, k)
     reach = divergent_component(x, v, k)
     feasible = reach > REACH_MIN
-    nearer, faster = view
+    nearer, faster = view.nearer, view.faster
     stride -= nearer
     position = 0.5 * (stride + (energy - next_width * next_width) / stride)
     if faster != 0.0:

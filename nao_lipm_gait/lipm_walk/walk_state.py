@@ -57,9 +57,11 @@ class Segment(NamedTuple):
 
 def follow(state: WalkState, segments: Iterable[Segment], k: float) -> WalkState:
     """The state at the end of segments: r + x(t), eq (10), and the change to Q-bar where due."""
-    _, x, y, vx, vy, *_ = state
+    x, y, vx, vy = state.x, state.y, state.vx, state.vy
     shared, c, s = 0.0, 1.0, 0.0
-    for duration, origin_x, origin_y, change in segments:
+    for segment in segments:
+        duration, origin_x, origin_y = segment.duration, segment.origin_x, segment.origin_y
+        change = segment.next_support
         # `pendulum.advance` written out: both axes, and mostly all segments, share the time.
         if duration != shared:
             c = cosh(k * duration)
@@ -71,7 +73,7 @@ def follow(state: WalkState, segments: Iterable[Segment], k: float) -> WalkState
         y, vy = origin_y + (dy * c + vy * s / k), dy * k * s + vy * c
         if change is not None:
             state = enter_next_q(state.moved(x, y, vx, vy), change)
-            _, x, y, vx, vy, *_ = state
+            x, y, vx, vy = state.x, state.y, state.vx, state.vy
     return state.moved(x, y, vx, vy)
 
 

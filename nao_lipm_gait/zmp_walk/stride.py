@@ -20,8 +20,8 @@ def stride_for(command: VelocityCommand, duration: float, parameters: GaitParame
 
 def limit_share(stride: Stride, parameters: GaitParameters) -> float:
     """How much of the step limits a stride uses; 1 = all."""
-    shares = zip(stride, stride.limits(parameters), strict=True)
-    return hypot(*(_share(value, limit) for value, limit in shares))
+    x_max, y_max, yaw_max = stride.limits(parameters)
+    return hypot(_share(stride.x, x_max), _share(stride.y, y_max), _share(stride.yaw, yaw_max))
 
 
 def _share(value: float, limit: float) -> float:

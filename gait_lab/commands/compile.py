@@ -1,0 +1,21 @@
+"""`nao_gait compile`: the gait as machine code."""
+
+import argparse
+from pathlib import Path
+
+from gait_lab.commands.terminal import EXIT_OK, say
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run it; the exit status."""
+    from gait_lab.compiled.build import compile_gait
+
+    compile_gait(arguments.folder, say)
+    return EXIT_OK
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("build/compiled"),
+                        metavar="FOLDER", help="where to put it (build/compiled)")  # fmt: skip
+    parser.set_defaults(run=run)

@@ -1,0 +1,32 @@
+"""One run of mypyc, in a process of its own: `extension.py LIBRARY TEMPORARY MODULE...`
+
+Runs in the folder that holds the package of the modules, which are paths relative to it.
+"""
+
+import os
+import sys
+
+from mypyc.build import mypycify
+from setuptools import setup
+
+MYPY = ("--config-file=", "--ignore-missing-imports", "--check-untyped-defs")
+# Compilers for machines with a fused multiply-add use it where they may, and round differently.
+SAME_BITS = "-ffp-contract=off"
+
+
+def main(library: str, temporary: str, *modules: str) -> None:
+    extensions = mypycify([*MYPY, *modules], opt_level="3", debug_level="0")
+    for extension in extensions:
+        extension.extra_compile_args.append(SAME_BITS)
+    setup(
+        name="nao_lipm_gait_compiled",
+        ext_modules=extensions,
+        script_args=[
+            *("--quiet", "build_ext", "--parallel", str(os.cpu_count() or 1)),
+            *("--build-lib", library, "--build-temp", temporary),
+        ],
+    )
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
