@@ -13,7 +13,7 @@ import numpy as np
 
 from nao_lipm_gait.eased_pose import EasedPose
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.estimation.proprioception import Proprioception, point
+from nao_lipm_gait.estimation.proprioception import Proprioception
 from nao_lipm_gait.gait_status import snapshot
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.goals import Goal
@@ -34,9 +34,16 @@ from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import (
     BUSY,
     DOWN,
+    FALLEN,
+    GETTING_UP,
     IN_MOTION,
+    MOTION,
     ON_THE_WAY,
+    RELAXED,
+    STAND,
     STANDSTILL,
+    STOP,
+    WALK,
     FloatArray,
     GaitState,
     GaitStatus,
@@ -102,7 +109,7 @@ class Gait:
         self._conductor = Conductor(self.robot, self._motions)
         self._head.rest()
         self._last_position: FloatArray | None = None
-        self._state = GaitState.STAND
+        self._state = STAND
         self._stamp: int | None = None
         self._blend = StandBlend()
         self._upright_time = 0.0
@@ -117,12 +124,12 @@ class Gait:
         """
         state, conductor, position = self._state, self._conductor, self._last_position
         self.reset()
-        if state is GaitState.RELAXED:
+        if state is RELAXED:
             self.request_relax()
-        elif self._fall_told or state in (GaitState.FALLEN, GaitState.GETTING_UP):
+        elif self._fall_told or state in (FALLEN, GETTING_UP):
             self.believe_fallen()
             self._conductor.get_up_wanted = conductor.get_up_wanted
-        elif self._resumes or state is GaitState.MOTION and conductor.finished:
+        elif self._resumes or state is MOTION and conductor.finished:
             # Also once more before the next frame, when the state already reads STAND.
             self._conductor, self._last_position = conductor, position
             self._resumes = True
@@ -206,7 +213,7 @@ class Gait:
 
         x, y, _ = self._senses.com_in_q
         self._walk.observe(x, y, self._senses.acceleration_in_q)
-        walking = self._state is not GaitState.STAND and not self._stops
+        walking = self._state is not STAND and not self._stops
         before = self._walk.predicted.support
         self._last_command = self._steered(command) if walking else STANDSTILL
         planned = self._pose.towards(self._walk.plan(self._last_command), self._passed)
@@ -217,8 +224,8 @@ class Gait:
             self._take_over(self._pending)
         if self._parameters.feedback and self._state in ON_THE_WAY:
             unwanted = (0.0, 0.0)
-            if self._state is GaitState.WALK:
-                unwanted = self._senses.unwanted_tilt(frame, self._targets.torso_pitch)
+            if self._state is WALK:
+                unwanted = self._senses.unwanted_tilt(self._targets.torso_pitch)
             self._targets = self._tilt.apply(
                 self._targets,
                 self._walk.predicted.support,
@@ -230,11 +237,11 @@ class Gait:
         position = self._blend.apply(
             placed.position, self._passed, self._parameters.stand_time
         )
-        if self._parameters.feedback and self._state is GaitState.WALK:
+        if self._parameters.feedback and self._state is WALK:
             self._posture.apply(
                 position,
                 self._walk.predicted.support,
-                point(frame.angular_velocity),
+                self._senses.angular_velocity,
                 self._parameters,
                 self._passed,
             )
@@ -276,11 +283,11 @@ class Gait:
         wanted = self._conductor.get_up_wanted
         self._begin_stand(frame.joint_position)
         if self._senses.begin(frame) or self._fall_told:
-            self._state = GaitState.FALLEN
+            self._state = FALLEN
             self._conductor.forget_if_upright()
             self._conductor.get_up_wanted = wanted
         elif resumes:
-            self._state = GaitState.MOTION
+            self._state = MOTION
             self._senses.watch_lying()
         return 0
 
@@ -304,12 +311,12 @@ class Gait:
             placed = self._placement.place(self._walk.plan(STANDSTILL))
         self._limits.cut(placed.position)
         self._conductor.begin(motion, start, placed.position)
-        self._state = GaitState.GETTING_UP if motion.gets_up else GaitState.MOTION
+        self._state = GETTING_UP if motion.gets_up else MOTION
         self._senses.watch_lying()
 
     def _moved(self, frame: SensorFrame) -> JointTargets:
         """Targets of the running motion."""
-        targets = self._conductor.advance(self._passed, point(frame.angular_velocity))
+        targets = self._conductor.advance(self._passed, self._senses.angular_velocity)
         if self._conductor.turns_head:
             self._head.yield_to(targets.position)
         else:
@@ -331,7 +338,7 @@ class Gait:
         if running.ends in LYING or running.gets_up and self._senses.lies_after_motion():
             conductor.end()
             # Who lies down because he was asked to does not get up unasked.
-            self._state = GaitState.FALLEN if running.gets_up else GaitState.RELAXED
+            self._state = FALLEN if running.gets_up else RELAXED
             self._upright_time = 0.0
         elif conductor.waiting is not None:
             self._begin_motion(conductor.waiting, position)
@@ -367,48 +374,48 @@ class Gait:
 
     @property
     def _relaxed_by_hand(self) -> bool:
-        return self._state is GaitState.RELAXED
+        return self._state is RELAXED
 
     @property
     def _settled(self) -> bool:
         """It stands in its stand pose."""
-        return self._state is GaitState.STAND and not self._blend.active
+        return self._state is STAND and not self._blend.active
 
     @property
     def _is_down(self) -> bool:
         return self._state in DOWN
 
-    def _falls(self, frame: SensorFrame) -> bool:
+    def _falls(self) -> bool:
         """Told by somebody else, or felt; once per tick."""
         told, self._fall_told = self._fall_told, False
-        return told or self._senses.falls(frame)
+        return told or self._senses.falls()
 
     def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
         if self._relax_requested:
-            self._state = GaitState.RELAXED
+            self._state = RELAXED
             self._conductor.stop()
-        elif self._state is GaitState.GETTING_UP:
+        elif self._state is GETTING_UP:
             self._change_in_motion(frame)
         elif self._is_down and (motion := self._get_up_motion()) is not None:
             self._begin_motion(motion, self._measured_pose(frame))
-        elif self._falls(frame) and not self._lies_down:
+        elif self._falls() and not self._lies_down:
             self._conductor.forget_if_upright()
-            if self._state is not GaitState.RELAXED or self._stand_requested:
+            if self._state is not RELAXED or self._stand_requested:
                 # A lying robot that shall stand does so once it is upright again.
-                self._state = GaitState.FALLEN
+                self._state = FALLEN
             self._upright_time = 0.0
             self._heading_hold.release()
-        elif self._state is GaitState.RELAXED:
+        elif self._state is RELAXED:
             if self._stand_requested:
                 self._begin_stand(frame.joint_position)
-        elif self._state is GaitState.FALLEN:
+        elif self._state is FALLEN:
             upright = self._senses.orientation.tilt < UPRIGHT_TILT
             self._upright_time = self._upright_time + self._passed if upright else 0.0
             if self._upright_time > UPRIGHT_TIME:
                 self._begin_stand(frame.joint_position)
-        elif self._state is GaitState.MOTION:
+        elif self._state is MOTION:
             self._change_in_motion(frame)
-        elif self._state is GaitState.STAND:
+        elif self._state is STAND:
             waiting = self._conductor.waiting
             if waiting is not None and self._settled:
                 position = self._last_position
@@ -423,11 +430,11 @@ class Gait:
                 self._walk.start(command)
                 self._set_out()
         elif self._walk.finished:
-            self._state = GaitState.STAND
+            self._state = STAND
         else:
-            self._state = GaitState.STOP if self._walk.stopping else GaitState.WALK
+            self._state = STOP if self._walk.stopping else WALK
         self._relax_requested = False
-        if self._state is not GaitState.STAND:
+        if self._state is not STAND:
             self._senses.forget_stand()
         if self._state not in BUSY:
             self._stand_requested = False
@@ -435,7 +442,7 @@ class Gait:
     def _set_out(self) -> None:
         self._tilt = TiltCompensation()
         self._speed_hold.begin()
-        self._state = GaitState.WALK
+        self._state = WALK
 
     def _measured_pose(self, frame: SensorFrame) -> FloatArray:
         pose = np.array(frame.joint_position, dtype=float)
@@ -444,7 +451,7 @@ class Gait:
 
     def _begin_stand(self, position: FloatArray, watched: Sequence[int] = ()) -> None:
         """From this pose (n,) [rad]; watched: see `StandBlend.begin`."""
-        self._state = GaitState.STAND
+        self._state = STAND
         self._conductor.get_up_wanted = False
         self._walk.stand_at(NOWHERE)
         self._pose.begin_anew()

@@ -9,10 +9,10 @@ toes pressed down, a hip that rises, and by upper body and arms that are thrown 
 the fall, whose reaction holds the hips back.
 """
 
-from typing import NamedTuple
-
+from nao_lipm_gait.kinematics.leg_columns import leg_columns
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot_description import LegJoints, RobotDescription
+from nao_lipm_gait.points import numbers
+from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray, Point3
 
 
@@ -20,7 +20,8 @@ class PostureFeedback:
     """Corrections of the support leg and the upper body from the torso's angular velocity."""
 
     def __init__(self, robot: RobotDescription):
-        self._legs = {+1: _leg(robot, robot.left_leg), -1: _leg(robot, robot.right_leg)}
+        left, right = leg_columns(robot, robot.left_leg), leg_columns(robot, robot.right_leg)
+        self._legs = {+1: left, -1: right}
         self._waist = () if robot.waist_pitch is None else (robot.index(robot.waist_pitch),)
         self._shoulder_pitch = tuple(map(robot.index, robot.shoulder_pitch))
         self._shoulder_roll = tuple(map(robot.index, robot.shoulder_roll or ()))
@@ -47,33 +48,16 @@ class PostureFeedback:
             p.gyro_pitch_gain * pitch_rate + p.gyro_pitch_rate_gain * (pitch_rate - last[1]) / dt
         )
         leg = self._legs[support]
-        position[leg.ankle_pitch] += pitch
-        position[leg.ankle_roll] += roll
-        position[leg.hip_pitch] += p.gyro_hip_share * pitch
-        position[leg.hip_roll] += p.gyro_hip_share * roll
+        joints = numbers(position)
+        joints[leg.ankle_pitch] += pitch
+        joints[leg.ankle_roll] += roll
+        joints[leg.hip_pitch] += p.gyro_hip_share * pitch
+        joints[leg.hip_roll] += p.gyro_hip_share * roll
         if p.gyro_waist_share != 0.0:
             for waist in self._waist:
-                position[waist] += p.gyro_waist_share * pitch
+                joints[waist] += p.gyro_waist_share * pitch
         if p.gyro_shoulder_share != 0.0:
             for shoulder in self._shoulder_pitch:
-                position[shoulder] += p.gyro_shoulder_share * pitch
+                joints[shoulder] += p.gyro_shoulder_share * pitch
             for shoulder in self._shoulder_roll:
-                position[shoulder] += p.gyro_shoulder_share * roll
-
-
-class _Leg(NamedTuple):
-    """Where the joints of one leg stand in a joint array."""
-
-    ankle_pitch: int
-    ankle_roll: int
-    hip_pitch: int
-    hip_roll: int
-
-
-def _leg(robot: RobotDescription, leg: LegJoints) -> _Leg:
-    return _Leg(
-        robot.index(leg.ankle_pitch),
-        robot.index(leg.ankle_roll),
-        robot.index(leg.hip_pitch),
-        robot.index(leg.hip_roll),
-    )
+                joints[shoulder] += p.gyro_shoulder_share * roll

@@ -34,8 +34,7 @@ class SensorFrame:
     """Normal force on the left and right sole [N]; None where the robot cannot measure it."""
 
 
-@dataclass(frozen=True, slots=True)
-class VelocityCommand:
+class VelocityCommand(NamedTuple):
     """The asked velocity of the robot in its own heading frame (REP-103)."""
 
     x: float = 0.0
@@ -53,8 +52,7 @@ class VelocityCommand:
 STANDSTILL = VelocityCommand()
 
 
-@dataclass(frozen=True, slots=True)
-class JointTargets:
+class JointTargets(NamedTuple):
     """The answer to one sensor frame."""
 
     stamp: int
@@ -80,9 +78,12 @@ class GaitState(StrEnum):
     RELAXED = "relaxed"
 
 
-DOWN = (GaitState.FALLEN, GaitState.RELAXED)
-ON_THE_WAY = (GaitState.WALK, GaitState.STOP)
-IN_MOTION = (GaitState.MOTION, GaitState.GETTING_UP)
+# By these names the tick asks for them: Python looks a member of an enumeration up by a function.
+STAND, WALK, STOP, MOTION, GETTING_UP, FALLEN, RELAXED = GaitState
+
+DOWN = (FALLEN, RELAXED)
+ON_THE_WAY = (WALK, STOP)
+IN_MOTION = (MOTION, GETTING_UP)
 BUSY = (*ON_THE_WAY, *IN_MOTION)
 """It walks, or a motion moves or holds it."""
 

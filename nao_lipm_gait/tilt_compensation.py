@@ -38,7 +38,7 @@ class TiltCompensation:
         """The targets with turned feet; support: +1 left or -1 right; tilt: roll and pitch [rad] of
         the torso beyond what was wanted, at the time of the targets."""
         p = parameters
-        roll, pitch = (_beyond(angle, p.tilt_deadband) for angle in tilt)
+        roll, pitch = _beyond(tilt[0], p.tilt_deadband), _beyond(tilt[1], p.tilt_deadband)
         wanted = -p.tilt_roll_gain * roll, -p.tilt_pitch_gain * pitch
         turns = self._turns
         turns[-support] = _approach(turns[-support], wanted, dt / FOLLOW_TIME)

@@ -4,6 +4,7 @@ from math import atan2, sqrt
 from typing import NamedTuple
 
 from nao_lipm_gait.kinematics.body_model import SolePose
+from nao_lipm_gait.points import dot
 from nao_lipm_gait.signals import Point3, Pose2
 
 
@@ -17,13 +18,13 @@ class LevelFrame(NamedTuple):
 
     def along(self, vector: Point3) -> tuple[float, float]:
         """The level part of a vector of the torso frame, forward and left."""
-        return _dot(vector, self.forward), _dot(vector, self.left)
+        return dot(vector, self.forward), dot(vector, self.left)
 
     def seen(self, point: Point3) -> Point3:
         """A point of the torso frame [m] in this one."""
-        (x, y, z), (ox, oy, oz) = point, self.origin
-        away = (x - ox, y - oy, z - oz)
-        return _dot(away, self.forward), _dot(away, self.left), _dot(away, self.up)
+        origin = self.origin
+        away = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
+        return dot(away, self.forward), dot(away, self.left), dot(away, self.up)
 
     def pose_of(self, sole: SolePose) -> Pose2:
         """Another sole on the ground plane [m, m, rad]."""
@@ -49,7 +50,3 @@ def level_frame(sole: SolePose, up: Point3) -> LevelFrame:
     fx, fy, fz = fx / length, fy / length, fz / length
     left = (uy * fz - uz * fy, uz * fx - ux * fz, ux * fy - uy * fx)
     return LevelFrame(sole.position, (fx, fy, fz), left, up)
-
-
-def _dot(a: Point3, b: Point3) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -20,11 +20,11 @@ from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
 from nao_lipm_gait.lipm_walk.pendulum import natural_frequency
 from nao_lipm_gait.motion.keyframes import Posture
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.points import point
 from nao_lipm_gait.signals import (
     DOWN,
     GRAVITY,
     IN_MOTION,
-    FloatArray,
     GaitState,
     Point3,
     Pose2,
@@ -53,6 +53,8 @@ class Proprioception:
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
         """Measured CoM [m]."""
+        self.angular_velocity: Point3 = (0.0, 0.0, 0.0)
+        """The gyro's [rad/s], in the torso frame."""
         self.acceleration_in_q: tuple[float, float] | None = None
         """[m/s^2] in x and y, where pushes are felt by it."""
         self.lying_side: Posture | None = None
@@ -61,7 +63,7 @@ class Proprioception:
         self._p = p
         self._period = self._passed = period
         self._soles: tuple[SolePose, SolePose] | None = None
-        self._last_rate: Point3 | None = None
+        self._has_rate = False
         self._fall = FallDetector()
         self._tipping = Tipping()
         self._lying = LyingDetector()
@@ -106,7 +108,7 @@ class Proprioception:
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support > 0 else (other, sole)
         force = point(frame.linear_acceleration)
-        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(frame)
+        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(point(frame.angular_velocity))
         down, in_motion = state in DOWN, state in IN_MOTION
         if down or in_motion:
             # The feet need not stand still: they say nothing about the torso.
@@ -138,29 +140,29 @@ class Proprioception:
             )
         self.odometry.update(support, level, other, passed, turn)
 
-    def _rate_since_last(self, frame: SensorFrame) -> Point3:
+    def _rate_since_last(self, rate: Point3) -> Point3:
         """The gyro's rate [rad/s]; where frames were lost, the mean of before and after."""
-        rate = point(frame.angular_velocity)
-        last, self._last_rate = self._last_rate, rate
-        if last is None or self._passed <= self._period:
+        last, self.angular_velocity = self.angular_velocity, rate
+        first, self._has_rate = not self._has_rate, True
+        if first or self._passed <= self._period:
             return rate
         return 0.5 * (last[0] + rate[0]), 0.5 * (last[1] + rate[1]), 0.5 * (last[2] + rate[2])
 
-    def unwanted_tilt(self, frame: SensorFrame, wanted_pitch: float) -> tuple[float, float]:
+    def unwanted_tilt(self, wanted_pitch: float) -> tuple[float, float]:
         """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""
         p = self._p
-        roll_rate, pitch_rate, _ = point(frame.angular_velocity)
+        roll_rate, pitch_rate, _ = self.angular_velocity
         return (
             self.orientation.roll + p.feedback_delay * roll_rate,
             self.orientation.pitch + p.feedback_delay * pitch_rate - wanted_pitch,
         )
 
-    def falls(self, frame: SensorFrame) -> bool:
+    def falls(self) -> bool:
         """Whether a fall can no longer be met; once per tick."""
         return self._fall.falls(
             self.orientation.up_in_torso,
             self.orientation.tilt,
-            point(frame.angular_velocity),
+            self.angular_velocity,
             self._p.fall_tilt,
             self._p.fall_horizon,
         )
@@ -195,12 +197,6 @@ class Proprioception:
         return TorsoPlace(
             self.orientation.up_in_torso, left, right, self.odometry.base_footprint_in_odom
         )
-
-
-def point(vector: FloatArray) -> Point3:
-    """(3,) -> three numbers, with which Python reckons faster than with an array."""
-    x, y, z = vector.tolist()
-    return x, y, z
 
 
 def _at_rest(frame: SensorFrame) -> bool:

@@ -6,6 +6,7 @@ they know how the torso turns over the sole, the gyro knows how it turns in the 
 
 from nao_lipm_gait.estimation.level_frame import LevelFrame
 from nao_lipm_gait.estimation.sole_turn import TurnOverSole
+from nao_lipm_gait.points import dot
 from nao_lipm_gait.signals import Point3
 
 BIAS_TIME = 1.0
@@ -32,7 +33,7 @@ class StanceTurn:
         support +1 left or -1 right; gyro [rad/s] in the torso frame; at_rest: the robot stands
         still, so what the gyro shows is its bias.
         """
-        rate = sum(w * u for w, u in zip(angular_velocity, support_sole.up, strict=True))
+        rate = dot(angular_velocity, support_sole.up)
         if at_rest:
             self._bias += min(1.0, dt / BIAS_TIME) * (rate - self._bias)
         over_sole = self._over_sole.update(support, support_sole)

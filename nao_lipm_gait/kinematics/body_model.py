@@ -1,11 +1,11 @@
 """The whole body by Pinocchio: CoM and sole poses in the torso frame from joint angles."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
+from nao_lipm_gait.points import point
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray, Point3
 
@@ -55,8 +55,7 @@ class BodyModel:
         com = pin.centerOfMass(self.model, self._data, self._q, False)
         if not self._torso_is_root:
             com = self._torso_rotation @ (com - self._torso_translation)
-        x, y, z = com.tolist()
-        return x, y, z
+        return point(com)
 
     def sole_in_torso(self, side: int) -> SolePose:
         """Sole pose, side +1 left or -1 right, for the joints of the last `com_in_torso`."""
@@ -65,12 +64,6 @@ class BodyModel:
         if not self._torso_is_root:
             position = self._torso_rotation @ (position - self._torso_translation)
             rotation = self._torso_rotation @ rotation
-        (fx, _, nx), (fy, _, ny), (fz, _, nz) = rotation.tolist()
-        px, py, pz = position.tolist()
-        return SolePose((px, py, pz), (fx, fy, fz), (nx, ny, nz))
-
-
-def angle_between(a: Point3, b: Point3) -> float:
-    """Angle between two unit vectors [rad]."""
-    dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    return math.acos(min(1.0, max(-1.0, dot)))
+        rows: list[list[float]] = rotation.tolist()
+        a, b, c = rows[0], rows[1], rows[2]
+        return SolePose(point(position), (a[0], b[0], c[0]), (a[2], b[2], c[2]))

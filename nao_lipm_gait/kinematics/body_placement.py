@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from nao_lipm_gait.kinematics.body_model import BodyModel, SolePose
-from nao_lipm_gait.kinematics.leg_kinematics import LegKinematics, LegSolution
+from nao_lipm_gait.kinematics.leg_columns import LegColumns, leg_columns
+from nao_lipm_gait.kinematics.leg_kinematics import LegAngles, LegKinematics, LegSolution
 from nao_lipm_gait.planar import turned
-from nao_lipm_gait.robot_description import LegJoints, RobotDescription
+from nao_lipm_gait.points import numbers
+from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray, Point3
 from nao_lipm_gait.walk import BodyTargets, SoleTarget
 
@@ -61,9 +63,9 @@ class BodyPlacement:
         self._body = body
         self._legs = legs
         self._position = np.array(robot.stand_pose, dtype=float)
-        self._leg_columns = np.array(
-            _columns(robot, robot.left_leg) + _columns(robot, robot.right_leg)
-        )
+        self._joints = numbers(self._position)
+        self._left_leg = leg_columns(robot, robot.left_leg)
+        self._right_leg = leg_columns(robot, robot.right_leg)
         self._left_shoulder, self._right_shoulder = map(robot.index, robot.shoulder_pitch)
         self._left_hang = float(self._position[self._left_shoulder])
         self._right_hang = float(self._position[self._right_shoulder])
@@ -90,12 +92,15 @@ class BodyPlacement:
             targets.right_sole.y - targets.left_sole.y,
             -mean_yaw,
         )
-        self._position[self._left_shoulder] = self._left_hang - arm_swing * ahead
-        self._position[self._right_shoulder] = self._right_hang + arm_swing * ahead
+        self._joints[self._left_shoulder] = self._left_hang - arm_swing * ahead
+        self._joints[self._right_shoulder] = self._right_hang + arm_swing * ahead
         solution: LegSolution
         last, before, first = self._com_in_torso
-        cx, cy, cz = map(_continued, last, before, first)
-        torso_yaw = _continued(*self._torso_yaw)
+        cx = _continued(last[0], before[0], first[0])
+        cy = _continued(last[1], before[1], first[1])
+        cz = _continued(last[2], before[2], first[2])
+        last_yaw, yaw_before, first_yaw = self._torso_yaw
+        torso_yaw = _continued(last_yaw, yaw_before, first_yaw)
         for attempt in range(MAX_ITERATIONS):
             rows = rotation_rows(targets.torso_roll, targets.torso_pitch, mean_yaw + torso_yaw)
             a, b, c = rows
@@ -108,7 +113,8 @@ class BodyPlacement:
                 _in_torso(rows, torso, targets.right_sole, right_axes),
                 again=attempt > 0,
             )
-            self._position[self._leg_columns] = solution.left.chain + solution.right.chain
+            self._put(self._left_leg, solution.left)
+            self._put(self._right_leg, solution.right)
             self._body.set_joints(self._position)
             x, y, z = self._body.com_in_torso()
             off_x, off_y, off_z = x - cx, y - cy, z - cz
@@ -120,20 +126,22 @@ class BodyPlacement:
             if max(abs(off_x), abs(off_y), abs(off_z)) < COM_TOLERANCE:
                 break
         self._com_in_torso = ((cx, cy, cz), last, before)
-        self._torso_yaw = (torso_yaw, *self._torso_yaw[:2])
+        self._torso_yaw = (torso_yaw, last_yaw, yaw_before)
         return PlacedBody(self._position.copy(), solution.reach_error)
+
+    def _put(self, columns: LegColumns, leg: LegAngles) -> None:
+        joints = self._joints
+        joints[columns.hip_yaw] = leg.hip_yaw
+        joints[columns.hip_roll] = leg.hip_roll
+        joints[columns.hip_pitch] = leg.hip_pitch
+        joints[columns.knee_pitch] = leg.knee_pitch
+        joints[columns.ankle_pitch] = leg.ankle_pitch
+        joints[columns.ankle_roll] = leg.ankle_roll
 
 
 def _continued(last: float, before: float, first: float) -> float:
     """The next value of three, first to last, on the parabola through them."""
     return 3.0 * (last - before) + first
-
-
-def _columns(robot: RobotDescription, leg: LegJoints) -> list[int]:
-    names = (
-        leg.hip_yaw, leg.hip_roll, leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch, leg.ankle_roll
-    )
-    return [robot.index(name) for name in names]
 
 
 def _sole_axes(sole: SoleTarget) -> tuple[Point3, Point3]:

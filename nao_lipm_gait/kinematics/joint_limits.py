@@ -8,7 +8,8 @@ class JointLimits:
     """Cuts joint targets at what the joints can do."""
 
     def __init__(self, robot: RobotDescription):
-        self._ranges = tuple(zip(robot.lower.tolist(), robot.upper.tolist(), strict=True))
+        self._lower: list[float] = robot.lower.tolist()
+        self._upper: list[float] = robot.upper.tolist()
         self._ankles = [
             _AnkleLimit(robot, leg, robot.ankle_limits[side])
             for side, leg in (("left", robot.left_leg), ("right", robot.right_leg))
@@ -18,14 +19,14 @@ class JointLimits:
     def cut(self, position: FloatArray) -> int:
         """Cut (n,) [rad] in place; the number of joints that were beyond a limit."""
         beyond = 0
-        for joint, (value, (lower, upper)) in enumerate(
-            zip(position.tolist(), self._ranges, strict=True)
-        ):
+        values: list[float] = position.tolist()
+        for joint in range(len(values)):
+            value, lower, upper = values[joint], self._lower[joint], self._upper[joint]
             if not lower <= value <= upper:
-                position[joint] = min(max(value, lower), upper)
+                values[joint] = position[joint] = min(max(value, lower), upper)
                 beyond += 1
         for ankle in self._ankles:
-            beyond += ankle.cut(position)
+            beyond += ankle.cut(position, values)
         return beyond
 
 
@@ -40,9 +41,10 @@ class _AnkleLimit:
         self._rows = rows
         self._pieces = tuple(zip(rows, rows[1:], strict=False))
 
-    def cut(self, position: FloatArray) -> int:
-        lower, upper = self._range(position.item(self._pitch))
-        roll = position.item(self._roll)
+    def cut(self, position: FloatArray, values: list[float]) -> int:
+        """`values`: the same as numbers."""
+        lower, upper = self._range(values[self._pitch])
+        roll = values[self._roll]
         if lower <= roll <= upper:
             return 0
         position[self._roll] = min(max(roll, lower), upper)

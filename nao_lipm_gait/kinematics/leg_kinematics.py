@@ -15,14 +15,6 @@ class LegAngles(NamedTuple):
     ankle_pitch: float
     ankle_roll: float
 
-    @property
-    def chain(self) -> tuple[float, float, float, float, float, float]:
-        """In the order of the joints."""
-        return (
-            self.hip_yaw, self.hip_roll, self.hip_pitch,
-            self.knee_pitch, self.ankle_pitch, self.ankle_roll,
-        )  # fmt: skip
-
 
 class LegSolution(NamedTuple):
     """Joint angles for two wanted soles, and how far they miss."""

@@ -6,7 +6,7 @@ The node puts DDS around it, the fault campaign a simulated robot: both run the 
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -242,7 +242,7 @@ class GaitEntry:
     def _answer_soon(self, stamp: int) -> None:
         """No tick is due, but a robot in lockstep goes on only after an answer."""
         if self._last_targets is not None:
-            self._outlet.command(replace(self._last_targets, stamp=stamp))
+            self._outlet.command(self._last_targets._replace(stamp=stamp))
         after = (stamp - (self._stamps.last or 0)) * 1e-9
         raise NaoGaitError(
             "joint_states header.stamp",

@@ -1,6 +1,6 @@
 """The gait behind a fence: whatever happens inside, only sane targets come out."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -55,7 +55,7 @@ class GuardedGait:
     def go_on_at(self, stamp: int) -> None:
         """The clock of the frames has changed and nothing else: the next one is of this stamp."""
         if self._good is not None:
-            self._good = replace(self._good, stamp=stamp - self._period)
+            self._good = self._good._replace(stamp=stamp - self._period)
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> Answer:
         """One tick of the gait. Never raises; holds the last good targets instead.
