@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import count, islice
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from gait_lab.answers import Answers, Walker
 from gait_lab.asked_motions import MotionOutcome, MotionWatch, ball_for
 from gait_lab.metrics import (
     ALARM_STATES,
@@ -30,7 +31,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import GaitStatus, JointTargets, SensorFrame, VelocityCommand
+from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.simulation import GroundTruth, Simulation
 
@@ -56,15 +57,6 @@ class Push:
         """(3,) [N] in the world, for a robot that looks along `heading` [rad]."""
         size, angle = self.impulse / PUSH_DURATION, heading + self.direction
         return np.array((size * math.cos(angle), size * math.sin(angle), 0.0))
-
-
-class Walker(Protocol):
-    """The gait, or what walks in its place."""
-
-    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets: ...
-
-    @property
-    def status(self) -> GaitStatus: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +222,9 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
         watch = MotionWatch(simulation, gait, task.motions)
         if spec.walker is not None:
             walker = spec.walker(loaded_robot(spec.urdf), task, CONTROL_PERIOD)
-        ticks = walk(simulation, walker, task.command_at, push=spec.push)
+        # A motion is asked for between two ticks, so that they have to come one by one.
+        ahead = not task.motions
+        ticks = walk(simulation, walker, task.command_at, push=spec.push, ahead=ahead)
         for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
             recorder.add(tick.truth, tick.command, tick.status)
             if task.motions:
@@ -259,14 +253,15 @@ def walk(
     command_at: Callable[[float], VelocityCommand],
     *,
     push: Push | None = None,
+    ahead: bool = False,
 ) -> Iterator[Tick]:
     """The robot at rest, then one control period after the other, up to and with a fall.
 
-    `command_at`: the command by time since the start [s].
+    `command_at`: the command by time since the start [s]; `ahead`: it depends on the time alone,
+    and nobody asks the gait for anything else, so that it may go ahead of the simulation.
     """
-    began = simulation.time
+    answers = Answers(simulation, gait, command_at, ahead=ahead)
     targets: JointTargets | None = None
-    status: GaitStatus | None = None
     push_tick = None if push is None else round(push.time / CONTROL_PERIOD)
 
     truth = simulation.truth()
@@ -277,11 +272,7 @@ def walk(
             force = push.force(float(yaw_of(truth.torso_quaternion)))
             simulation.push(force, PUSH_DURATION)
         simulation.step(targets)
-        command = command_at((simulation.time - began) * 1e-9)
-        frame = simulation.sense()
-        if frame is not None:
-            targets = gait.step(frame, command)
-            status = gait.status
+        command, targets, status = answers.next()
         truth = simulation.truth()
         fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
         yield Tick(truth, command, status, fallen)

@@ -35,5 +35,15 @@ class DelayLine(Generic[Item]):
             items.popleft()
         return items[0][1] if items and items[0][0] <= limit else None
 
+    def coming(self, now: int, period: int) -> list[Item | None]:
+        """What `newest` gives now and `period`, 2 `period`, ... [ns] later, as far as it is known
+        already: the next item is put in no sooner than one period from now."""
+        self.newest(now)  # drops what nobody will ask for again
+        return [self._at(now + later) for later in range(0, self.delay + period, period)]
+
+    def _at(self, now: int) -> Item | None:
+        limit = now - self.delay
+        return next((item for stamp, item in reversed(self._items) if stamp <= limit), None)
+
     def clear(self) -> None:
         self._items.clear()

@@ -204,6 +204,12 @@ class Simulation:
         """Like `sense`, with motor torques and sole wrenches of the same instant."""
         return self._line.newest(self._time)
 
+    def coming(self) -> list[SensorFrame | None]:
+        """What `sense` gives now and after each of the next control periods, as far as it has been
+        sampled already. For a delay of four periods these are five frames."""
+        readings = self._line.coming(self._time, self._period)
+        return [None if reading is None else reading.frame for reading in readings]
+
     def push(self, force: FloatArray, duration: float) -> None:
         """Push the torso at its centre of mass with `force` (3,) [N] in the world frame.
 

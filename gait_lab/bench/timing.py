@@ -6,14 +6,21 @@ steps alone. Clocks and the other two, which take the caches, make it slower tha
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
 import numpy as np
 
 from gait_lab.bench.options import BenchOptions
-from gait_lab.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, rollout, walk
+from gait_lab.rollout import (
+    CONTROL_PERIOD,
+    Recorder,
+    RolloutSpec,
+    make_pair,
+    rollout,
+    walk,
+)
 from gait_lab.tasks import Task
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot_description import RobotDescription, load_robot
@@ -78,14 +85,12 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
     gait = _TimedGait(Gait(robot, options.parameters))
     recorder, timing = Recorder(), WalkTiming()
     try:
-        walked = walk(walking, gait, task.command_at)
+        walked = walk(walking, gait, task.command_at, ahead=True)
         next(walked)  # the robot at rest, before the first control period
-        targets: list[JointTargets | None] = []
+        targets = walking.targets
 
         def walk_on(count: int) -> None:
             for tick in islice(walked, count):
-                targets.append(gait.before)
-                gait.before = gait.sent
                 recorder.add(tick.truth, tick.command, tick.status)
 
         def repeat() -> None:
@@ -112,14 +117,21 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
 
 
 def _ticks(options: BenchOptions, task: Task) -> tuple[int, ...]:
-    """[ns] by the wall clock, each `Gait.step` of a walk that nothing interrupts."""
-    spans: list[int] = []
+    """[ns] by the wall clock, each `Gait.step` of a walk that nothing interrupts.
 
-    def clocked(robot: RobotDescription, task: Task, period: float) -> _ClockedGait:
-        return _ClockedGait(Gait(robot, options.parameters, period), spans)
-
-    rollout(replace(_spec(options, task), walker=clocked))
-    return tuple(spans)
+    One tick, one control period of the plant, and so on: a robot's machine, too, has other things
+    to do between two ticks.
+    """
+    spec = _spec(options, task)
+    simulation, gait = make_pair(spec)
+    clocked = _ClockedGait(gait)
+    try:
+        ticks = walk(simulation, clocked, spec.task.command_at)
+        for _ in islice(ticks, round(spec.task.end / CONTROL_PERIOD)):
+            pass
+    finally:
+        simulation.close()
+    return tuple(clocked.spans)
 
 
 def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
@@ -135,25 +147,30 @@ def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
 
 
 class _TimedSimulation(Simulation):
-    """Keeps the CPU time of its steps [ns]."""
+    """Keeps the CPU time of its steps [ns], and what they were given."""
 
     cpu = 0
 
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.targets: list[JointTargets | None] = []
+
     def step(self, targets: JointTargets | None) -> None:
+        self.targets.append(targets)
         self.cpu += _cpu_time(super().step, targets)
 
 
 class _ClockedGait:
-    """Adds the time of every tick [ns] to `spans`."""
+    """Keeps the time of every tick [ns]."""
 
-    def __init__(self, gait: Gait, spans: list[int]) -> None:
+    def __init__(self, gait: Gait) -> None:
         self._gait = gait
-        self._spans = spans
+        self.spans: list[int] = []
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         begin = time.perf_counter_ns()
         targets = self._gait.step(frame, command)
-        self._spans.append(time.perf_counter_ns() - begin)
+        self.spans.append(time.perf_counter_ns() - begin)
         return targets
 
     @property
@@ -162,20 +179,17 @@ class _ClockedGait:
 
 
 class _TimedGait:
-    """Keeps the CPU time of its ticks [ns], and the targets that it has sent."""
+    """Keeps the CPU time of its ticks [ns]."""
 
     def __init__(self, gait: Gait) -> None:
         self._gait = gait
         self.cpu = 0
-        self.sent: JointTargets | None = None
-        self.before: JointTargets | None = None
-        """What had been sent before the last control period."""
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         cpu = time.process_time_ns()
-        self.sent = self._gait.step(frame, command)
+        targets = self._gait.step(frame, command)
         self.cpu += time.process_time_ns() - cpu
-        return self.sent
+        return targets
 
     @property
     def status(self) -> GaitStatus:

@@ -118,7 +118,7 @@ def _stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) -> S
     walked, alarm, time, fell = 0.0, None, 0.0, False
     corner: np.ndarray | None = None
     try:
-        for index, tick in enumerate(walk(simulation, gait, commands.at)):
+        for index, tick in enumerate(walk(simulation, gait, commands.at, ahead=True)):
             time = index * CONTROL_PERIOD
             fell = tick.fallen
             if alarm is None and tick.status is not None:
