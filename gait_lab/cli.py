@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from gait_lab.commands import bench, compile, demo, record, report, teach, teleop, tune, view
 from gait_lab.commands.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
+from gait_lab.compiled import check_fresh
 from nao_lipm_gait.errors import NaoGaitError
 
 _COMMANDS = (
@@ -40,6 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a subcommand; the exit status (0 only for success)."""
     parsed = build_parser().parse_args(arguments)
     try:
+        if parsed.command != "compile":
+            check_fresh()
         return int(parsed.run(parsed))
     except NaoGaitError as error:
         sys.stderr.write(f"nao_gait {parsed.command}: {error}\n")

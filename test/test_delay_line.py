@@ -94,3 +94,18 @@ def test_clear_forgets_and_lets_time_start_over() -> None:
 def test_a_delay_into_the_future_is_refused() -> None:
     with pytest.raises(NaoGaitError, match="delay: got -1; allowed: at least 0 ns"):
         DelayLine(-1)
+
+
+@given(st.integers(0, 100 * MS), st.integers(1, 15))
+@settings(deadline=None)
+def test_what_is_coming_is_what_will_be_newest(delay: int, asked: int) -> None:
+    line: DelayLine[int] = DelayLine(delay)
+    coming: list[int | None] = []
+    for tick in range(asked + 12):
+        now = tick * PERIOD
+        line.put(now, now)
+        if tick == asked:
+            coming = line.coming(now, PERIOD)
+        elif asked < tick < asked + len(coming):
+            assert line.newest(now) == coming[tick - asked]
+    assert len(coming) == -(-delay // PERIOD) + 1

@@ -1,6 +1,7 @@
 """Rollouts are deterministic, stop at a fall and run in parallel with the same results."""
 
 import dataclasses
+import itertools
 import json
 import math
 from pathlib import Path
@@ -15,7 +16,17 @@ from gait_lab.bench.settings import overridden
 from gait_lab.bench.suites.compute import compute
 from gait_lab.bench.suites.speed import _rows
 from gait_lab.metrics import Metrics, Trace
-from gait_lab.rollout import RolloutResult, RolloutSpec, parallel_map, rollout, run_all
+from gait_lab.rollout import (
+    Push,
+    Recorder,
+    RolloutResult,
+    RolloutSpec,
+    make_pair,
+    parallel_map,
+    rollout,
+    run_all,
+)
+from gait_lab.rollout import walk as walk_on
 from gait_lab.tasks import Task, find_task, walk
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
@@ -73,6 +84,27 @@ def test_a_fall_ends_the_rollout() -> None:
     result = rollout(RolloutSpec(task, parameters=parameters, keep_trace=True))
     assert result.metrics.fell and result.trace is not None
     assert result.trace.time[-1] == result.metrics.fall_time < 30.0
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.025, 0.04])
+def test_answers_ahead_of_time_change_nothing(delay: float) -> None:
+    def walked(ahead: bool) -> Trace:
+        options = (("sensors.delay", delay),)
+        spec = RolloutSpec(find_task("diagonal"), 5, plant_options=options)
+        simulation, gait = make_pair(spec)
+        recorder, push = Recorder(), Push(4.0, 6.0, 1.0)
+        try:
+            command_at = spec.task.command_at
+            ticks = walk_on(simulation, gait, command_at, push=push, ahead=ahead)
+            for tick in itertools.islice(ticks, 500):
+                recorder.add(tick.truth, tick.command, tick.status)
+        finally:
+            simulation.close()
+        return recorder.trace()
+
+    one_by_one, in_a_row = walked(False), walked(True)
+    assert len(one_by_one) > 400 and one_by_one.com_estimated_in_q[-1].any()
+    assert same(one_by_one, in_a_row)
 
 
 def _square(value: int) -> int:

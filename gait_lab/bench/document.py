@@ -10,6 +10,7 @@ from pathlib import Path
 from gait_lab.bench.figures import push_figure, speed_figure
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report
+from gait_lab.compiled import is_compiled
 from nao_lipm_gait.errors import NaoGaitError
 
 TITLES = {
@@ -41,7 +42,7 @@ Written by `{command}`, all of it from the rows that the suites measured. This i
 few robots, short windows. Leave out the options of a command to get the long form of its suite;
 `nao_gait bench --help` lists them. On one machine a command gives the same numbers every time,
 except for what the machine has its part in: the times of compute and realtime, the memory of soak.
-
+{gait}
 - A *robot* is an individual drawn from the plant: joint zero errors, sensor biases, masses,
   friction, motor strength ([plants.md](plants.md)). Worst and median are over the robots.
 - *Closed* is the gait with its feedback, *open* the same gait and parameters on the same robots
@@ -56,6 +57,12 @@ except for what the machine has its part in: the times of compute and realtime, 
 - *paper*: Graf and Röfer on a real NAO. *placo*: the open-loop walk of placo 0.10.2 on a plant
   much like `reference`, nine robots, heading held, stronger motors. *NAO*: the fastest forward
   walk that was measured on NAO hardware. None of these was measured here.
+"""
+
+
+_COMPILED = """\
+The gait was compiled, which changes times and nothing else: `nao_gait compile`, and then
+`PYTHONPATH=build/compiled` before a command.
 """
 
 
@@ -107,7 +114,7 @@ _CAPTIONS = {
 
 
 def _page(sections: Sequence[Section], figures: dict[str, Path], command: str) -> str:
-    parts = [INTRODUCTION.format(command=command)]
+    parts = [INTRODUCTION.format(command=command, gait=_COMPILED if is_compiled() else "")]
     before = None
     for section in sections:
         if section.suite != before:

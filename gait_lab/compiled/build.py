@@ -11,12 +11,11 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import nao_lipm_gait
+from gait_lab.compiled import SOURCE
 from gait_lab.compiled.records import spelled_out
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 
-PACKAGE = "nao_lipm_gait"
 FOLDERS = ("estimation", "kinematics", "lipm_walk", "preview_walk", "zmp_walk")
 AS_THEY_ARE = ("errors.py", "parameters.py", "presets.py", "resources.py", "signals.py")
 """Of the package's own modules: what is pickled, caught or taken apart as a dataclass."""
@@ -24,26 +23,24 @@ SHARED = ("config", "launch", "urdf")
 LINES_SHOWN = 15
 
 
-def compile_gait(folder: Path, say: Callable[[str], None]) -> None:
-    """Compile the installed gait into `folder`, which is made anew.
+def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = True) -> None:
+    """Compile the gait into `folder`, which is made anew; optimise: else it is sooner ready.
 
     NaoGaitError, with what the compiler says, where it cannot be compiled.
     """
-    if folder.exists() and not (folder / PACKAGE).is_dir() and any(folder.iterdir()):
+    if folder.exists() and not (folder / SOURCE.name).is_dir() and any(folder.iterdir()):
         raise NaoGaitError("folder", str(folder), "one that is new, empty or of an earlier run")
-    package = Path(nao_lipm_gait.__file__).resolve().parent
-    modules = sorted(path.relative_to(package.parent) for path in _of_the_tick(package))
+    modules = sorted(path.relative_to(SOURCE.parent) for path in _of_the_tick())
     say(f"compiling {len(modules)} modules of the gait (about a minute) ...")
     with tempfile.TemporaryDirectory(prefix="nao_gait_") as temporary:
         source, library = Path(temporary, "source"), Path(temporary, "library")
-        for path in _sources(package):
-            text = path.read_text(encoding="utf-8")
-            relative = path.relative_to(package.parent)
-            _write(library / relative, text)
-            _write(source / relative, spelled_out(text, path.name) if relative in modules else text)
-        _run_mypyc(source, library, Path(temporary, "objects"), modules)
+        for path in SOURCE.rglob("*.py"):
+            module, text = path.relative_to(SOURCE.parent), path.read_text(encoding="utf-8")
+            _write(library / module, text)
+            _write(source / module, spelled_out(text, str(module)) if module in modules else text)
+        _run_mypyc(source, library, Path(temporary, "objects"), "3" if optimise else "0", modules)
         for name in SHARED:
-            (library / name).symlink_to(share(name))
+            (library / name).symlink_to(share(name).resolve())
         if folder.exists():
             shutil.rmtree(folder)
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -51,16 +48,12 @@ def compile_gait(folder: Path, say: Callable[[str], None]) -> None:
     say(f"{folder}: before a command, PYTHONPATH={folder.resolve()} makes it walk with this gait")
 
 
-def _sources(package: Path) -> Iterator[Path]:
-    return package.rglob("*.py")
-
-
-def _of_the_tick(package: Path) -> Iterator[Path]:
+def _of_the_tick() -> Iterator[Path]:
     """The modules that a tick runs through."""
-    for path in _sources(package):
+    for path in SOURCE.rglob("*.py"):
         if path.name == "__init__.py" or path.name in AS_THEY_ARE:
             continue
-        if path.parent == package or path.parent.name in FOLDERS:
+        if path.parent == SOURCE or path.parent.name in FOLDERS:
             yield path
 
 
@@ -69,12 +62,14 @@ def _write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def _run_mypyc(source: Path, library: Path, objects: Path, modules: list[Path]) -> None:
-    script = Path(__file__).with_name("extension.py")
-    command = [sys.executable, str(script), str(library), str(objects), *map(str, modules)]
+def _run_mypyc(
+    source: Path, library: Path, objects: Path, level: str, modules: list[Path]
+) -> None:
+    arguments = (Path(__file__).with_name("extension.py"), library, objects, level, *modules)
     done = subprocess.run(
-        command, cwd=source, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
+        [sys.executable, *map(str, arguments)],
+        cwd=source, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
     if done.returncode != 0:
         said = "\n".join(done.stdout.strip().splitlines()[-LINES_SHOWN:])
         raise NaoGaitError(

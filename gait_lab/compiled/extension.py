@@ -1,4 +1,4 @@
-"""One run of mypyc, in a process of its own: `extension.py LIBRARY TEMPORARY MODULE...`
+"""One run of mypyc, in a process of its own: `extension.py LIBRARY TEMPORARY LEVEL MODULE...`
 
 Runs in the folder that holds the package of the modules, which are paths relative to it.
 """
@@ -14,8 +14,8 @@ MYPY = ("--config-file=", "--ignore-missing-imports", "--check-untyped-defs")
 SAME_BITS = "-ffp-contract=off"
 
 
-def main(library: str, temporary: str, *modules: str) -> None:
-    extensions = mypycify([*MYPY, *modules], opt_level="3", debug_level="0")
+def main(library: str, temporary: str, level: str, *modules: str) -> None:
+    extensions = mypycify([*MYPY, *modules], opt_level=level, debug_level="0")
     for extension in extensions:
         extension.extra_compile_args.append(SAME_BITS)
     setup(

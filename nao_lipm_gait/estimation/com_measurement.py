@@ -16,4 +16,5 @@ def measured_acceleration_in_q(
     specific_force: Point3, sole: LevelFrame, sole_in_q: Pose2
 ) -> tuple[float, float]:
     """The torso's acceleration along x and y of Q [m/s^2]; gravity has no part in the level."""
-    return turned(*sole.along(specific_force), sole_in_q[2])
+    ahead, aside = sole.along(specific_force)
+    return turned(ahead, aside, sole_in_q[2])

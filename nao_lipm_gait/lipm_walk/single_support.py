@@ -129,7 +129,7 @@ class SingleSupport:
         by tan(theta) (T v_y - (y - s-bar_y)) at the exchange.
         """
         p, k, change = self._p, self._k, lateral.change
-        swing, (wanted, _, yaw) = -state.support, phase.wanted
+        swing, wanted, yaw = -state.support, phase.wanted[0], phase.wanted[2]
         entry = max(lateral.stride - lateral.view.nearer - change.position, 1e-3)
         entry_velocity = change.velocity + lateral.view.faster
         phase_tanh = min(max(entry_velocity / (k * entry), 0.0), MAX_PHASE_TANH)

@@ -5,6 +5,7 @@ import math
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
 from gait_lab.bench.timing import WalkTiming, time_walk
+from gait_lab.compiled import is_compiled
 from gait_lab.rollout import CONTROL_PERIOD
 from gait_lab.tasks import find_task
 from sim_bridge.plant import load_plant, with_options
@@ -41,7 +42,8 @@ def compute(options: BenchOptions) -> Report:
     text = "\n".join(
         (
             f"{timing.ticks * CONTROL_PERIOD:g} s forward walk on robot {options.seed}, one core, "
-            f"plant {options.plant_title}, {options.engine}",
+            f"plant {options.plant_title}, {options.engine}, "
+            f"the gait {'compiled' if is_compiled() else 'as Python'}",
             "",
             table(lines),
             "",
