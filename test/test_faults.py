@@ -212,7 +212,7 @@ class Broken(Fault):
         elif self.what == "silent":
             entry._velocity.at = lambda stamp: VelocityCommand()  # type: ignore[method-assign]
         elif self.what == "stiff":
-            entry._gait._senses.falls = lambda frame: False  # type: ignore[method-assign]
+            entry._gait._senses.falls = lambda: False  # type: ignore[method-assign]
             stage.simulation.push(np.array([0.0, 120.0, 0.0]), 0.1)
 
     @staticmethod

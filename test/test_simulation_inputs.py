@@ -145,7 +145,7 @@ def test_bad_targets_are_refused_and_change_nothing(
 ) -> None:
     with Simulation(robot, ideal, NOMINAL) as simulation:
         good = targets(simulation, HeadYaw=0.5)
-        bad = dataclasses.replace(good, **change)
+        bad = good._replace(**change)
         with pytest.raises(NaoGaitError, match=field):
             simulation.step(bad)
         assert simulation.time == 0
