@@ -27,10 +27,11 @@ demo: $(READY)  ## watch the NAO walk a tour over ROS 2 (options: make demo ARGS
 test: $(READY)  ## all tests
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup $(ARGS)
 
-bench: $(COMPILED)  ## measure everything, write docs/benchmarks.md (or: make bench ARGS="speed --robots 8")
-	@PYTHONPATH=$(CURDIR)/$(COMPILED) $(BIN)/nao_gait bench $(if $(ARGS),$(ARGS),all --report docs/benchmarks.md)
+bench: compiled  ## measure everything, write docs/benchmarks.md (or: make bench ARGS="speed --robots 8")
+	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait bench $(if $(ARGS),$(ARGS),all --report docs/benchmarks.md)
 
-compiled: $(COMPILED)  ## the gait as machine code in build/compiled, as bench uses it
+compiled: $(READY)  ## the gait as machine code in build/compiled, as bench uses it
+	@$(BIN)/nao_gait compile $(COMPILED) || echo 'bench walks with the gait as Python' >&2
 
 lint: $(READY)  ## ruff and mypy
 	@$(BIN)/ruff check . && $(BIN)/mypy
@@ -43,10 +44,6 @@ install: $(READY)  ## only set up .venv
 clean:  ## remove .venv and everything that was built
 	rm -rf $(VENV) build dist out .pytest_cache .ruff_cache .mypy_cache .hypothesis ./*.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
-
-# Without a C compiler the walks are the same, and slower.
-$(COMPILED): $(READY) $(shell find nao_lipm_gait -name '*.py')
-	@$(BIN)/nao_gait compile $@ || echo 'bench goes on with the gait as it is' >&2
 
 # Python 3.11 first: PyPI has a pybullet wheel for it; on 3.12 pybullet is compiled (4 minutes).
 # Each candidate is run, because a pyenv shim exists also for versions that are not active.

@@ -49,13 +49,16 @@ class Answers:
         self._command_at = command_at
         self._ahead = ahead
         self._began = simulation.time
-        self._answers: deque[Answer] = deque()
+        self._answers: deque[Answer | Exception] = deque()
 
     def next(self) -> Answer:
-        """Of this control period; once in each."""
+        """Of this control period; once in each. What the walker raises, it raises in its period."""
         if not self._answers:
             self._ask()
-        return self._answers.popleft()
+        answer = self._answers.popleft()
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
 
     def _ask(self) -> None:
         time, period = self._simulation.time - self._began, self._simulation.control_period
@@ -65,6 +68,10 @@ class Answers:
             if frame is None:
                 self._answers.append(Answer(command, None, None))
             else:
-                targets = self._walker.step(frame, command)
-                self._answers.append(Answer(command, targets, self._walker.status))
+                try:
+                    targets = self._walker.step(frame, command)
+                    self._answers.append(Answer(command, targets, self._walker.status))
+                except Exception as error:
+                    self._answers.append(error)
+                    break
             time += period

@@ -6,12 +6,14 @@ speed and, beside it, its yaw drift.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_lipm_gait.errors import NaoGaitError
+from sim_bridge.ball import SHOE_HEIGHT
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -29,7 +31,7 @@ SLIP_LIMIT = 0.03
 """Largest mean speed of the loaded sole that is still walking [m/s]."""
 
 DOUBLE, LEFT, RIGHT = 0, 1, 2
-ALARM_STATES = frozenset({"falling", "fallen"})
+ALARM_STATES = frozenset({"fallen"})
 """States of the gait that say that the robot falls or has fallen."""
 SUPPORT_CODES = {"double": DOUBLE, "left": LEFT, "right": RIGHT}
 _SOLE_OF_SUPPORT = {LEFT: 0, RIGHT: 1}
@@ -146,7 +148,8 @@ class Metrics:
     support_changes: int
     """Changes of the support leg, as the gait has them."""
     alarm_time: float | None
-    """[s] since the first tick of the trace: when the gait first said that it falls."""
+    """[s] since the first tick of the trace: when the gait said that it falls; what it took back
+    before the robot fell counts only where none fell."""
 
     @property
     def fall_lead(self) -> float | None:
@@ -232,7 +235,37 @@ def slip_speed(sole_force: FloatArray, sole_slip: FloatArray) -> float:
     loaded = sole_force[ticks, bearer] >= LOADED
     if not loaded.any():
         return math.nan
-    return float(np.mean(sole_slip[ticks, bearer][loaded]))
+    slip = sole_slip[ticks, bearer][loaded]
+    known = ~np.isnan(slip)  # a sole that has just landed has no slip yet
+    return float(np.mean(slip[known])) if known.any() else math.nan
+
+
+def soles_overlap(trace: Trace, outline: Sequence[tuple[float, float]]) -> BoolArray:
+    """(t,) ticks in which the soles overlap, seen from above, and none is above the other's shoe.
+
+    Two convex outlines are apart if an edge of one has all corners of the other outside.
+    """
+    height = trace.sole_position[:, :, 2]
+    beside = np.abs(height[:, 0] - height[:, 1]) < SHOE_HEIGHT
+    if len(outline) < 3 or not beside.any():
+        return np.zeros(len(trace), dtype=bool)
+    left = np.array(outline)
+    soles = (left, (left * (1.0, -1.0))[::-1])
+    cos, sin = np.cos(trace.sole_yaw), np.sin(trace.sole_yaw)
+    corners = []
+    for side, points in enumerate(soles):
+        turn = np.stack((cos[:, side], -sin[:, side], sin[:, side], cos[:, side]), axis=-1)
+        turned = points @ turn.reshape(-1, 2, 2).transpose(0, 2, 1)
+        corners.append(turned + trace.sole_position[:, None, side, :2])
+    return beside & ~(_apart(corners[0], corners[1]) | _apart(corners[1], corners[0]))
+
+
+def _apart(one: FloatArray, other: FloatArray) -> BoolArray:
+    """(t,) where an edge of the outline `one` (t, n, 2) has all of `other` (t, m, 2) outside."""
+    edge = np.roll(one, -1, axis=1) - one
+    away = other[:, None, :, :] - one[:, :, None, :]
+    across = edge[:, :, None, 0] * away[..., 1] - edge[:, :, None, 1] * away[..., 0]
+    return np.asarray(np.any(np.all(across <= 0.0, axis=2), axis=1))
 
 
 def fall_tick(
@@ -282,8 +315,13 @@ def _mean_abs(values: FloatArray) -> float:
     return float(np.mean(np.abs(finite))) if len(finite) else math.nan
 
 
-def measure(trace: Trace, start: float, end: float) -> Metrics:
+def measure(
+    trace: Trace, start: float, end: float, outline: Sequence[tuple[float, float]] = ()
+) -> Metrics:
     """Score the window start..end [s since the first tick] of a trace.
+
+    outline: of the left sole in its frame [m], convex, counter-clockwise. With it soles also touch
+    where their outlines overlap, which are larger than the plates that collide in the engines.
 
     The first tick gives the standing height, so a trace begins with the robot standing. A fall is
     looked for in the whole trace; from the fall on nothing is measured any more.
@@ -316,12 +354,22 @@ def measure(trace: Trace, start: float, end: float) -> Metrics:
         turn_rate=turn_rate(window.stamp, window.torso_quaternion),
         flight_share=flight_share(window.sole_force),
         slip_speed=slip_speed(window.sole_force, window.sole_slip),
-        contact_ticks=int(window.legs_touch.sum()),
+        contact_ticks=int(np.count_nonzero(window.legs_touch | soles_overlap(window, outline))),
         com_error_x=_mean_abs(from_truth[:, 0]),
         com_error_y=_mean_abs(from_truth[:, 1]),
         com_error_x_measured=_mean_abs(from_measured[:, 0]),
         com_error_y_measured=_mean_abs(from_measured[:, 1]),
         saturated_share=saturated,
         support_changes=int(np.count_nonzero(np.diff(window.support))),
-        alarm_time=float(trace.time[np.argmax(trace.alarm)]) if trace.alarm.any() else None,
+        alarm_time=alarm_time(trace, fall),
     )
+
+
+def alarm_time(trace: Trace, fall: int | None) -> float | None:
+    """[s] since the first tick: of the alarm in whose course the robot fell in the tick `fall`, or
+    of the first one if it did not fall; None without one."""
+    if fall is None:
+        return float(trace.time[np.argmax(trace.alarm)]) if trace.alarm.any() else None
+    calm = np.flatnonzero(~trace.alarm[: fall + 1])
+    begin = int(calm[-1]) + 1 if len(calm) else 0
+    return float(trace.time[begin]) if begin <= fall else None

@@ -16,6 +16,7 @@ import numpy as np
 
 from gait_lab.answers import Answers, Walker
 from gait_lab.asked_motions import MotionOutcome, MotionWatch, ball_for
+from gait_lab.compiled import check_fresh
 from gait_lab.metrics import (
     ALARM_STATES,
     DOUBLE,
@@ -196,6 +197,7 @@ def with_urdf_effort(robot: RobotDescription) -> RobotDescription:
 
 def make_pair(spec: RolloutSpec) -> tuple[Simulation, Gait]:
     """The robot of a rollout and its gait; the simulation is the caller's to close."""
+    check_fresh()
     robot = loaded_robot(spec.urdf)
     simulation = Simulation(
         with_urdf_effort(robot) if spec.urdf_effort else robot,
@@ -232,7 +234,7 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
     finally:
         simulation.close()
     trace = recorder.trace()
-    metrics = measure(trace, task.start, task.end)
+    metrics = measure(trace, task.start, task.end, loaded_robot(spec.urdf).sole_outline)
     return RolloutResult(spec, metrics, trace if spec.keep_trace else None, watch.outcomes)
 
 

@@ -79,7 +79,9 @@ class GaitState(StrEnum):
 
 
 # By these names the tick asks for them: Python looks a member of an enumeration up by a function.
-STAND, WALK, STOP, MOTION, GETTING_UP, FALLEN, RELAXED = GaitState
+STAND, WALK, STOP = GaitState.STAND, GaitState.WALK, GaitState.STOP
+MOTION, GETTING_UP = GaitState.MOTION, GaitState.GETTING_UP
+FALLEN, RELAXED = GaitState.FALLEN, GaitState.RELAXED
 
 DOWN = (FALLEN, RELAXED)
 ON_THE_WAY = (WALK, STOP)

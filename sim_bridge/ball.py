@@ -9,6 +9,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.body import Sole
 from sim_bridge.shapes import Shape
+from sim_bridge.terrain import Prism, ground_height
 
 SHOE_HEIGHT = 0.0292
 """[m] of the shell of a foot above its sole, which meets the ball; the plate that meets the other
@@ -19,6 +20,8 @@ CONTACT_TIME = 0.01
 """[s] for which a bouncing ball touches; chosen, as is"""
 CONTACT_DAMPING_RATIO = 0.16
 """the damping, with which a ball comes back at about 0.6 of its speed."""
+RIM_POINTS = 16
+"""Where the ground under a ball is looked at, beside its middle."""
 FRICTION = 0.6
 """Coulomb coefficient of the ball with the floor and with a foot; chosen."""
 
@@ -58,7 +61,7 @@ class Ball:
 
     def rolling_resistance(self, gravity: float) -> float:
         """[m] by which the floor's force is ahead of the centre: a = delta g / (1.4 r)."""
-        return ROLLING_SLOWDOWN * 1.4 * self.radius / gravity
+        return ROLLING_SLOWDOWN * 1.4 * self.radius / gravity if gravity > 0.0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +83,14 @@ def shoe(sole: Sole) -> Shape:
     return Shape("box", (length, width, SHOE_HEIGHT), middle, sole.plate.rotation)
 
 
-def ball_position(x: float, y: float, radius: float) -> FloatArray:
-    """(3,) [m] of a ball that lies on the floor there."""
+def ball_position(
+    x: float, y: float, radius: float, ground: tuple[Prism, ...] = ()
+) -> FloatArray:
+    """(3,) [m] of a ball that lies there, on the highest of the ground under it."""
     for name, value in (("x", x), ("y", y)):
         if not (math.isfinite(value) and abs(value) < 1e3):
             raise NaoGaitError(f"ball {name}", value, "-1000 to 1000 m")
-    return np.array((x, y, radius))
+    rim = np.linspace(0.0, 2.0 * math.pi, RIM_POINTS, endpoint=False)
+    places = [(x, y), *((x + radius * math.cos(a), y + radius * math.sin(a)) for a in rim)]
+    height = max(ground_height(ground, *place) for place in places)
+    return np.array((x, y, height + radius))

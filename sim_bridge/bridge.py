@@ -193,12 +193,13 @@ class BridgeNode(Node):
                 "in lockstep, the stamp of the last joint_states"
                 + ("" if self.awaited is None else f", {self.awaited * 1e-9:.3f} s"),
             )
-        self._commands.admit(message.header.frame_id, time.monotonic())
+        sender, now = message.header.frame_id, time.monotonic()
+        self._commands.admit(sender, now)
         if answers:
             # Even if refused below: the world goes on with the last good targets.
             self.awaited = None
         targets, remark = self._commands.read(
-            stamp, message.name, message.position, message.effort
+            sender, now, stamp, message.name, message.position, message.effort
         )
         if targets is not None:
             self._targets = targets

@@ -25,7 +25,7 @@ class CommandInput:
         self._commands_from = 0
 
     def reset(self, stamp: int) -> None:
-        """Answers to sensors before `stamp` [ns] no longer count."""
+        """Answers to sensors up to `stamp` [ns] no longer count."""
         self._reader.reset()
         self._commands_from = stamp
 
@@ -43,12 +43,22 @@ class CommandInput:
                 f"one gait; the robot obeys {self._sender[:40]!r} until it is silent for "
                 f"{TAKE_OVER:g} s",
             )
-        self._sender, self._heard = sender, now
 
     def read(
-        self, stamp: int, names: Sequence[str], position: Sequence[float], effort: Sequence[float]
+        self,
+        sender: str,
+        now: float,
+        stamp: int,
+        names: Sequence[str],
+        position: Sequence[float],
+        effort: Sequence[float],
     ) -> tuple[JointTargets | None, str | None]:
-        """As `CommandReader.read`; no targets for an answer to what was before a reset."""
-        if 0 < stamp < self._commands_from:
+        """As `CommandReader.read`; no targets for an answer to what was before a reset.
+
+        Who sends what can be carried out commands from then on.
+        """
+        if 0 < stamp <= self._commands_from:
             return None, None
-        return self._reader.read(stamp, names, position, effort)
+        read = self._reader.read(stamp, names, position, effort)
+        self._sender, self._heard = sender, now
+        return read

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from nao_lipm_gait.signals import FloatArray
 from sim_bridge.backend import StartState, TrueState
@@ -94,6 +95,10 @@ class MujocoBackend:
 
     def observe(self) -> TrueState:
         data = self._data
+        if any(warning.number for warning in self._unstable):
+            raise NaoGaitError(
+                "physics", "a state that is not finite, or huge", "smaller forces, or smaller steps"
+            )
         # mj_step leaves the places of the bodies as they were before it.
         mujoco.mj_kinematics(self._model, data)
         mujoco.mj_comPos(self._model, data)
@@ -193,6 +198,11 @@ class MujocoBackend:
         self._play_q = np.array([hinge.qposadr[0] for hinge in hinges], dtype=int)
         self._play_v = np.array([hinge.dofadr[0] for hinge in hinges], dtype=int)
         self._torso = model.body(robot.torso_frame).id
+        warnings = mujoco.mjtWarning
+        self._unstable = [
+            data.warning[int(kind)]
+            for kind in (warnings.mjWARN_BADQPOS, warnings.mjWARN_BADQVEL, warnings.mjWARN_BADQACC)
+        ]
         # Views of MuJoCo's own memory, which follow every step.
         self._com_view = data.subtree_com[self._torso]
         self._torso_view = data.xmat[self._torso].reshape(3, 3)

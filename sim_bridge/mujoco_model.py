@@ -100,7 +100,9 @@ class MujocoModel:
         option.tolerance = _TOLERANCE
         # a quarter faster for this robot, alone on its floor
         option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
-        option.disableflags = mujoco.mjtDisableBit.mjDSBL_ISLAND
+        # Unstable physics is told, and not hidden by a robot that is put back to where it began.
+        flags = mujoco.mjtDisableBit
+        option.disableflags = flags.mjDSBL_ISLAND | flags.mjDSBL_AUTORESET
         spec.worldbody.add_geom(
             name="floor",
             type=mujoco.mjtGeom.mjGEOM_PLANE,

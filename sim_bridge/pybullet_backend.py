@@ -115,6 +115,7 @@ class PyBulletBackend:
         self._states: tuple[tuple[float, ...], ...] | None = None
         self._torque_limits = np.zeros(len(robot.joint_names))
         self._legs_touch = False
+        self._sole_friction = individual.friction
 
     def reset(self, start: StartState) -> None:
         # A new world: PyBullet keeps contacts and solver caches when bodies are only moved.
@@ -205,10 +206,13 @@ class PyBulletBackend:
 
     def disturb(self, torque_share: FloatArray, friction: float | None) -> None:
         self._limits.weaken(torque_share)
-        coefficient = self._individual.friction if friction is None else friction
+        self._sole_friction = self._individual.friction if friction is None else friction
         for index in self._soles:
             bullet.changeDynamics(
-                self._model, index, lateralFriction=coefficient, physicsClientId=self._client
+                self._model,
+                index,
+                lateralFriction=self._sole_friction,
+                physicsClientId=self._client,
             )
 
     def ball(self) -> BallState | None:
@@ -390,14 +394,15 @@ class PyBulletBackend:
         count = len(self._body.soles[0].points)
         stiffness, damping = contact_of(self._plant, self._individual, count)
         for index in self._links.values():
-            options: dict[str, float] = {}
-            if index in self._soles and not contact.rigid:
-                options["contactStiffness"] = stiffness
-                options["contactDamping"] = damping
+            options: dict[str, float] = {"lateralFriction": self._individual.friction}
+            if index in self._soles:
+                options["lateralFriction"] = self._sole_friction
+                if not contact.rigid:
+                    options["contactStiffness"] = stiffness
+                    options["contactDamping"] = damping
             bullet.changeDynamics(
                 self._model,
                 index,
-                lateralFriction=self._individual.friction,
                 spinningFriction=0.0,
                 rollingFriction=0.0,
                 restitution=0.0,

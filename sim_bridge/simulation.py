@@ -165,6 +165,8 @@ class Simulation:
     def reset(self) -> None:
         """Back to the start state at rest; frames under way are lost, the clock goes on."""
         self._backend.reset(self._start)
+        if self._ball is not None and self.ground:
+            self.put_ball(self._ball.x, self._ball.y)
         self._setpoints.reset(self._start.joint_position - self.individual.joint_zero)
         self._target = self._setpoints.current.copy()
         self._stiffness: float | FloatArray = 1.0
@@ -173,7 +175,7 @@ class Simulation:
         self._sensors.reset()
         self._line.clear()
         self._state = self._backend.observe()
-        self._slip = np.zeros(2)
+        self._slip = np.full(2, math.nan)
         self._record()
 
     def step(self, targets: JointTargets | None) -> None:
@@ -279,7 +281,7 @@ class Simulation:
         """Lay the ball at rest on the floor at x, y [m] in the world."""
         if self._ball is None:
             raise NaoGaitError("ball", (x, y), "a place in a world with a ball")
-        self._backend.put_ball(ball_position(x, y, self._ball.radius))
+        self._backend.put_ball(ball_position(x, y, self._ball.radius, self.ground))
 
     def close(self) -> None:
         """Free the engine."""
@@ -299,10 +301,10 @@ class Simulation:
             )
         if not 0.0 <= targets.stiffness <= 1.0:
             raise NaoGaitError("targets.stiffness", targets.stiffness, "0 to 1")
-        self._target = position
-        self._stiffness = float(targets.stiffness)
+        stiffness: float | FloatArray = float(targets.stiffness)
         if targets.joint_stiffness is not None:
-            self._stiffness = _shares(targets.joint_stiffness, len(position))
+            stiffness = _shares(targets.joint_stiffness, len(position))
+        self._target, self._stiffness = position, stiffness
 
     def _record(self) -> None:
         frame = self._sensors.sample(self._time, self._state)
@@ -330,8 +332,9 @@ def _normal_force(state: TrueState, side: int) -> float:
 
 
 def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
-    """(2,) [m/s]: how fast the point of the sole that carries the load moved over the floor."""
-    slip = [0.0, 0.0]
+    """(2,) [m/s]: how fast the point of the sole that carries the load moved over the floor; NaN of
+    a sole that was not loaded all the time."""
+    slip = [math.nan, math.nan]
     for side in (0, 1):
         _, _, load, along, across, _ = now.sole_wrench[side].tolist()
         if load < LOADED or before.sole_wrench[side][2] < LOADED:

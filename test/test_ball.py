@@ -10,7 +10,7 @@ from nao_lipm_gait.robot_description import load_robot
 from sim_bridge.ball import ROLLING_SLOWDOWN, Ball, shoe
 from sim_bridge.body import Body
 from sim_bridge.individual import draw_individual
-from sim_bridge.plant import load_plant
+from sim_bridge.plant import load_plant, with_options
 from sim_bridge.simulation import Simulation
 
 ROBOT, PLANT = load_robot(), load_plant("reference")
@@ -36,6 +36,25 @@ def test_lies_still_on_the_floor_and_is_put_elsewhere(engine: str) -> None:
         assert state is not None and math.dist(state.position[:2], (0.2, 0.3)) < 1e-3
         with pytest.raises(NaoGaitError, match="ball x: got nan"):
             simulation.put_ball(math.nan, 0.0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_lies_on_uneven_ground_too(engine: str) -> None:
+    options = (("terrain.kind", "hexagons"), ("terrain.height", 0.015))
+    plant = with_options(PLANT, options)
+    with Simulation(ROBOT, plant, robot_seed=1, engine=engine, ball=Ball(0.6, 0.05)) as simulation:
+        for beginning in ("built", "put", "reset"):
+            if beginning == "put":
+                simulation.put_ball(0.7, -0.1)
+            elif beginning == "reset":
+                simulation.reset()
+            heights = []
+            for _ in range(20):
+                simulation.step(None)
+                state = simulation.ball
+                assert state is not None
+                heights.append(state.position[2])
+            assert 0.045 < min(heights) and max(heights) < 0.07, beginning
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -105,3 +124,11 @@ def test_the_shoe_is_as_high_as_the_shell_and_stands_on_the_sole() -> None:
         bottom = sole.rotation.T @ (box.position - sole.position)
         assert bottom[2] - box.size[2] / 2.0 == pytest.approx(0.0, abs=1e-9)
         assert box.size[:2] == sole.plate.size[:2]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_without_gravity_a_ball_floats(engine: str) -> None:
+    plant = with_options(PLANT, (("physics.gravity", 0.0),))
+    with Simulation(ROBOT, plant, robot_seed=1, engine=engine, ball=Ball()) as simulation:
+        simulation.step(None)
+        assert simulation.ball is not None

@@ -1,6 +1,7 @@
 """The compiled gait: records spelled out line by line, and the same walks bit for bit."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -77,6 +78,9 @@ def walked(*folders: Path) -> Seen:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    pytest.importorskip("mypyc")
+    if shutil.which("cc") is None and shutil.which("gcc") is None:
+        pytest.skip("no C compiler")
     folder = tmp_path_factory.mktemp("gait") / "compiled"
     build.compile_gait(folder, lambda text: None, optimise=False)
     return folder
@@ -95,14 +99,23 @@ def test_a_compiled_gait_of_other_sources_is_refused(folder: Path) -> None:
         return run("-m", "gait_lab.cli", "bench", "no_such_suite", folders=(folder,))
 
     assert "no_such_suite" in bench().stderr
-    changed = folder / "nao_lipm_gait" / "planar.py"
-    text = changed.read_text()
+    made_of = folder / compiled.MADE_OF
+    text = made_of.read_text()
     try:
-        changed.write_text(text + "\n# changed\n")
-        refused = bench()
+        made_of.write_text("0" + text[1:])
+        refused = bench(), run("-c", WALKS, folders=(folder,))
     finally:
-        changed.write_text(text)
-    assert refused.returncode == 2 and "compiled gait" in refused.stderr
+        made_of.write_text(text)
+    assert refused[0].returncode == 2 and "compiled gait" in refused[0].stderr
+    assert refused[1].returncode != 0 and "compiled gait" in refused[1].stderr
+
+
+@pytest.mark.xdist_group("compiled")
+def test_what_is_there_is_not_compiled_again(folder: Path) -> None:
+    said: list[str] = []
+    before = (folder / compiled.MADE_OF).stat().st_mtime_ns
+    build.compile_gait(folder, said.append, optimise=False)
+    assert not said and (folder / compiled.MADE_OF).stat().st_mtime_ns == before
 
 
 def test_a_record_becomes_a_class_on_the_same_lines() -> None:
@@ -117,16 +130,31 @@ def test_a_record_becomes_a_class_on_the_same_lines() -> None:
     assert reach.doubled().y == 1.0
 
 
-def test_a_record_that_cannot_be_spelled_out_is_named() -> None:
+@pytest.mark.parametrize(
+    "record",
+    [
+        "\nclass Arm(NamedTuple):\n    x: float\n",
+        "x = 1\nclass Arm(NamedTuple):\n    'An arm.'\n    x: float\n",
+        "\nclass Arm(NamedTuple):\n    'An arm.'\n    x: float = max(\n    1.0, 2.0)\n",
+        "\nclass Arm(\n    NamedTuple\n):\n    'An arm.'\n    x: float\n",
+    ],
+)
+def test_a_record_that_cannot_be_spelled_out_is_named(record: str) -> None:
     with pytest.raises(NaoGaitError, match="arms.py: record Arm"):
-        spelled_out("\nclass Arm(NamedTuple):\n    x: float\n", "arms.py")
+        spelled_out(record, "arms.py")
 
 
-def test_a_folder_of_somebody_else_is_not_emptied(tmp_path: Path) -> None:
-    (tmp_path / "letters").mkdir()
+@pytest.mark.parametrize("name", ["letters", "nao_lipm_gait"])
+def test_a_folder_of_somebody_else_is_not_emptied(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).mkdir()
     with pytest.raises(NaoGaitError, match="folder"):
         build.compile_gait(tmp_path, lambda text: None)
-    assert (tmp_path / "letters").is_dir()
+    assert (tmp_path / name).is_dir()
+    file = tmp_path / "file"
+    file.write_text("mine")
+    with pytest.raises(NaoGaitError, match="folder"):
+        build.compile_gait(file, lambda text: None)
+    assert file.read_text() == "mine"
 
 
 def test_what_the_compiler_says_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

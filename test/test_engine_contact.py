@@ -91,6 +91,21 @@ def test_feet_slide_when_the_force_passes_friction_times_weight(
         assert ratio == pytest.approx(friction, rel=0.01)
 
 
+def test_a_slippery_floor_stays_so_over_a_reset(
+    engine: str, robot: RobotDescription, reference: Plant
+) -> None:
+    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
+        simulation.set_friction(0.05)
+        before, *_ = slide(simulation, 6.0)
+        simulation.reset()
+        after, *_ = slide(simulation, 6.0)
+        assert before > 0.05 and after == pytest.approx(before, rel=0.1)
+        simulation.set_friction(None)
+        simulation.reset()
+        way, *_ = slide(simulation, 6.0)
+        assert way < 0.01
+
+
 @pytest.mark.parametrize("self_collision", [True, False])
 def test_legs_meet_only_with_self_collision(
     engine: str, robot: RobotDescription, reference: Plant, self_collision: bool

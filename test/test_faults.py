@@ -11,6 +11,7 @@ import pytest
 
 from gait_lab.bench import running
 from gait_lab.bench.suites.faults import classes_of
+from gait_lab.faults.body import motor_of
 from gait_lab.faults.campaign import STOPPED, VIOLATED, WALKS, FaultRun, run_fault
 from gait_lab.faults.classes import CLASSES
 from gait_lab.faults.fault import Fault, Late, LateCommand
@@ -322,3 +323,11 @@ def test_the_entry_refuses_to_start_without_an_imu() -> None:
         asked.run(100)
         entry: GaitEntry = asked.gaits[0].entry
         assert entry.last_status is None and entry.rejected["joint_states"] > 0
+
+
+@pytest.mark.parametrize("name", ("nao_h21_v33", "bruno"))
+def test_a_motor_that_fails_is_one_that_there_is(name: str) -> None:
+    robot = load_robot(name)
+    failing = {motor_of(robot, number) for number in range(12)}
+    assert not failing & {follower for _, follower in robot.coupled_joints}
+    assert len(failing) == 12 - len(robot.coupled_joints)

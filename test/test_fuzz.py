@@ -65,7 +65,7 @@ def test_the_robot_takes_only_what_it_can_do(
 ) -> None:
     ear = CommandInput(ROBOT)
     try:
-        targets, _ = ear.read(stamp, names, position, effort)
+        targets, _ = ear.read("gait", 0.0, stamp, names, position, effort)
     except NaoGaitError as error:
         assert error.field and error.allowed
         return

@@ -1,5 +1,6 @@
 """What the entry reports: deadlines, other senders, old commands. Plain data, no ROS."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -223,24 +224,42 @@ def test_soles_that_carry_nothing_for_a_while_tell_a_fall() -> None:
     assert not loads.carry_nothing(2_000 * MS), "old loads say nothing"
 
 
+def obeyed(
+    ear: CommandInput, sender: str, now: float, stamp: int = 1, angle: float = 0.0
+) -> bool:
+    """Whether the robot takes a command of this sender; of a head that shall look to `angle`."""
+    ear.admit(sender, now)
+    return ear.read(sender, now, stamp, ["HeadYaw"], [angle], [])[0] is not None
+
+
 def test_the_robot_obeys_one_gait_until_it_is_silent() -> None:
     ear = CommandInput(ROBOT)
-    ear.admit("first", 0.0)
+    obeyed(ear, "first", 0.0)
     for now in (0.05, 0.1, 0.15):
         with pytest.raises(NaoGaitError, match="frame_id: got 'second'.*obeys 'first'"):
-            ear.admit("second", now)
-        ear.admit("first", now)
-    ear.admit("second", 0.16 + TAKE_OVER)
+            obeyed(ear, "second", now)
+        obeyed(ear, "first", now)
+    obeyed(ear, "second", 0.16 + TAKE_OVER)
     with pytest.raises(NaoGaitError, match="obeys 'second'"):
-        ear.admit("first", 0.4)
+        obeyed(ear, "first", 0.4)
+
+
+def test_who_sends_nothing_but_nonsense_does_not_command() -> None:
+    ear = CommandInput(ROBOT)
+    for now in (0.0, 0.05, 0.1):
+        with pytest.raises(NaoGaitError, match="position"):
+            obeyed(ear, "garbage", now, angle=math.nan)
+    assert obeyed(ear, "gait", 0.11)
+    with pytest.raises(NaoGaitError, match="obeys 'gait'"):
+        obeyed(ear, "garbage", 0.12)
 
 
 def test_answers_to_what_was_before_a_reset_do_not_count() -> None:
     ear = CommandInput(ROBOT)
-    effort = [1.0] * len(NAMES)
     ear.reset(500 * MS)
-    assert ear.read(490 * MS, NAMES, ROBOT.stand_pose.tolist(), effort)[0] is None
-    assert ear.read(510 * MS, NAMES, ROBOT.stand_pose.tolist(), effort)[0] is not None
+    assert not obeyed(ear, "gait", 0.0, 490 * MS)
+    assert not obeyed(ear, "gait", 0.0, 500 * MS), "without a delay, of the old world too"
+    assert obeyed(ear, "gait", 0.0, 510 * MS)
 
 
 def test_a_warm_up_walks_and_leaves_nothing_behind() -> None:

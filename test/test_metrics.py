@@ -249,3 +249,50 @@ def test_support_changes_are_counted_in_the_window() -> None:
     support = np.where(np.arange(1000) // 25 % 2, LEFT, metrics.RIGHT)
     assert measure(walk(support=support), 1.0, 2.0).support_changes == 3
     assert measure(walk(), 1.0, 2.0).support_changes == 0
+
+
+OUTLINE = ((0.08, -0.04), (0.08, 0.05), (-0.07, 0.05), (-0.07, -0.04))
+"""Of a left sole: 40 mm inwards of its ankle."""
+
+
+@pytest.mark.parametrize(
+    ("right", "yaw", "touches"),
+    [
+        ((0.0, -0.031, 0.0), 0.0, False),  # left at y = 50 mm: 81 mm apart, which is 80 mm wide
+        ((0.0, -0.029, 0.0), 0.0, True),
+        ((0.16, -0.029, 0.0), 0.0, False),  # one ahead of the other
+        ((0.0, -0.029, 0.05), 0.0, False),  # swings over the other's shoe
+        ((0.0, -0.031, 0.0), 0.3, True),  # the toes meet
+    ],
+)  # fmt: skip
+def test_soles_that_overlap_are_a_contact(
+    right: tuple[float, float, float], yaw: float, touches: bool
+) -> None:
+    position = np.tile(((0.0, 0.05, 0.0), right), (1000, 1, 1))
+    turned = np.zeros((1000, 2))
+    turned[:, 1] = yaw
+    heading = 1.1  # the same, wherever the robot looks
+    cos, sin = math.cos(heading), math.sin(heading)
+    position[..., :2] = position[..., :2] @ np.array(((cos, sin), (-sin, cos)))
+    trace = walk(sole_position=position, sole_yaw=turned + heading)
+    assert measure(trace, 2.0, 10.0, OUTLINE).contact_ticks == (800 if touches else 0)
+    assert measure(trace, 2.0, 10.0).contact_ticks == 0
+
+
+def test_a_sole_that_has_just_landed_has_no_slip() -> None:
+    slip = np.full((1000, 2), 0.02)
+    slip[::10] = math.nan
+    assert measure(walk(sole_slip=slip), 0.0, 10.0).slip_speed == pytest.approx(0.02)
+
+
+def test_the_lead_is_that_of_the_alarm_in_whose_course_the_robot_falls() -> None:
+    roll, alarm = np.zeros(1000), np.zeros(1000, dtype=bool)
+    roll[600:] = math.radians(46)
+    alarm[100:200] = alarm[580:] = True
+    posture = quaternion(roll=roll)
+    result = measure(walk(torso_quaternion=posture, alarm=alarm), 0.0, 10.0)
+    assert result.fall_lead == pytest.approx(0.2)
+    alarm[580:] = False
+    result = measure(walk(torso_quaternion=posture, alarm=alarm), 0.0, 10.0)
+    assert result.fall_lead == 0.0 and not result.false_alarm
+    assert measure(walk(alarm=alarm), 0.0, 10.0).false_alarm

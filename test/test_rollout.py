@@ -29,8 +29,15 @@ from gait_lab.rollout import (
 from gait_lab.rollout import walk as walk_on
 from gait_lab.tasks import Task, find_task, walk
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
+from nao_lipm_gait.signals import (
+    STANDSTILL,
+    GaitStatus,
+    JointTargets,
+    SensorFrame,
+    VelocityCommand,
+)
 
 SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=4.0, end=5.0)
 
@@ -105,6 +112,39 @@ def test_answers_ahead_of_time_change_nothing(delay: float) -> None:
     one_by_one, in_a_row = walked(False), walked(True)
     assert len(one_by_one) > 400 and one_by_one.com_estimated_in_q[-1].any()
     assert same(one_by_one, in_a_row)
+
+
+class Faltering:
+    """A gait that breaks down at its second frame."""
+
+    def __init__(self, gait: Gait, calls: list[str]) -> None:
+        self._gait = gait
+        self._calls = calls
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        self._calls.append("gait")
+        if self._calls.count("gait") == 2:
+            raise RuntimeError("broken down")
+        return self._gait.step(frame, command)
+
+    @property
+    def status(self) -> GaitStatus:
+        return self._gait.status
+
+
+def test_answers_come_in_a_row_and_what_is_raised_in_its_period() -> None:
+    simulation, gait = make_pair(RolloutSpec(find_task("forward")))
+    calls: list[str] = []
+    try:
+        command_at, walker = find_task("forward").command_at, Faltering(gait, calls)
+        ticks = walk_on(simulation, walker, command_at, ahead=True)
+        with pytest.raises(RuntimeError, match="broken down"):
+            for _ in ticks:
+                calls.append("tick")
+    finally:
+        simulation.close()
+    # at rest; then all that is known: nothing for three periods, the first frame, and the second
+    assert calls == ["tick", "gait", "gait", "tick", "tick", "tick", "tick"]
 
 
 def _square(value: int) -> int:

@@ -11,7 +11,7 @@ import pytest
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot_description import RobotDescription
 from sim_bridge.individual import NOMINAL
-from sim_bridge.plant import Plant
+from sim_bridge.plant import Plant, load_plant
 from sim_bridge.simulation import Simulation
 from simulation_runs import targets, with_physics
 
@@ -164,3 +164,15 @@ def test_targets_stay_the_caller_s(robot: RobotDescription, ideal: Plant) -> Non
             simulation.step(None)
         yaw = simulation.truth().joint_position[robot.index("HeadYaw")]
         assert yaw == pytest.approx(robot.upper[robot.index("HeadYaw")], abs=2e-3)
+
+
+def test_unstable_physics_is_told(robot: RobotDescription) -> None:
+    pytest.importorskip("mujoco")
+    with Simulation(robot, load_plant("reference"), 0, engine="mujoco") as simulation:
+        simulation.push(np.array((1e8, 0.0, 0.0)), 0.1)
+        with pytest.raises(NaoGaitError, match="physics"):
+            for _ in range(20):
+                simulation.step(None)
+        simulation.reset()
+        simulation.step(None)
+        assert abs(simulation.truth().torso_position[0]) < 0.01

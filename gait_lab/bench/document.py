@@ -61,8 +61,8 @@ except for what the machine has its part in: the times of compute and realtime, 
 
 
 _COMPILED = """\
-The gait was compiled, which changes times and nothing else: `nao_gait compile`, and then
-`PYTHONPATH=build/compiled` before a command.
+The gait was compiled, which changes times, a little memory, and nothing else: `nao_gait compile`,
+and then `PYTHONPATH=build/compiled` before a command.
 """
 
 

@@ -11,6 +11,7 @@ from gait_lab.bench.catalogue import EVERY_SUITE, SUITES, runs
 from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
 from gait_lab.bench.settings import overridden
+from gait_lab.compiled import is_compiled
 from gait_lab.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for
@@ -46,6 +47,8 @@ def run(
     for file, name in ((json_file, "json"), (page, "report")):
         if file is not None:
             _check_writable(file, name)
+    if is_compiled():
+        out("with the compiled gait\n")
     rows: list[dict[str, Any]] = []
     sections: list[Section] = []
     for each in planned:

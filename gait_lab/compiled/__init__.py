@@ -1,5 +1,7 @@
 """The gait as machine code: the same source through mypyc, bit for bit the same walk."""
 
+import hashlib
+from functools import cache
 from pathlib import Path
 
 import gait_lab
@@ -8,6 +10,8 @@ from nao_lipm_gait.errors import NaoGaitError
 
 SOURCE = Path(gait_lab.__file__).resolve().parents[1] / "nao_lipm_gait"
 """The package that lies beside this one: what is compiled."""
+MADE_OF = "made_of.txt"
+"""In a folder with a compiled gait: what it was made of; it begins with the hash of the source."""
 
 
 def is_compiled() -> bool:
@@ -17,16 +21,21 @@ def is_compiled() -> bool:
     return not nao_lipm_gait.gait.__file__.endswith(".py")
 
 
+@cache
 def check_fresh() -> None:
     """NaoGaitError if this process walks with a gait that was compiled from other sources."""
-    used = Path(nao_lipm_gait.__file__).resolve().parent
-    if used == SOURCE or not any(used.glob("*.so")):
-        return
-    if _sources(used) != _sources(SOURCE):
+    folder = Path(nao_lipm_gait.__file__).resolve().parents[1]
+    made_of = folder / MADE_OF
+    if made_of.is_file() and made_of.read_text(encoding="utf-8").split()[0] != sources(SOURCE):
         raise NaoGaitError(
-            "compiled gait", str(used.parent), f"one of {SOURCE} as it is now: nao_gait compile"
+            "compiled gait", str(folder), f"one of {SOURCE} as it is now: nao_gait compile"
         )
 
 
-def _sources(package: Path) -> dict[Path, bytes]:
-    return {path.relative_to(package): path.read_bytes() for path in package.rglob("*.py")}
+def sources(package: Path) -> str:
+    """A hash of all modules of a package."""
+    whole = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        whole.update(f"{path.relative_to(package)} {path.stat().st_size}\n".encode())
+        whole.update(path.read_bytes())
+    return whole.hexdigest()

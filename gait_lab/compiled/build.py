@@ -4,6 +4,8 @@
     build/compiled/config, urdf, ...   links to the shared files, which the package looks for there
 """
 
+import hashlib
+import platform
 import shutil
 import subprocess
 import sys
@@ -11,7 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from gait_lab.compiled import SOURCE
+from gait_lab.compiled import MADE_OF, SOURCE, sources
 from gait_lab.compiled.records import spelled_out
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
@@ -24,12 +26,21 @@ LINES_SHOWN = 15
 
 
 def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = True) -> None:
-    """Compile the gait into `folder`, which is made anew; optimise: else it is sooner ready.
+    """Compile the gait into `folder`, unless it is there; without `optimise` it is sooner ready.
 
-    NaoGaitError, with what the compiler says, where it cannot be compiled.
+    NaoGaitError, with what the compiler says, where it cannot be compiled; an earlier gait in the
+    folder, which is of other sources, is then gone.
     """
-    if folder.exists() and not (folder / SOURCE.name).is_dir() and any(folder.iterdir()):
-        raise NaoGaitError("folder", str(folder), "one that is new, empty or of an earlier run")
+    folder = folder.resolve()
+    made_of = f"{sources(SOURCE)} {_compiler()} {optimise}\n"
+    if folder.is_dir() and any(folder.iterdir()):
+        if not (folder / MADE_OF).is_file():
+            raise NaoGaitError("folder", str(folder), "one that is new, empty or of an earlier run")
+        if (folder / MADE_OF).read_text(encoding="utf-8") == made_of:
+            return
+        shutil.rmtree(folder)
+    elif folder.exists() and not folder.is_dir():
+        raise NaoGaitError("folder", str(folder), "no file")
     modules = sorted(path.relative_to(SOURCE.parent) for path in _of_the_tick())
     say(f"compiling {len(modules)} modules of the gait (about a minute) ...")
     with tempfile.TemporaryDirectory(prefix="nao_gait_") as temporary:
@@ -41,11 +52,22 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
         _run_mypyc(source, library, Path(temporary, "objects"), "3" if optimise else "0", modules)
         for name in SHARED:
             (library / name).symlink_to(share(name).resolve())
+        _write(library / MADE_OF, made_of)
         if folder.exists():
-            shutil.rmtree(folder)
+            folder.rmdir()
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(library, folder)
-    say(f"{folder}: before a command, PYTHONPATH={folder.resolve()} makes it walk with this gait")
+    say(f"before a command, PYTHONPATH={folder}:$PYTHONPATH makes it walk with this gait")
+
+
+def _compiler() -> str:
+    """What else than the source the machine code depends on."""
+    try:
+        from mypy.version import __version__ as mypy
+    except ModuleNotFoundError:
+        mypy = "none"  # which the compilation will say
+    code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    return f"{hashlib.sha256(code).hexdigest()} {mypy} {platform.python_version()}"
 
 
 def _of_the_tick() -> Iterator[Path]:

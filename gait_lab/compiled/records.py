@@ -23,12 +23,15 @@ _RECORD = "NamedTuple"
 def spelled_out(source: str, name: str = "source") -> str:
     """A module's source with its records as classes; name: of the module, for errors."""
     lines = source.split("\n")
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.ClassDef) and _is_record(node):
-            _spell_out(node, lines, name)
-    return "\n".join(lines).replace(
-        f"from typing import {_RECORD}", f"from typing import final, {_RECORD}"
-    )
+    nodes = list(ast.walk(ast.parse(source)))
+    records = [each for each in nodes if isinstance(each, ast.ClassDef) and _is_record(each)]
+    for record in records:
+        _spell_out(record, lines, name)
+    if records:
+        imports = [each for each in nodes if isinstance(each, ast.ImportFrom)]
+        row = next(each.lineno for each in imports if each.module == "typing") - 1
+        lines[row] = lines[row].replace("import ", "import final, ", 1)
+    return "\n".join(lines)
 
 
 def _is_record(node: ast.ClassDef) -> bool:
@@ -37,12 +40,14 @@ def _is_record(node: ast.ClassDef) -> bool:
 
 def _spell_out(node: ast.ClassDef, lines: list[str], name: str) -> None:
     docstring, above = node.body[0], node.lineno - 2
-    if ast.get_docstring(node) is None or lines[above].strip():
-        allowed = "a class with a blank line above it and a docstring"
+    fields = [each for each in node.body if isinstance(each, ast.AnnAssign)]
+    one_line = f"class {node.name}({_RECORD}):" == lines[above + 1].strip()
+    one_line = one_line and all(each.lineno == each.end_lineno for each in fields)
+    if not one_line or ast.get_docstring(node) is None or lines[above].strip():
+        allowed = "a class with a blank line above it, a docstring, and each field in one line"
         raise NaoGaitError(f"{name}: record {node.name}", "something else", allowed)
     lines[above] = "@final"
     lines[above + 1] = f"class {node.name}:"
-    fields = [each for each in node.body if isinstance(each, ast.AnnAssign)]
     for row in range(docstring.lineno - 1, docstring.end_lineno or docstring.lineno):
         lines[row] = ""
     lines[docstring.lineno - 1] = " " * docstring.col_offset + _init(fields)
@@ -50,7 +55,8 @@ def _spell_out(node: ast.ClassDef, lines: list[str], name: str) -> None:
         if field.value is not None:
             # A default belongs to the argument; the class would set it once more.
             row = field.lineno - 1
-            lines[row] = lines[row][: field.annotation.end_col_offset]
+            kept = lines[row].encode()[: field.annotation.end_col_offset]  # ast counts bytes
+            lines[row] = kept.decode()
 
 
 def _init(fields: list[ast.AnnAssign]) -> str:

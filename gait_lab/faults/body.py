@@ -4,7 +4,16 @@ import numpy as np
 
 from gait_lab.faults.fault import Fault, Spell
 from gait_lab.faults.stage import Stage
+from nao_lipm_gait.robot_description import RobotDescription
 from sim_bridge.vectors import rotation_matrix
+
+
+def motor_of(robot: RobotDescription, number: int) -> str:
+    """A joint of the legs with a motor: of two that share one only the leader."""
+    followers = {follower for _, follower in robot.coupled_joints}
+    legs = (*robot.left_leg.names, *robot.right_leg.names)
+    driven = [name for name in legs if name not in followers]
+    return driven[number % len(driven)]
 
 
 class WeakMotor(Fault):
@@ -23,8 +32,7 @@ class WeakMotor(Fault):
     def act(self, stage: Stage) -> None:
         if self.now(stage) and not self._done:
             self._done = True
-            legs = (*stage.robot.left_leg.names, *stage.robot.right_leg.names)
-            stage.simulation.weaken(legs[self._leg_joint % len(legs)], self._share)
+            stage.simulation.weaken(motor_of(stage.robot, self._leg_joint), self._share)
 
 
 class LimpMotor(WeakMotor):

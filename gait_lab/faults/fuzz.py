@@ -161,8 +161,9 @@ class Fuzzer:
         effort = [1.0] * len(names)
         if self._chance(BAD_SHARE):
             names, position, effort = self._spoilt_lists(names, position, effort)
-        self._quietly(lambda: self._ear.admit(self._pick(NAMES), self._now))
-        self._quietly(lambda: self._ear.read(self._stamp, names, position, effort))
+        sender, now = self._pick(NAMES), self._now
+        self._quietly(lambda: self._ear.admit(sender, now))
+        self._quietly(lambda: self._ear.read(sender, now, self._stamp, names, position, effort))
         force = [self._number(1.0) for _ in range(3)]
         self._quietly(lambda: read_push(force, (0.0, 0.0, 0.0), self._pick(("", "world", "x"))))
 

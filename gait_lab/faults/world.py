@@ -97,8 +97,10 @@ class World(Stage):
         each = targets.joint_stiffness
         effort = [targets.stiffness] * len(self._names) if each is None else each.tolist()
         try:
-            self._ear.admit(command.sender, self.seconds())
-            read, _ = self._ear.read(targets.stamp, self._names, targets.position.tolist(), effort)
+            sender, now = command.sender, self.seconds()
+            self._ear.admit(sender, now)
+            position = targets.position.tolist()
+            read, _ = self._ear.read(sender, now, targets.stamp, self._names, position, effort)
         except NaoGaitError:
             return  # the bridge warns and goes on
         if read is not None:

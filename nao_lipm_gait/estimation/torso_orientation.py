@@ -8,6 +8,7 @@ counts as the mean of what it has said so far, because the first sample may be a
 
 from math import acos, asin, atan2, sqrt
 
+from nao_lipm_gait.points import dot
 from nao_lipm_gait.signals import GRAVITY, Point3
 
 UPRIGHT: Point3 = (0.0, 0.0, 1.0)
@@ -52,7 +53,7 @@ class TorsoOrientation:
     def reset(self, specific_force: Point3) -> None:
         """Start from the accelerometer alone, as at rest; upright if it says nothing."""
         self._age = 0.0
-        length = sqrt(sum(value * value for value in specific_force))
+        length = sqrt(dot(specific_force, specific_force))
         self._up = _scaled(specific_force, 1.0 / length) if length > 1.0 else UPRIGHT
 
     def reset_upright(self) -> None:

@@ -63,7 +63,6 @@ class BodyPlacement:
         self._body = body
         self._legs = legs
         self._position = np.array(robot.stand_pose, dtype=float)
-        self._joints = numbers(self._position)
         self._left_leg = leg_columns(robot, robot.left_leg)
         self._right_leg = leg_columns(robot, robot.right_leg)
         self._left_shoulder, self._right_shoulder = map(robot.index, robot.shoulder_pitch)
@@ -92,8 +91,9 @@ class BodyPlacement:
             targets.right_sole.y - targets.left_sole.y,
             -mean_yaw,
         )
-        self._joints[self._left_shoulder] = self._left_hang - arm_swing * ahead
-        self._joints[self._right_shoulder] = self._right_hang + arm_swing * ahead
+        joints = numbers(self._position)
+        joints[self._left_shoulder] = self._left_hang - arm_swing * ahead
+        joints[self._right_shoulder] = self._right_hang + arm_swing * ahead
         solution: LegSolution
         last, before, first = self._com_in_torso
         cx = _continued(last[0], before[0], first[0])
@@ -113,8 +113,8 @@ class BodyPlacement:
                 _in_torso(rows, torso, targets.right_sole, right_axes),
                 again=attempt > 0,
             )
-            self._put(self._left_leg, solution.left)
-            self._put(self._right_leg, solution.right)
+            _put(joints, self._left_leg, solution.left)
+            _put(joints, self._right_leg, solution.right)
             self._body.set_joints(self._position)
             x, y, z = self._body.com_in_torso()
             off_x, off_y, off_z = x - cx, y - cy, z - cz
@@ -129,14 +129,14 @@ class BodyPlacement:
         self._torso_yaw = (torso_yaw, last_yaw, yaw_before)
         return PlacedBody(self._position.copy(), solution.reach_error)
 
-    def _put(self, columns: LegColumns, leg: LegAngles) -> None:
-        joints = self._joints
-        joints[columns.hip_yaw] = leg.hip_yaw
-        joints[columns.hip_roll] = leg.hip_roll
-        joints[columns.hip_pitch] = leg.hip_pitch
-        joints[columns.knee_pitch] = leg.knee_pitch
-        joints[columns.ankle_pitch] = leg.ankle_pitch
-        joints[columns.ankle_roll] = leg.ankle_roll
+
+def _put(joints: "memoryview[float]", columns: LegColumns, leg: LegAngles) -> None:
+    joints[columns.hip_yaw] = leg.hip_yaw
+    joints[columns.hip_roll] = leg.hip_roll
+    joints[columns.hip_pitch] = leg.hip_pitch
+    joints[columns.knee_pitch] = leg.knee_pitch
+    joints[columns.ankle_pitch] = leg.ankle_pitch
+    joints[columns.ankle_roll] = leg.ankle_roll
 
 
 def _continued(last: float, before: float, first: float) -> float:

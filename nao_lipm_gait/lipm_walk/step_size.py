@@ -98,7 +98,8 @@ def opening_share(side: float, parameters: GaitParameters) -> float:
 
 def passing_speed(stride: Stride, parameters: GaitParameters) -> float:
     """v0 / k [m] of the steady walk with this stride: its CoM's speed where it passes an origin."""
-    leads = sum(exchange_leads(abs(stride.y), parameters))
+    opening, closing = exchange_leads(abs(stride.y), parameters)
+    leads = opening + closing
     return stride.x / leads if leads > 0.0 else 0.0
 
 
