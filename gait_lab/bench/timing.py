@@ -1,4 +1,4 @@
-"""One walk, timed by its parts, and twice more as every suite walks it: once whole, once by ticks.
+"""One walk, timed by its parts, and twice more by itself: once whole, once tick by tick.
 
 For the parts it goes three times side by side: the whole rollout, its simulation alone, its physics
 steps alone. Clocks and the other two, which take the caches, make it slower than it is by itself.
