@@ -142,19 +142,19 @@ class GaitParameters:
     )
     # -- step sizes --------------------------------------------------------------------------------
     step_forward_max: float = _parameter(
-        0.09, 0.0, 0.2, "m", "step", "largest step size forward"
+        0.105, 0.0, 0.2, "m", "step", "largest step size forward"
     )
     step_backward_max: float = _parameter(
         0.085, 0.0, 0.2, "m", "step", "largest step size backward"
     )
     step_side_max: float = _parameter(
-        0.1, 0.0, 0.2, "m", "step", "largest sum of the side steps of both feet (one double step)"
+        0.14, 0.0, 0.2, "m", "step", "largest sum of the side steps of both feet (one double step)"
     )
     step_turn_max: float = _parameter(
-        0.9, 0.0, 1.5, "rad", "step", "largest turn of both feet together (one double step)"
+        1.0, 0.0, 1.5, "rad", "step", "largest turn of both feet together (one double step)"
     )
     step_limit_norm: float = _parameter(
-        1.15, 1.0, 4.0, "", "step",
+        1.0, 1.0, 4.0, "", "step",
         "how limits add up where directions mix: 2 = an ellipsoid, 1 = the shares' plain sum",
     )
     step_side_share: float = _parameter(
@@ -175,7 +175,7 @@ class GaitParameters:
         0.2, 0.01, 1.5, "rad", "step", "largest change of the turn from step to step"
     )
     step_stretch_max: float = _parameter(
-        0.08, 0.0, 0.2, "m", "step", "how far feedback may lengthen a step beyond its limits in x"
+        0.065, 0.0, 0.2, "m", "step", "how far feedback may lengthen a step beyond its limits in x"
     )
     step_travel_max: float = _parameter(
         0.21, 0.05, 0.4, "m", "step", "longest way of a swing foot in x: this step and the last one"
