@@ -56,7 +56,7 @@ def test_report_and_benchmark_agree(written: WrittenWalk, analysis: Analysis) ->
 
 def test_the_table_shows_the_numbers_of_its_stretch(analysis: Analysis) -> None:
     (stretch,) = (s for s in analysis.stretches if s.name == "forward")
-    assert stretch.command is not None and stretch.command.x == 0.40
+    assert stretch.command is not None and stretch.command.x == SPEC.task.asked
     assert analysis.trace is not None
     # By their words, because NaN is not NaN.
     assert str(stretch.metrics) == str(measure(analysis.trace, stretch.start, stretch.end))

@@ -24,16 +24,16 @@ def test_commands_never_jump(task: Task) -> None:
     for tick in range(round(task.end / period)):
         before, after = task.command_at(tick * period), task.command_at((tick + 1) * period)
         step = max(step, abs(after.x - before.x), abs(after.y - before.y))
-    assert step <= 0.4 / 3.0 * period + 1e-9
+    assert step <= TASKS["forward"].asked / tasks.RAMP_TIME * period + 1e-9
 
 
 def test_the_four_speeds() -> None:
     asked = {name: TASKS[name].command for name in tasks.SPEED_TASKS}
     assert asked == {
-        "forward": VelocityCommand(x=0.40),
+        "forward": VelocityCommand(x=0.42),
         "back": VelocityCommand(x=-0.36),
-        "side": VelocityCommand(y=0.20),
-        "turn": VelocityCommand(yaw=math.radians(100)),
+        "side": VelocityCommand(y=0.22),
+        "turn": VelocityCommand(yaw=math.radians(110)),
     }
 
 
