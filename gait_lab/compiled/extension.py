@@ -7,6 +7,9 @@ import os
 import sys
 
 from mypyc.build import mypycify
+from mypyc.ir.ops import ERR_NEVER
+from mypyc.ir.rtypes import float_rprimitive
+from mypyc.primitives.registry import function_op
 from setuptools import setup
 
 MYPY = ("--config-file=", "--ignore-missing-imports", "--check-untyped-defs")
@@ -14,7 +17,24 @@ MYPY = ("--config-file=", "--ignore-missing-imports", "--check-untyped-defs")
 SAME_BITS = "-ffp-contract=off"
 
 
+# Of the functions of math mypyc knows sin, cos, sqrt and the like, and calls the others as Python
+# does. These three are C's own too; what they are given is finite and inside their domain.
+ALSO_OF_C = {"acos": 1, "asin": 1, "atan2": 2}
+
+
+def know_more_of_math() -> None:
+    for name, count in ALSO_OF_C.items():
+        function_op(
+            name=f"math.{name}",
+            arg_types=[float_rprimitive] * count,
+            return_type=float_rprimitive,
+            c_function_name=name,
+            error_kind=ERR_NEVER,
+        )
+
+
 def main(library: str, temporary: str, level: str, *modules: str) -> None:
+    know_more_of_math()
     extensions = mypycify([*MYPY, *modules], opt_level=level, debug_level="0")
     for extension in extensions:
         extension.extra_compile_args.append(SAME_BITS)
