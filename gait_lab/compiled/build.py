@@ -57,7 +57,8 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
             folder.rmdir()
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(library, folder)
-    say(f"before a command, PYTHONPATH={folder}:$PYTHONPATH makes it walk with this gait")
+    path = f"{folder}${{PYTHONPATH:+:$PYTHONPATH}}"
+    say(f"before a command, PYTHONPATH={path} makes it walk with this gait")
 
 
 def _compiler() -> str:
