@@ -69,8 +69,8 @@ class GroundTruth(NamedTuple):
     sole_force: FloatArray
     """(2,) [N] normal force on the left and the right sole."""
     sole_slip: FloatArray
-    """(2,) [m/s] mean sliding speed of the centre of pressure over the last control period; 0 for a
-    sole that was not loaded all the time."""
+    """(2,) [m/s] mean sliding speed of the centre of pressure over the last control period; NaN
+    of a sole that was not loaded all the time."""
     legs_touch: bool
     """The legs touched each other during the last control period."""
     joint_position: FloatArray

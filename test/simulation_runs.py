@@ -53,7 +53,8 @@ def flat(truth: GroundTruth) -> FloatArray:
     return np.concatenate(
         [
             truth.torso_position, truth.torso_quaternion, truth.torso_linear_velocity_in_torso,
-            truth.torso_angular_velocity_in_torso, truth.com, truth.sole_force, truth.sole_slip,
+            truth.torso_angular_velocity_in_torso, truth.com, truth.sole_force,
+            np.nan_to_num(truth.sole_slip, nan=-1.0),
             truth.joint_position, truth.joint_torque, [truth.torque_saturated, truth.legs_touch],
             *(sole.position for sole in truth.soles),
             *(sole.rotation.ravel() for sole in truth.soles),

@@ -57,8 +57,8 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
             folder.rmdir()
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(library, folder)
-    path = f"{folder}${{PYTHONPATH:+:$PYTHONPATH}}"
-    say(f"before a command, PYTHONPATH={path} makes it walk with this gait")
+    first = f"{folder}${{PYTHONPATH:+:$PYTHONPATH}}"
+    say(f"before a command, PYTHONPATH={first} makes it walk with this gait")
 
 
 def _compiler() -> str:
