@@ -18,4 +18,5 @@ def numbers(array: FloatArray) -> "memoryview[float]":
 
 
 def dot(a: Point3, b: Point3) -> float:
+    """Inner product of two vectors of one frame."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -54,8 +54,9 @@ class TiltCompensation:
             right = _turned(right, turns[-1])
         x, y, z = targets.com_in_q
         com = x - z * (p.tilt_com_gain * pitch), y + z * (p.tilt_com_gain * roll), z
-        roll, pitch = targets.torso_roll, targets.torso_pitch
-        return BodyTargets(com, left, right, roll, pitch, targets.q_in_odom)
+        return BodyTargets(
+            com, left, right, targets.torso_roll, targets.torso_pitch, targets.q_in_odom
+        )
 
 
 def _beyond(angle: float, deadband: float) -> float:

@@ -23,6 +23,7 @@ ALSO_OF_C = {"acos": 1, "asin": 1, "atan2": 2}
 
 
 def know_more_of_math() -> None:
+    """Register what mypyc then calls without a detour."""
     for name, count in ALSO_OF_C.items():
         function_op(
             name=f"math.{name}",
@@ -34,6 +35,7 @@ def know_more_of_math() -> None:
 
 
 def main(library: str, temporary: str, level: str, *modules: str) -> None:
+    """Machine code of the modules into `library`, by way of `temporary`; level: of optimisation."""
     know_more_of_math()
     extensions = mypycify([*MYPY, *modules], opt_level=level, debug_level="0")
     for extension in extensions:

@@ -63,7 +63,6 @@ class Proprioception:
         self._p = p
         self._period = self._passed = period
         self._soles: tuple[SolePose, SolePose] | None = None
-        self._has_rate = False
         self._fall = FallDetector()
         self._tipping = Tipping()
         self._lying = LyingDetector()
@@ -143,8 +142,7 @@ class Proprioception:
     def _rate_since_last(self, rate: Point3) -> Point3:
         """The gyro's rate [rad/s]; where frames were lost, the mean of before and after."""
         last, self.angular_velocity = self.angular_velocity, rate
-        first, self._has_rate = not self._has_rate, True
-        if first or self._passed <= self._period:
+        if self._passed <= self._period:  # as for the first frame, before which none is lost
             return rate
         return 0.5 * (last[0] + rate[0]), 0.5 * (last[1] + rate[1]), 0.5 * (last[2] + rate[2])
 

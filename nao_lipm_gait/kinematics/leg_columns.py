@@ -17,6 +17,7 @@ class LegColumns(NamedTuple):
 
 
 def leg_columns(robot: RobotDescription, leg: LegJoints) -> LegColumns:
+    """Those of one leg of this robot."""
     return LegColumns(
         robot.index(leg.hip_yaw),
         robot.index(leg.hip_roll),
