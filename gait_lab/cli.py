@@ -4,7 +4,18 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from gait_lab.commands import bench, compile, demo, record, report, teach, teleop, tune, view
+from gait_lab.commands import (
+    bench,
+    compile,
+    demo,
+    fingerprint,
+    record,
+    report,
+    teach,
+    teleop,
+    tune,
+    view,
+)
 from gait_lab.commands.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
 from gait_lab.compiled import check_fresh
 from nao_lipm_gait.errors import NaoGaitError
@@ -13,6 +24,7 @@ _COMMANDS = (
     ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", demo.add),
     ("bench", "measure the gait on many robots, in process, without ROS", bench.add),
     ("compile", "the gait as machine code, for long rollouts; the same walk", compile.add),
+    ("fingerprint", "hashes of reference rollouts: same hash, same walk", fingerprint.add),
     ("tune", "search parameters of the gait by a study; a preset comes out", tune.add),
     ("record", "record topics to a bag (rosbag2; MCAP or sqlite3)", record.add),
     ("report", "a page in one file about a recorded walk, or about two", report.add),
