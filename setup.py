@@ -89,8 +89,8 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "gait = nao_lipm_gait.ros.gait_node:main",
-            "sim_bridge = sim_bridge.bridge_node:main",
+            "gait = nao_lipm_gait.ros.main:main",
+            "sim_bridge = sim_bridge.ros.main:main",
             "nao_gait = gait_lab.cli:main",
         ],
     },

@@ -101,7 +101,7 @@ def _shapes(link: ET.Element, facts: Facts, name: str, mirror: bool) -> None:
 
 
 def _of_block(mass: float, size: Vector) -> tuple[float, ...]:
-    """ixx iyy izz ixy ixz iyz of a solid block about its middle."""
+    """Ixx iyy izz ixy ixz iyz of a solid block about its middle."""
     x, y, z = (mass * edge * edge / 12.0 for edge in size)
     return y + z, x + z, x + y, 0.0, 0.0, 0.0
 

@@ -21,7 +21,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 if TYPE_CHECKING:
-    from nao_lipm_gait.robot_description import RobotDescription
+    from nao_lipm_gait.robot import RobotDescription
 
 # name, type, nodes that take it, meaning (default)
 ARGUMENTS = (
@@ -143,7 +143,7 @@ def _state_publisher(context: LaunchContext) -> list[Action]:
         return []
     if asked == "auto" and not (_is_on(context, "rviz") and _installed("robot_state_publisher")):
         return []
-    from nao_lipm_gait.robot_description import load_robot
+    from nao_lipm_gait.robot import load_robot
 
     robot = load_robot(_text(context, "urdf") or "nao_h21_v33")
     x, z = _footprint_in_base(robot)

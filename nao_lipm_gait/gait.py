@@ -11,27 +11,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nao_lipm_gait.eased_pose import EasedPose
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.estimation.proprioception import Proprioception
-from nao_lipm_gait.gait_status import snapshot
+from nao_lipm_gait.estimation.state_estimator import StateEstimator
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.head.head_control import HeadControl
-from nao_lipm_gait.heading_hold import HeadingHold
-from nao_lipm_gait.heading_lean import HeadingLean
-from nao_lipm_gait.kinematics.body_model import BodyModel
-from nao_lipm_gait.kinematics.body_placement import BodyPlacement
-from nao_lipm_gait.kinematics.joint_limits import JointLimits
-from nao_lipm_gait.kinematics.legs import make_legs
-from nao_lipm_gait.motion.conductor import ATTEMPTS, Conductor
 from nao_lipm_gait.motion.groups import BODY, joint_groups
 from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
 from nao_lipm_gait.motion.library import MotionLibrary
+from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.posture_feedback import PostureFeedback
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import (
+from nao_lipm_gait.rate_limiter import EasedPose, HeadingLean
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.status import snapshot
+from nao_lipm_gait.types import (
     BUSY,
     DOWN,
     FALLEN,
@@ -52,11 +45,16 @@ from nao_lipm_gait.signals import (
     SensorFrame,
     VelocityCommand,
 )
-from nao_lipm_gait.speed_hold import SpeedHold
-from nao_lipm_gait.stand_blend import StandBlend
-from nao_lipm_gait.tilt_compensation import TiltCompensation
-from nao_lipm_gait.walk import BodyTargets
-from nao_lipm_gait.walks import make_walk
+from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold
+from nao_lipm_gait.walks.base import BodyTargets
+from nao_lipm_gait.walks.registry import make_walk
+from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.com_placement import ComPlacement
+from nao_lipm_gait.whole_body.joint_limits import JointLimits
+from nao_lipm_gait.whole_body.legs import make_legs
+from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
+from nao_lipm_gait.whole_body.stand_blend import StandBlend
+from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
 
 MISSED_TICKS_MAX = 20
 """A longer gap between two frames is a time jump: the gait starts anew."""
@@ -78,7 +76,8 @@ class Gait:
         motions: MotionLibrary | None = None,
     ):
         """control_period [s]: the distance of two sensor frames; motions: None = the shipped ones
-        of this robot, which are read when the first of them is asked for."""
+        of this robot, which are read when the first of them is asked for.
+        """
         self.robot = robot
         self._motions = motions
         self._parameters = parameters
@@ -98,15 +97,15 @@ class Gait:
         p = self._parameters = self._pending or self._parameters
         self._pending = None
         self._walk = make_walk(p, self._dt)
-        self._placement = BodyPlacement(self.robot, self._body, make_legs(self.robot))
-        self._senses = Proprioception(self._body, p, self._dt)
+        self._placement = ComPlacement(self.robot, self._body, make_legs(self.robot))
+        self._senses = StateEstimator(self._body, p, self._dt)
         self._posture = PostureFeedback(self.robot)
         self._tilt = TiltCompensation()
         self._heading_hold = HeadingHold()
         self._heading_lean = HeadingLean()
         self._speed_hold = SpeedHold()
         self._pose = EasedPose()
-        self._conductor = Conductor(self.robot, self._motions)
+        self._conductor = MotionScheduler(self.robot, self._motions)
         self._head.rest()
         self._last_position: FloatArray | None = None
         self._state = STAND
@@ -129,7 +128,7 @@ class Gait:
         elif self._fall_told or state in (FALLEN, GETTING_UP):
             self.believe_fallen()
             self._conductor.get_up_wanted = conductor.get_up_wanted
-        elif self._resumes or state is MOTION and conductor.finished:
+        elif self._resumes or (state is MOTION and conductor.finished):
             # Also once more before the next frame, when the state already reads STAND.
             self._conductor, self._last_position = conductor, position
             self._resumes = True
@@ -335,7 +334,7 @@ class Gait:
         running, position = conductor.running, self._last_position
         if running is None or position is None or not conductor.finished:
             return
-        if running.ends in LYING or running.gets_up and self._senses.lies_after_motion():
+        if running.ends in LYING or (running.gets_up and self._senses.lies_after_motion()):
             conductor.end()
             # Who lies down because he was asked to does not get up unasked.
             self._state = FALLEN if running.gets_up else RELAXED
@@ -357,7 +356,7 @@ class Gait:
         conductor = self._conductor
         if conductor.waiting is not None:
             return conductor.waiting
-        wanted = conductor.get_up_wanted or self._parameters.get_up and not self._relaxed_by_hand
+        wanted = conductor.get_up_wanted or (self._parameters.get_up and not self._relaxed_by_hand)
         side = self._senses.lying_side
         if side is None or not wanted or conductor.attempts >= ATTEMPTS:
             return None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 from sim_bridge.body import Sole
 from sim_bridge.shapes import Shape
 from sim_bridge.terrain import Prism, ground_height
@@ -76,7 +76,8 @@ class BallState:
 
 def shoe(sole: Sole) -> Shape:
     """The box in the foot link that meets the ball: as long and wide as the foot's plate, and as
-    high as its shell."""
+    high as its shell.
+    """
     length, width, height = sole.plate.size
     up = sole.rotation[:, 2]
     middle = sole.plate.position + 0.5 * (SHOE_HEIGHT - height) * up

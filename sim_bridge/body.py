@@ -14,8 +14,8 @@ import numpy as np
 import pinocchio as pin
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 from sim_bridge.individual import Individual
 from sim_bridge.shapes import Shape, half_height, read_colors, read_shapes
 from sim_bridge.soles import SolePoints, corner_points

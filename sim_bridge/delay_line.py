@@ -37,7 +37,8 @@ class DelayLine(Generic[Item]):
 
     def coming(self, now: int, period: int) -> list[Item | None]:
         """What `newest` gives now and `period`, 2 `period`, ... [ns] later, as far as it is known
-        already: the next item is put in no sooner than one period from now."""
+        already: the next item is put in no sooner than one period from now.
+        """
         self.newest(now)  # drops what nobody will ask for again
         return [self._at(now + later) for later in range(0, self.delay + period, period)]
 

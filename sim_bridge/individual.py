@@ -9,8 +9,8 @@ from zlib import crc32
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 from sim_bridge.plant import Plant
 
 NOMINAL = -1

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 

@@ -4,6 +4,7 @@ One YAML file per plant, in `config/plants/`. A backend compiles the plant for i
 refuses what the engine cannot honour; it never ignores an option.
 """
 
+import contextlib
 import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ import yaml
 
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.resources import find
-from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.robot import RobotDescription
 
 
 def _number(
@@ -325,10 +326,8 @@ def parse_options(settings: Iterable[str]) -> tuple[PlantOption, ...]:
         except yaml.YAMLError:
             value = text
         if isinstance(value, str):  # YAML takes 1e4 for a word
-            try:
+            with contextlib.suppress(ValueError):
                 value = float(value)
-            except ValueError:
-                pass
         options.append((name, _checked(name, value, field.metadata)))
     return tuple(options)
 

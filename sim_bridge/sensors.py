@@ -1,14 +1,36 @@
-"""What the robot feels: encoders, gyro, accelerometer and sole load, made from true states."""
+"""What the robot feels: encoders, gyro, accelerometer and sole load, made from true states.
+
+Joint angles as the robot reads them.
+"""
+
+import math
 
 import numpy as np
 
-from nao_lipm_gait.signals import FloatArray, Point3, SensorFrame
-from sim_bridge.backend import TrueState
+from nao_lipm_gait.types import FloatArray, Point3, SensorFrame
 from sim_bridge.body import Body
-from sim_bridge.encoders import Encoders
+from sim_bridge.engines.backend import TrueState
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 from sim_bridge.vectors import cross, halfway, rows_of, turned, turned_back
+
+
+class Encoders:
+    """One encoder per joint, with its zero error, in steps."""
+
+    def __init__(self, plant: Plant, individual: Individual) -> None:
+        self._zero = individual.joint_zero
+        bits = plant.sensors.encoder_bits
+        self._step = 2.0 * math.pi / 2**bits if bits else 0.0
+        self._steps = 2**bits / (2.0 * math.pi)
+
+    def read(self, angle: FloatArray) -> FloatArray:
+        """(n,) [rad] for true angles (n,) [rad]."""
+        reading = angle - self._zero
+        if self._step:
+            reading *= self._steps
+            reading = np.rint(reading, out=reading) * self._step
+        return reading
 
 
 class SensorModel:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

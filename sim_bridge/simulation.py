@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
-from sim_bridge.backend import StartState, TrueState
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame
 from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
-from sim_bridge.engines import make_backend
+from sim_bridge.engines.backend import StartState, TrueState
+from sim_bridge.engines.registry import make_backend
 from sim_bridge.individual import draw_individual
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant, with_sensors_of
@@ -97,15 +97,14 @@ class Simulation:
         start_state: str = "stand",
         ball: Ball | None = None,
     ) -> None:
-        """
-        Args:
-            robot_seed: which individual; -1 = the nominal robot.
-            noise_seed: of the sensor noise, at least 0.
-            sensor_delay: [s]; None = the plant's.
-            control_period: [s], a multiple of the plant's physics step.
-            gui: open the engine's own window.
-            start_state: `stand`, `lying_front` or `lying_back`.
-            ball: a ball on the floor; None = none.
+        """Args:
+        robot_seed: which individual; -1 = the nominal robot.
+        noise_seed: of the sensor noise, at least 0.
+        sensor_delay: [s]; None = the plant's.
+        control_period: [s], a multiple of the plant's physics step.
+        gui: open the engine's own window.
+        start_state: `stand`, `lying_front` or `lying_back`.
+        ball: a ball on the floor; None = none.
         """
         plant = with_sensors_of(plant, robot)
         if start_state not in START_STATES:
@@ -208,7 +207,8 @@ class Simulation:
 
     def coming(self) -> list[SensorFrame | None]:
         """What `sense` gives now and after each of the next control periods, as far as it has been
-        sampled already. For a delay of four periods these are five frames."""
+        sampled already. For a delay of four periods these are five frames.
+        """
         readings = self._line.coming(self._time, self._period)
         return [None if reading is None else reading.frame for reading in readings]
 
@@ -333,7 +333,8 @@ def _normal_force(state: TrueState, side: int) -> float:
 
 def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
     """(2,) [m/s]: how fast the point of the sole that carries the load moved over the floor; NaN of
-    a sole that was not loaded all the time."""
+    a sole that was not loaded all the time.
+    """
     slip = [math.nan, math.nan]
     for side in (0, 1):
         _, _, load, along, across, _ = now.sole_wrench[side].tolist()

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import Pose2, RobotDescription
+from nao_lipm_gait.robot import Pose2, RobotDescription
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 from sim_bridge.terrain import is_uneven

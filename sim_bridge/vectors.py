@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.signals import FloatArray, Point3
+from nao_lipm_gait.types import FloatArray, Point3
 
 Rows = tuple[Point3, Point3, Point3]
 """The rows of a (3, 3) rotation matrix."""

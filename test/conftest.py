@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 
 from engine_bench import Bench, weightless
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from sim_bridge import engines
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from sim_bridge.engines import registry as engines
 from sim_bridge.plant import Plant, load_plant
 
 

@@ -8,13 +8,13 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from gait_lab.rollout import RolloutSpec, rollout
-from gait_lab.tasks import TASKS
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
-from sim_bridge import engines
-from sim_bridge.backend import Backend, StartState, TrueState
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import TASKS
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 from sim_bridge.body import Body
+from sim_bridge.engines import registry as engines
+from sim_bridge.engines.backend import Backend, StartState, TrueState
 from sim_bridge.individual import NOMINAL, draw_individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant

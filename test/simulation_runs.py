@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.signals import FloatArray, JointTargets, SensorFrame
+from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame
 from sim_bridge.plant import Plant
 from sim_bridge.simulation import GroundTruth, Simulation
 

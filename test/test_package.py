@@ -12,8 +12,8 @@ from nao_lipm_gait.resources import share
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = {
-    "gait": "nao_lipm_gait.ros.gait_node:main",
-    "sim_bridge": "sim_bridge.bridge_node:main",
+    "gait": "nao_lipm_gait.ros.main:main",
+    "sim_bridge": "sim_bridge.ros.main:main",
     "nao_gait": "gait_lab.cli:main",
 }
 
@@ -164,7 +164,7 @@ def test_launch_arguments_are_parameters_of_the_nodes():
     """PyPI has no launch, so the table is read as text."""
     from nao_lipm_gait.parameters import PARAMETERS
     from nao_lipm_gait.ros import node
-    from sim_bridge import bridge
+    from sim_bridge.ros import node as bridge
 
     gait = {p.name: type(p.default).__name__ for p in (*node.NODE_PARAMETERS, *PARAMETERS)}
     robot = {p.name: type(p.default).__name__ for p in bridge.NODE_PARAMETERS}
@@ -179,7 +179,7 @@ def test_launch_arguments_are_parameters_of_the_nodes():
 
 def test_every_node_parameter_is_documented():
     from nao_lipm_gait.ros import node
-    from sim_bridge import bridge
+    from sim_bridge.ros import node as bridge
 
     text = (ROOT / "docs" / "ros.md").read_text(encoding="utf-8")
     gait, robot = text.split("## `sim_bridge`")

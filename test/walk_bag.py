@@ -12,16 +12,15 @@ from geometry_msgs.msg import Twist, WrenchStamped
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
-from gait_lab.bag import BagWriter
-from gait_lab.metrics import Metrics, measure
-from gait_lab.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, make_pair, walk
+from gait_lab.analysis.bag import BagWriter
+from gait_lab.analysis.metrics import Metrics, measure
+from gait_lab.trials.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, make_pair, walk
 from nao_lipm_gait.ros.diagnostics import diagnostics
-from nao_lipm_gait.ros.health import Health
 from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
-from nao_lipm_gait.ros.tick_statistics import TickStatistics
-from nao_lipm_gait.signals import GaitStatus, JointTargets, VelocityCommand
-from sim_bridge.messages import ReadingWriter, TruthWriter
+from nao_lipm_gait.runtime.diagnostics import Health, TickStatistics
+from nao_lipm_gait.types import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.plant import load_plant
+from sim_bridge.ros.messages import ReadingWriter, TruthWriter
 
 MARKER_TICKS = 10
 """As the gait node draws them."""

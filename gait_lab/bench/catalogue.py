@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gait_lab.bench.changes import load_changes
 from gait_lab.bench.command import flag_of
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.push_cells import directions_of
@@ -38,7 +39,6 @@ from gait_lab.bench.suites.rough import rough, walkers_of
 from gait_lab.bench.suites.soak import soak_suite
 from gait_lab.bench.suites.speed import speed
 from gait_lab.bench.suites.start import start
-from gait_lab.changes import load_changes
 from nao_lipm_gait.errors import NaoGaitError
 
 

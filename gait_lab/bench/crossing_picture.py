@@ -5,11 +5,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from gait_lab.analysis.figures import pyplot, save
+from gait_lab.analysis.render import Camera, Harness
 from gait_lab.bench.suites.rough import WALKERS
-from gait_lab.crossing import CrossingResult, CrossingSpec, cross, plant_of
-from gait_lab.figures import pyplot, save
-from gait_lab.render import Camera, Stage
-from gait_lab.rollout import Tick, loaded_robot
+from gait_lab.trials.crossing import CrossingResult, CrossingSpec, cross, plant_of
+from gait_lab.trials.rollout import Tick, loaded_robot
 from nao_lipm_gait.presets import preset_for
 from sim_bridge.individual import draw_individual
 from sim_bridge.terrain import prisms
@@ -26,7 +26,7 @@ def draw(spec: CrossingSpec, path: Path, frames: int = FRAMES) -> CrossingResult
     figure, panels = pyplot().subplots(
         1, frames, figsize=(3.3 * frames, 3.7), layout="constrained", squeeze=False
     )
-    with Stage(robot, draw_individual(plant, robot, spec.robot_seed)) as stage:
+    with Harness(robot, draw_individual(plant, robot, spec.robot_seed)) as stage:
         stage.lay_floor((plant.terrain.start + plant.terrain.length / 2.0, 0.0))
         stage.lay_terrain(prisms(plant.terrain, spec.robot_seed))
         for number, panel in enumerate(panels.flat):

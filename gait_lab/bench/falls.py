@@ -4,9 +4,9 @@ import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from gait_lab.analysis.metrics import Metrics
 from gait_lab.bench.report import Row, loop_name
 from gait_lab.bench.score import Score
-from gait_lab.metrics import Metrics
 
 
 @dataclass(slots=True)

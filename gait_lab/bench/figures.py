@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from gait_lab.analysis.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 from gait_lab.bench.anchors import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
 from gait_lab.bench.push_cells import DIRECTIONS
-from gait_lab.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 
 Values = Mapping[str, float | None]
 """Metric -> value of one suite."""

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from gait_lab.tasks import SPEED_TASKS
+from gait_lab.trials.tasks import SPEED_TASKS
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from sim_bridge.plant import PlantOption, option_text

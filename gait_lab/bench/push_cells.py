@@ -16,10 +16,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gait_lab.analysis.metrics import LEFT, Metrics, Trace
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
-from gait_lab.metrics import LEFT, Metrics, Trace
-from gait_lab.rollout import (
+from gait_lab.trials.rollout import (
     Push,
     RolloutResult,
     RolloutSpec,
@@ -28,10 +28,10 @@ from gait_lab.rollout import (
     rollout,
     run_all,
 )
-from gait_lab.tasks import STAND_TIME, Task, find_task
+from gait_lab.trials.tasks import STAND_TIME, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import STANDSTILL
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import STANDSTILL
 
 DIRECTIONS: Mapping[str, float] = {
     "forward": 0.0, "forward_left": 45.0, "left": 90.0, "back_left": 135.0,

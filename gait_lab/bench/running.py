@@ -12,10 +12,10 @@ from gait_lab.bench.command import command_line
 from gait_lab.bench.document import Section, write
 from gait_lab.bench.settings import overridden
 from gait_lab.compiled import is_compiled
-from gait_lab.tasks import find_task
+from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from sim_bridge.plant import load_plant, with_options
 
 

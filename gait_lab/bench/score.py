@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 
+from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Row, number
-from gait_lab.metrics import FLIGHT_LIMIT, SLIP_LIMIT
-from gait_lab.rollout import RolloutResult, RolloutSpec, Walker, run_all
-from gait_lab.tasks import AXES, Task, find_task
+from gait_lab.trials.rollout import RolloutResult, RolloutSpec, Walker, run_all
+from gait_lab.trials.tasks import AXES, Task, find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.robot import RobotDescription
 from sim_bridge.plant import PlantOption, option_text
 
 RULES = (

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gait_lab.bench.options import BenchOptions
-from gait_lab.rollout import (
+from gait_lab.trials.rollout import (
     CONTROL_PERIOD,
     Recorder,
     RolloutSpec,
@@ -21,13 +21,13 @@ from gait_lab.rollout import (
     rollout,
     walk,
 )
-from gait_lab.tasks import Task
+from gait_lab.trials.tasks import Task
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
-from sim_bridge.backend import StartState
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.body import Body
-from sim_bridge.engines import make_backend
+from sim_bridge.engines.backend import StartState
+from sim_bridge.engines.registry import make_backend
 from sim_bridge.individual import draw_individual
 from sim_bridge.motors import Setpoints
 from sim_bridge.plant import Plant, load_plant, with_options

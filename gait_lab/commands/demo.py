@@ -8,7 +8,7 @@ from gait_lab.commands.terminal import say
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it; the exit status."""
-    from gait_lab import demo
+    from gait_lab.demo import demo
 
     options = demo.DemoOptions(
         out=arguments.out,

@@ -8,7 +8,7 @@ from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK, say
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it; the exit status."""
-    from gait_lab import bag
+    from gait_lab.analysis import bag
 
     messages = bag.record(
         arguments.out,

@@ -9,7 +9,7 @@ from nao_lipm_gait.errors import NaoGaitError
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it; the exit status."""
-    from gait_lab import teach
+    from gait_lab.drive import teach
 
     if arguments.action == "list":
         say(teach.listing(arguments.urdf))

@@ -7,7 +7,7 @@ from gait_lab.commands.terminal import EXIT_OK
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it; the exit status."""
-    from gait_lab import teleop
+    from gait_lab.drive import teleop
 
     teleop.run(
         namespace=arguments.namespace,

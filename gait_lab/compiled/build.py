@@ -1,7 +1,7 @@
 """A folder with the gait compiled; first on PYTHONPATH it takes the place of the source.
 
-    build/compiled/nao_lipm_gait/      the package, each module of the tick beside its machine code
-    build/compiled/config, urdf, ...   links to the shared files, which the package looks for there
+build/compiled/nao_lipm_gait/      the package, each module of the tick beside its machine code
+build/compiled/config, urdf, ...   links to the shared files, which the package looks for there
 """
 
 import hashlib

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gait_lab.faults.classes import ALL
-from gait_lab.faults.stage import PERIOD
-from gait_lab.faults.world import World
-from gait_lab.rollout import RolloutSpec, make_pair
-from gait_lab.tasks import TASKS
+from gait_lab.faults.fault_trial import World
+from gait_lab.faults.harness import PERIOD
+from gait_lab.trials.rollout import RolloutSpec, make_pair
+from gait_lab.trials.tasks import TASKS
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.signals import GaitState, VelocityCommand
+from nao_lipm_gait.types import GaitState, VelocityCommand
 from sim_bridge.plant import PlantOption
 
 WALKS, STOPPED, FELL, VIOLATED = "walks", "stopped", "fell", "violated"
@@ -76,7 +76,7 @@ def run_fault(run: FaultRun) -> Verdict:
         world = World(simulation, run.parameters, fault, command)
         try:
             world.run(round(fault.end / PERIOD))
-        except Exception as error:  # noqa: BLE001 - whatever comes out of the entry is a finding
+        except Exception as error:
             world.judge.violate("exception", f"{type(error).__name__}: {error}")
         return _verdict(run, world)
 

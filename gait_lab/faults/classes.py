@@ -2,7 +2,11 @@
 
 from collections.abc import Mapping
 
-from gait_lab.faults import body, life, network, sensors, stamps
+from gait_lab.faults import network_faults as network
+from gait_lab.faults import process_faults as life
+from gait_lab.faults import robot_faults as body
+from gait_lab.faults import sensor_faults as sensors
+from gait_lab.faults import stamp_faults as stamps
 from gait_lab.faults.fault import Fault
 
 CLASSES: Mapping[str, type[Fault]] = {

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gait_lab.faults.stage import Stage
-from gait_lab.faults.wire import Command, Message
-from nao_lipm_gait.ros.gait_entry import Settings
+from gait_lab.faults.channel import Command, Message
+from gait_lab.faults.harness import Harness
+from nao_lipm_gait.runtime.controller import Settings
 
 Late = tuple[int, Message]
 """Ticks until it arrives, and what arrives."""
@@ -29,22 +29,22 @@ class Fault:
         self.begin = float(random.uniform(2.0, 3.0))
         """[s] The fault begins then, in the middle of the walk."""
 
-    def now(self, stage: Stage) -> bool:
+    def now(self, stage: Harness) -> bool:
         """The fault is there; the usual fault stays."""
         return stage.seconds() >= self.begin
 
-    def act(self, stage: Stage) -> None:
+    def act(self, stage: Harness) -> None:
         """Before the physics of a tick."""
 
-    def sensors(self, stage: Stage, message: Message) -> Iterable[Late]:
+    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
         """One sensor message of the robot; what arrives of it."""
         yield 0, message
 
-    def drive(self, stage: Stage, message: Message) -> Iterable[Late]:
+    def drive(self, stage: Harness, message: Message) -> Iterable[Late]:
         """One velocity command of the operator; what arrives of it."""
         yield 0, message
 
-    def commands(self, stage: Stage, command: Command) -> Iterable[LateCommand]:
+    def commands(self, stage: Harness, command: Command) -> Iterable[LateCommand]:
         """One joint command of a gait; what arrives of it."""
         yield 0, command
 
@@ -61,5 +61,5 @@ class Spell(Fault):
         low, high = np.log((self.shortest, self.longest))
         self.duration = float(np.exp(random.uniform(low, high)))
 
-    def now(self, stage: Stage) -> bool:
+    def now(self, stage: Harness) -> bool:
         return self.begin <= stage.seconds() < self.begin + self.duration

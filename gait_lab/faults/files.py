@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gait_lab.bag import BagWriter
-from gait_lab.bag_reading import open_bag
-from gait_lab.changes import load_changes
+from gait_lab.analysis.bag import BagWriter
+from gait_lab.analysis.bag_reading import open_bag
+from gait_lab.bench.changes import load_changes
 from gait_lab.tune.study import load_study
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from sim_bridge.plant import load_plant
 
 Load = Callable[[Path], Any]
@@ -88,7 +88,7 @@ def fuzz_files(seed: int, count: int) -> FilesFound:
                 refused += 1
                 if not (error.field and error.allowed):
                     violations.append(f"{name} {index}: refused without a reason: {error}")
-            except Exception as error:  # noqa: BLE001 - that is what is looked for
+            except Exception as error:
                 violations.append(f"{name} {index}: {type(error).__name__}: {error}"[:300])
     return FilesFound(read, refused, tuple(violations))
 

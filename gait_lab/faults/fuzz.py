@@ -8,17 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.faults.judge import HANG, CommandCheck
+from gait_lab.faults.invariants import HANG, CommandCheck
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
-from nao_lipm_gait.ros.health import Level, reports
-from nao_lipm_gait.ros.inputs import ImuInput, Input, JointInput, LoadInput, TwistInput
-from nao_lipm_gait.ros.others import Others
-from nao_lipm_gait.signals import GaitStatus, JointTargets
-from sim_bridge.command_input import CommandInput
-from sim_bridge.commands import read_push
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.runtime.controller import GaitController, Settings
+from nao_lipm_gait.runtime.diagnostics import Level, Others, reports
+from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.types import GaitStatus, JointTargets
+from sim_bridge.command_input import CommandInput, read_push
 
 PERIOD = 10_000_000
 """[ns]"""
@@ -61,7 +59,7 @@ class Fuzzer:
         self._make_entry()
 
     def _make_entry(self) -> None:
-        self.entry = GaitEntry(
+        self.entry = GaitController(
             self._robot, GaitParameters(), Settings(), self, lambda: self._now
         )
         self._check = CommandCheck(self._robot)
@@ -96,7 +94,7 @@ class Fuzzer:
             before = time.thread_time()
             try:
                 self.tick()
-            except Exception as error:  # noqa: BLE001 - nothing may come out of the entry
+            except Exception as error:
                 self._violate(f"{type(error).__name__}: {error}")
             if time.thread_time() - before > HANG:
                 self._violate("hang")

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import (
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import (
     FloatArray,
     GaitState,
     GaitStatus,
@@ -40,7 +40,7 @@ class Player:
     """Answers every sensor frame with the plan's next pose."""
 
     def __init__(self, robot: RobotDescription, plan: JointPlan, period: float):
-        """period [s] of the control ticks."""
+        """Period [s] of the control ticks."""
         self._robot = robot
         self._plan = plan
         self._period = period

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gait_lab.metrics import DOUBLE, LEFT, RIGHT, Metrics, Trace, measure
+from gait_lab.analysis.metrics import DOUBLE, LEFT, RIGHT, Metrics, Trace, measure
 from gait_lab.report.body import BodyTrack, follow_body, robot_of
 from gait_lab.report.events import Event, find_events, first_fall
 from gait_lab.report.innovation import Innovation, find_innovation
@@ -16,8 +16,8 @@ from gait_lab.report.stretches import Stretch, find_stretches
 from gait_lab.report.timing import Timing, find_timing
 from gait_lab.report.trace import make_trace
 from gait_lab.report.walk import Walk, read_walk
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

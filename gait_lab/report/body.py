@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from gait_lab.report.walk import IntArray, Walk
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.types import FloatArray
 
 
 def robot_of(walk: Walk) -> tuple[RobotDescription | None, str]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.metrics import Trace, fall_tick
+from gait_lab.analysis.metrics import Trace, fall_tick
 from gait_lab.report.walk import Walk
 
 PUSH_DURATION = 0.1

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.metrics import DOUBLE
+from gait_lab.analysis.metrics import DOUBLE
 from gait_lab.report.steps import Phase, supports_at
 from gait_lab.report.walk import IntArray, Walk
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 LAG = 1.0
 """[s] up to which the autocorrelation is shown."""

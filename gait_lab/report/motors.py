@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.report.walk import IntArray, Walk
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 from sim_bridge.individual import draw_individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import load_plant

@@ -6,7 +6,7 @@ import numpy as np
 
 from gait_lab.report.body import BodyTrack, yaw_of_pose
 from gait_lab.report.walk import IntArray, Walk
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

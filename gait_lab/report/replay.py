@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.metrics import DOUBLE, LEFT
+from gait_lab.analysis.metrics import DOUBLE, LEFT
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.body import BodyTrack, follow_body, yaw_of_pose
 from gait_lab.report.figure import ArrayStore
 from gait_lab.report.shapes import shapes_of
 from gait_lab.report.steps import Phase
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 FRAMES_PER_SECOND = 25.0
 MOST_FRAMES = 2500

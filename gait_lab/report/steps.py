@@ -1,13 +1,14 @@
 """Single support phases: when they changed, how long they took, how far they went."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.metrics import DOUBLE, SUPPORT_CODES
+from gait_lab.analysis.metrics import DOUBLE, SUPPORT_CODES
 from gait_lab.report.walk import IntArray, Walk
-from nao_lipm_gait.planar import relative
-from nao_lipm_gait.signals import FloatArray, Pose2
+from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.types import FloatArray, Pose2
 
 SAME = 1e-7
 """[m] by which one distance may differ in two coordinate systems."""
@@ -172,7 +173,7 @@ class Step:
 def find_steps(walk: Walk, phases: tuple[Phase, ...]) -> tuple[Step, ...]:
     """Every whole step: a single support with another one after it."""
     steps = []
-    for phase, following in zip(phases, phases[1:], strict=False):
+    for phase, following in itertools.pairwise(phases):
         if phase.support == DOUBLE or following.support in (DOUBLE, phase.support):
             continue
         size = None

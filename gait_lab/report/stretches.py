@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.metrics import Metrics, Trace, measure
+from gait_lab.analysis.metrics import Metrics, Trace, measure
 from gait_lab.report.walk import Walk
-from nao_lipm_gait.signals import VelocityCommand
+from nao_lipm_gait.types import VelocityCommand
 
 SETTLE = 2.5
 """[s] after a change of the command before a stretch is measured."""

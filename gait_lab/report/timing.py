@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_lab.report.walk import Walk
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

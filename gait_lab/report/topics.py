@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gait_lab.bag_reading import TopicSummary
+from gait_lab.analysis.bag_reading import TopicSummary
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POINT = "geometry_msgs/msg/PointStamped"
@@ -50,7 +50,7 @@ PARTS: Mapping[str, Part] = {
 
 
 def find_parts(topics: Mapping[str, TopicSummary]) -> dict[str, str]:
-    """part -> topic. By its full name; else the only one of that type with the same end."""
+    """Part -> topic. By its full name; else the only one of that type with the same end."""
     found: dict[str, str] = {}
     for name, part in PARTS.items():
         if _fits(topics, part.topic, part):

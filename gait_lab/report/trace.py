@@ -8,12 +8,12 @@ from dataclasses import fields
 
 import numpy as np
 
-from gait_lab.metrics import DOUBLE, SUPPORT_CODES, Trace
+from gait_lab.analysis.metrics import DOUBLE, SUPPORT_CODES, Trace
 from gait_lab.report.body import BodyTrack, yaw_of_pose
 from gait_lab.report.steps import Phase, supports_at
 from gait_lab.report.walk import IntArray, Table, Walk
-from nao_lipm_gait.planar import relative
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.types import FloatArray
 
 
 def make_trace(walk: Walk, phases: tuple[Phase, ...], body: BodyTrack | None) -> Trace | None:

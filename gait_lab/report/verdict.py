@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.metrics import FLIGHT_LIMIT, tilt_of
+from gait_lab.analysis.metrics import FLIGHT_LIMIT, tilt_of
 from gait_lab.report.analysis import Analysis
 
 REACHED = 0.9

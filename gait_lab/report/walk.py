@@ -1,5 +1,6 @@
 """A recorded walk as arrays over simulated time; what the bag lacks is empty."""
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_lab.bag_reading import BagContents, open_bag
-from gait_lab.metrics import DOUBLE, LEFT, RIGHT
+from gait_lab.analysis.bag_reading import BagContents, open_bag
+from gait_lab.analysis.metrics import DOUBLE, LEFT, RIGHT
 from gait_lab.report.topics import find_parts, missing_parts
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 IntArray = NDArray[np.int64]
 _NANO = 1e-9
@@ -226,7 +227,7 @@ def _rising(
     stamps = np.array([row[0] for row in rows], dtype=np.int64)
     begins = [0, *(np.flatnonzero(np.diff(stamps) < -RESTART) + 1).tolist(), len(rows)]
     if len(begins) > 2:
-        runs = list(zip(begins, begins[1:], strict=False))
+        runs = list(itertools.pairwise(begins))
         first, last = max(runs, key=lambda run: run[1] - run[0])
         rows, stamps = rows[first:last], stamps[first:last]
         remarks.append(f"{topic}: time begins anew {len(runs) - 1} times; the longest run is kept")

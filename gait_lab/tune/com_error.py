@@ -8,10 +8,10 @@ backward. So the speed is measured in the same walk, and how far it is from the 
 import math
 from collections.abc import Mapping
 
-from gait_lab.metrics import Metrics
-from gait_lab.rollout import RolloutSpec, rollout
-from gait_lab.tasks import Task
-from gait_lab.tasks import walk as walk_task
+from gait_lab.analysis.metrics import Metrics
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import Task
+from gait_lab.trials.tasks import walk as walk_task
 from gait_lab.tune.measures import Measures, excess_of
 from gait_lab.tune.walker import Setting
 

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gait_lab.metrics import Metrics, Trace, measure
+from gait_lab.analysis.metrics import Metrics, Trace, measure
 from gait_lab.tune.measures import Measures, excess_of
 from gait_lab.tune.walker import Setting, walk
-from nao_lipm_gait.signals import STANDSTILL, GaitState, GaitStatus, VelocityCommand
+from nao_lipm_gait.types import STANDSTILL, GaitState, GaitStatus, VelocityCommand
 
 MEASURES = {
     "distance": "m",

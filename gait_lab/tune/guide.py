@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gait_lab.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot
+from gait_lab.analysis.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot
 from gait_lab.tune.sweep import Sample, Sweep, Walked, column, run_sweep
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, load_preset

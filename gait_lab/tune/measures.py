@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gait_lab.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics
+from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics
 
 CONTACT_LIMIT = 0.01
 """Share of ticks with leg against leg that costs as much as twice the flight limit."""

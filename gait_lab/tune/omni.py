@@ -3,13 +3,13 @@
 import math
 from collections.abc import Mapping
 
-from gait_lab.rollout import rollout
-from gait_lab.tasks import SPOT_TURN
-from gait_lab.tasks import walk as walk_task
+from gait_lab.trials.rollout import rollout
+from gait_lab.trials.tasks import SPOT_TURN
+from gait_lab.trials.tasks import walk as walk_task
 from gait_lab.tune.com_error import LOST, spec_for, upright
 from gait_lab.tune.measures import Measures, excess_of
 from gait_lab.tune.walker import Push, Setting, walk
-from nao_lipm_gait.signals import GaitStatus, VelocityCommand
+from nao_lipm_gait.types import GaitStatus, VelocityCommand
 
 MEASURES = {
     "forward": "m/s",

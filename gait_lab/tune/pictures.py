@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gait_lab.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot
+from gait_lab.analysis.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot
 from gait_lab.tune.importance import Importance
 from gait_lab.tune.search import best_of
 from gait_lab.tune.study import Study

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gait_lab.rollout import workers as worker_count
+from gait_lab.trials.rollout import workers as worker_count
 from gait_lab.tune import pictures, report
 from gait_lab.tune.confirm import Comparison, compare
 from gait_lab.tune.finals import Candidate, finals
@@ -21,7 +21,7 @@ from gait_lab.tune.study import Place, Study, load_study
 from gait_lab.tune.trial import Trial
 from gait_lab.tune.workers import Workers, check_backend, make_workers
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from sim_bridge.plant import load_plant
 from sim_bridge.simulation import Simulation
 

@@ -15,8 +15,8 @@ from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot_description import load_robot
-from sim_bridge.engines import ENGINES
+from nao_lipm_gait.robot import load_robot
+from sim_bridge.engines.registry import ENGINES
 from sim_bridge.plant import load_plant
 
 KEYS = (

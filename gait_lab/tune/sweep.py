@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.metrics import LEFT, RIGHT, Trace
-from gait_lab.rollout import RolloutSpec, parallel_map, rollout
-from gait_lab.tasks import walk as walk_task
+from gait_lab.analysis.metrics import LEFT, RIGHT, Trace
+from gait_lab.trials.rollout import RolloutSpec, parallel_map, rollout
+from gait_lab.trials.tasks import walk as walk_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 
@@ -96,6 +96,6 @@ Values = Callable[[Sample], float]
 
 
 def column(samples: Sequence[Sample], robot: int, value: Values) -> tuple[list[float], list[float]]:
-    """x and y of a line: one robot's upright samples."""
+    """X and y of a line: one robot's upright samples."""
     kept = [s for s in samples if s.robot == robot and not s.fell]
     return [s.value for s in kept], [value(s) for s in kept]

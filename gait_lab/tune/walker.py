@@ -7,12 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
-from gait_lab.metrics import Trace, has_fallen
-from gait_lab.rollout import CONTROL_PERIOD, Recorder
+from gait_lab.analysis.metrics import Trace, has_fallen
+from gait_lab.trials.rollout import CONTROL_PERIOD, Recorder
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot_description import RobotDescription, load_robot
-from nao_lipm_gait.signals import STANDSTILL, GaitStatus, JointTargets, VelocityCommand
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.types import STANDSTILL, GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.plant import load_plant
 from sim_bridge.simulation import Simulation
 

@@ -13,7 +13,7 @@ from gait_lab.view.link import COMMAND_PERIOD, RobotLink
 from gait_lab.view.panel import Panel
 from gait_lab.view.scene import RobotScene
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.domain import stay_local
 from nao_lipm_gait.ros.stop_request import stop_on_signal
 
@@ -129,7 +129,7 @@ def run(
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
-    from gait_lab.ros_names import checked_namespace
+    from gait_lab.drive.ros_names import checked_namespace
 
     with stop_on_signal() as stop:
         stay_local()

@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 
 from gait_lab.report.body import inverse_pose
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 
 
 class LinkPoses:

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from gait_lab.view.link import Heard
-from nao_lipm_gait.signals import VelocityCommand
+from nao_lipm_gait.types import VelocityCommand
 
 PUSH_DURATION = 0.1
 """[s] for which the simulated robot is pushed."""

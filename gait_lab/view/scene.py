@@ -10,8 +10,8 @@ from gait_lab.report.body import footprint_of, inverse_pose, planar_pose, torso_
 from gait_lab.report.shapes import Shapes, shapes_of
 from gait_lab.view.link import Heard
 from gait_lab.view.model import LinkPoses
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 
 LEFT_COLOR, RIGHT_COLOR = (200, 85, 61), (47, 127, 95)
 COM_COLOR, ORIGIN_COLOR, PENDULUM_COLOR = (224, 160, 48), (30, 90, 200), (15, 124, 148)

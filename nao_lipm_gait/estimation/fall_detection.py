@@ -6,7 +6,7 @@ for a few ticks: a robot that still recovers also tilts far or fast, but not bot
 
 from math import sqrt
 
-from nao_lipm_gait.signals import Point3
+from nao_lipm_gait.types import Point3
 
 TICKS = 3
 """Control periods for which the limit has to be exceeded."""
@@ -24,7 +24,8 @@ class FallDetector:
         self, up_in_torso: Point3, tilt: float, rate: Point3, limit: float, horizon: float
     ) -> bool:
         """One tick: the unit vertical in the torso frame, its angle to the torso's z axis [rad],
-        the angular velocity [rad/s] in the torso frame, the limit [rad] and the horizon [s]."""
+        the angular velocity [rad/s] in the torso frame, the limit [rad] and the horizon [s].
+        """
         ux, uy, _ = up_in_torso
         wx, wy, _ = rate
         # From du/dt = u x w: the height of the torso's z axis changes by u_x w_y - u_y w_x.

@@ -1,9 +1,9 @@
 """Odometry from the feet: the support sole stands still, the other one says where it will."""
 
-from nao_lipm_gait.estimation.level_frame import LevelFrame
-from nao_lipm_gait.kinematics.body_model import SolePose
-from nao_lipm_gait.planar import compose, halfway, relative
-from nao_lipm_gait.signals import Pose2
+from nao_lipm_gait.estimation.com_measurement import LevelFrame
+from nao_lipm_gait.geometry import compose, halfway, relative
+from nao_lipm_gait.types import Pose2
+from nao_lipm_gait.whole_body.body_model import SolePose
 
 VELOCITY_TIME = 0.25
 """[s] smoothing of the velocity, about one step."""

@@ -2,8 +2,8 @@
 
 from math import hypot
 
-from nao_lipm_gait.lipm_walk.pendulum import divergent_component
-from nao_lipm_gait.signals import Point3
+from nao_lipm_gait.types import Point3
+from nao_lipm_gait.walks.lipm.pendulum import divergent_component
 
 REST_TIME = 1.0
 """[s] of the mean that is the CoM at rest."""

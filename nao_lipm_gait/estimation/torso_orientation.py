@@ -8,8 +8,8 @@ counts as the mean of what it has said so far, because the first sample may be a
 
 from math import acos, asin, atan2, sqrt
 
-from nao_lipm_gait.points import dot
-from nao_lipm_gait.signals import GRAVITY, Point3
+from nao_lipm_gait.geometry import dot
+from nao_lipm_gait.types import GRAVITY, Point3
 
 UPRIGHT: Point3 = (0.0, 0.0, 1.0)
 
@@ -70,7 +70,8 @@ class TorsoOrientation:
     ) -> None:
         """One tick: gyro [rad/s] and accelerometer [m/s^2] in the torso frame, dt [s];
         sole_normal: the stance sole's z axis in the torso frame by the joint angles, None while
-        the robot does not stand on it."""
+        the robot does not stand on it.
+        """
         wx, wy, wz = angular_velocity
         x, y, z = self._up
         # A fixed vertical seen from a turning torso: du/dt = u x w.

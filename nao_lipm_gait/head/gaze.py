@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import Point3
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import Point3
 
 PAN, TILT = "HeadYaw", "HeadPitch"
 """Joints of a head; a positive tilt looks down."""

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from nao_lipm_gait.head.gaze import neck_of
 from nao_lipm_gait.head.goals import Angles, Follow, Frame, Goal, Search
-from nao_lipm_gait.kinematics.body_model import SolePose
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray, Point3, Pose2
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray, Point3, Pose2
+from nao_lipm_gait.whole_body.body_model import SolePose
 
 SPEED = 3.0
 """[rad/s] largest speed of either joint; below that of the motors, for the picture's sake."""
@@ -90,7 +90,7 @@ class HeadControl:
     @property
     def is_free(self) -> bool:
         """Nobody asked for anything: the head is the gait's."""
-        return self._neck is None or self.goal is None and self._now is None
+        return self._neck is None or (self.goal is None and self._now is None)
 
     def ask(self, goal: Goal | None) -> None:
         """A new goal; None leaves the head to the gait."""

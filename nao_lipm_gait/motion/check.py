@@ -3,10 +3,10 @@
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.kinematics.joint_limits import JointLimits
 from nao_lipm_gait.motion.keyframes import Interpolation, Motion
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
+from nao_lipm_gait.whole_body.joint_limits import JointLimits
 
 SPEED_SHARE = 0.95
 """Share of a joint's speed limit that a motion may ask for: what is left is for the balance."""

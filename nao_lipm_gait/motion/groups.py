@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from nao_lipm_gait.motion.mirror import LEFT, RIGHT, mirror_law
-from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.robot import RobotDescription
 
 HEAD, BODY = "head", "body"
 
@@ -12,7 +12,8 @@ HEAD, BODY = "head", "body"
 def joint_groups(robot: RobotDescription) -> dict[str, list[int]]:
     """Name -> indices of joints: all, head, body (all but the head), legs, arms, and left_leg,
     right_leg, left_arm, right_arm. Joints of the middle belong to the head if their name says so,
-    and otherwise only to the body."""
+    and otherwise only to the body.
+    """
     names = robot.joint_names
     law = mirror_law(robot)
     legs = {

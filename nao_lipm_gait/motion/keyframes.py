@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 
 class Posture(StrEnum):

@@ -8,7 +8,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.keyframes import Motion, Posture
 from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot_description import RobotDescription
+from nao_lipm_gait.robot import RobotDescription
 
 
 class MotionLibrary:

@@ -13,8 +13,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 
 LEFT, RIGHT = "L", "R"
 """First letters of the joints that come in pairs."""

@@ -22,8 +22,8 @@ from nao_lipm_gait.motion.keyframes import (
     Posture,
 )
 from nao_lipm_gait.motion.mirror import LEFT, mirror_law
-from nao_lipm_gait.robot_description import RobotDescription
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray
 
 STAND = "stand"
 """The pose of this name is the gait's own, whatever its parameters make of it."""

@@ -2,8 +2,8 @@
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from nao_lipm_gait.ros.health import Health, Report, reports
 from nao_lipm_gait.ros.messages import to_time
+from nao_lipm_gait.runtime.diagnostics import Health, Report, reports
 
 
 def diagnostics(node: str, hardware: str, health: Health) -> DiagnosticArray:

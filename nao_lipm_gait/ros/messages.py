@@ -21,8 +21,8 @@ from std_msgs.msg import ColorRGBA, Float64MultiArray, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
-from nao_lipm_gait.ros.inputs import ImuInput, JointInput, LoadInput, TwistInput
-from nao_lipm_gait.signals import FloatArray, GaitStatus, JointTargets, Point3, Pose2
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2
 
 ODOM = "odom"
 BASE_FOOTPRINT = "base_footprint"
@@ -42,7 +42,7 @@ _SOLE = (0.16, 0.09, 0.005)
 
 
 def to_time(stamp: int) -> Time:
-    """stamp [ns]"""
+    """Stamp [ns]"""
     sec, nanosec = divmod(stamp, _NANOSECONDS)
     return Time(sec=sec, nanosec=nanosec)
 

@@ -25,13 +25,8 @@ from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.library import library_of
 from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.diagnostics import diagnostics
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
-from nao_lipm_gait.ros.garbage import GarbageKeeper
-from nao_lipm_gait.ros.head_input import head_angles, head_follow, head_mode, head_point
-from nao_lipm_gait.ros.health import Level
-from nao_lipm_gait.ros.inputs import Input
 from nao_lipm_gait.ros.messages import (
     COMMAND_WRITERS,
     StatusWriter,
@@ -42,7 +37,7 @@ from nao_lipm_gait.ros.messages import (
     support_text,
     twist_input,
 )
-from nao_lipm_gait.ros.node_parameters import (
+from nao_lipm_gait.ros.parameters import (
     NodeParameter,
     accepted,
     as_mapping,
@@ -52,9 +47,13 @@ from nao_lipm_gait.ros.node_parameters import (
     unknown_overrides,
     used_as,
 )
-from nao_lipm_gait.ros.others import Others
-from nao_lipm_gait.ros.warm_up import warm_up
-from nao_lipm_gait.signals import GaitStatus, JointTargets
+from nao_lipm_gait.runtime.controller import GaitController, Settings
+from nao_lipm_gait.runtime.diagnostics import Level, Others
+from nao_lipm_gait.runtime.garbage import GarbageKeeper
+from nao_lipm_gait.runtime.head_input import head_angles, head_follow, head_mode, head_point
+from nao_lipm_gait.runtime.inputs import Input
+from nao_lipm_gait.runtime.warm_up import warm_up
+from nao_lipm_gait.types import GaitStatus, JointTargets
 
 URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 PRESET = NodeParameter(
@@ -103,7 +102,7 @@ class GaitNode(Node):
         parameters = self._declare_table(preset)
         settings = Settings(period, timeout)
         warm_up(self._robot, parameters, settings)
-        self._entry = GaitEntry(
+        self._entry = GaitController(
             self._robot, parameters, settings, self, time.monotonic, motions
         )
         self._garbage = GarbageKeeper()

@@ -20,7 +20,7 @@ from rclpy.qos import QoSProfile
 from nao_lipm_gait.ros.domain import DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = {"gait": "nao_lipm_gait.ros.gait_node", "sim_bridge": "sim_bridge.bridge_node"}
+MODULES = {"gait": "nao_lipm_gait.ros.main", "sim_bridge": "sim_bridge.ros.main"}
 TIMEOUT = 120.0
 """[s] for any single thing to happen, on a busy machine."""
 

@@ -16,7 +16,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from ros_probe import Probe, bits, stamp
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -43,7 +43,7 @@ class Driver:
             self._publisher.publish(twist)
 
 
-@pytest.mark.parametrize("parameters", (LOCKSTEP, PACED), ids=("lockstep", "paced"))
+@pytest.mark.parametrize("parameters", [LOCKSTEP, PACED], ids=("lockstep", "paced"))
 def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, parameters: dict):
     driver = Driver(probe)
     truth = probe.subscribe(Odometry, "ground_truth/odom")
@@ -118,9 +118,11 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
     assert len(good) > 200
     assert all(math.isfinite(q) for m in good for q in m.position)
     for process in (gait, bridge):
-        assert process.status is None and "Traceback" not in process.log
+        assert process.status is None
+        assert "Traceback" not in process.log
         assert len(process.log.splitlines()) < 400, "the log stays readable"
-    assert gait.says("joint_states position.*nan") and gait.says("imu/data linear_acc.*inf")
+    assert gait.says("joint_states position.*nan")
+    assert gait.says("imu/data linear_acc.*inf")
     assert bridge.says("joint_command header.stamp.*in lockstep"), "no word in time"
     assert bridge.says("push wrench.force.x.*inf")
 
@@ -183,10 +185,11 @@ def test_same_seed_in_lockstep_gives_the_same_walk_bit_by_bit(tmp_path: Path):
     different = [stamp for stamp in common if first[stamp] != second[stamp]]
     assert not different, f"differ from {different[0] * 1e-9:.2f} s on"
     shared = [stamp for stamp in common if stamp in other]
-    assert len(shared) > 90 and any(other[stamp] != first[stamp] for stamp in shared)
+    assert len(shared) > 90
+    assert any(other[stamp] != first[stamp] for stamp in shared)
 
 
-@pytest.mark.parametrize("number", (signal.SIGINT, signal.SIGTERM))
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signal_ends_both_with_status_0(probe: Probe, number: int):
     commands = probe.subscribe(JointState, "joint_command")
     gait = probe.start("gait")
@@ -201,7 +204,7 @@ def test_signal_ends_both_with_status_0(probe: Probe, number: int):
             os.killpg(process.pid, 0)  # nobody left in its group
 
 
-@pytest.mark.parametrize("name", ("gait", "sim_bridge"))
+@pytest.mark.parametrize("name", ["gait", "sim_bridge"])
 def test_signal_during_the_start_is_clean_too(probe: Probe, name: str):
     process = probe.start(name)
     status = Path(f"/proc/{process.pid}/status")
@@ -219,7 +222,7 @@ def test_signal_during_the_start_is_clean_too(probe: Probe, name: str):
 
 @pytest.mark.parametrize(
     ("name", "arguments", "message"),
-    (
+    [
         ("gait", ["-p", "preset:=nope"], "gait: parameter preset: .*'nope'; allowed: .*paper"),
         ("gait", ["-p", "fall_tilt:=9.0"], "gait: fall_tilt: got 9.0; allowed: .* 0.2 to 1.5 rad"),
         ("gait", ["-p", "feedback:=3"], "gait: feedback: got 3; allowed: true or false"),
@@ -229,7 +232,7 @@ def test_signal_during_the_start_is_clean_too(probe: Probe, name: str):
         ("sim_bridge", ["-p", "sensor_delay:=-1.0"], "sensor_delay: got -1.0; allowed: .* 0 to 1"),
         ("sim_bridge", ["-p", "robot_seed:=two"], "robot_seed: got 'two'; allowed: a whole number"),
         ("sim_bridge", ["-p", "engine:=mojoco"], "engine: got 'mojoco'; allowed: .*pybullet"),
-    ),
+    ],
 )
 def test_bad_start_is_one_clear_line_and_status_2(
     probe: Probe, name: str, arguments: list[str], message: str

@@ -13,7 +13,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from ros_probe import Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()
@@ -64,7 +64,7 @@ class Controller:
         self.wait_for_reading(last, truth)
 
 
-@pytest.mark.parametrize("delay_ms", (0, 40, 60))
+@pytest.mark.parametrize("delay_ms", [0, 40, 60])
 def test_delay_through_ros_equals_the_parameter(probe: Probe, delay_ms: int):
     """By the stamps, and by a push: its jolt comes to the IMU that much after it happened."""
     robot = Controller(probe, sensor_delay=delay_ms * 1e-3, robot_seed=-1)
@@ -90,7 +90,9 @@ def test_delay_through_ros_equals_the_parameter(probe: Probe, delay_ms: int):
         if abs(robot.imu[-1].linear_acceleration.y) > 5.0:
             felt_at, felt_stamp = stamp(robot.odometry[-1]), stamp(robot.imu[-1])
             break
-    assert pushed_at is not None and felt_at is not None and felt_stamp is not None
+    assert pushed_at is not None
+    assert felt_at is not None
+    assert felt_stamp is not None
     assert felt_stamp == pushed_at, "stamped at the sampling"
     assert felt_at - pushed_at == delay_ms * 1_000_000, "and available that much later"
 
@@ -119,12 +121,15 @@ def test_clock_and_truth_come_at_the_control_rate_and_messages_are_complete(prob
     imu = robot.imu[-1]
     assert imu.orientation_covariance[0] == -1.0, "REP-145: no orientation is given"
     assert imu.linear_acceleration.z == pytest.approx(9.81, abs=0.8)
-    assert imu.angular_velocity.z == 0.0 and imu.angular_velocity_covariance[8] > 1e3
+    assert imu.angular_velocity.z == 0.0
+    assert imu.angular_velocity_covariance[8] > 1e3
     odometry = robot.odometry[-1]
     assert (odometry.header.frame_id, odometry.child_frame_id) == ("world", ROBOT.torso_frame)
     probe.wait(lambda: com and wrench and description, "com, wrench and description")
-    assert com[-1].header.frame_id == "world" and 0.2 < com[-1].point.z < 0.35
-    assert wrench[-1].header.frame_id == "l_sole" and wrench[-1].wrench.force.z > 5.0
+    assert com[-1].header.frame_id == "world"
+    assert 0.2 < com[-1].point.z < 0.35
+    assert wrench[-1].header.frame_id == "l_sole"
+    assert wrench[-1].wrench.force.z > 5.0
     assert description[-1].data == ROBOT.urdf
 
 
@@ -203,5 +208,6 @@ def test_reset_stands_the_robot_up_and_the_clock_goes_on(probe: Probe):
     for _ in range(100):
         robot.step()
     now = robot.odometry[-1].pose.pose.position
-    assert now.z > 0.26 and math.hypot(now.x - start.x, now.y - start.y) < 0.03
+    assert now.z > 0.26
+    assert math.hypot(now.x - start.x, now.y - start.y) < 0.03
     assert set(np.diff([stamp(m) for m in robot.odometry])) == {PERIOD}

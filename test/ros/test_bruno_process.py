@@ -5,7 +5,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from ros_probe import Probe, stamp
 from test_both_processes import LOCKSTEP, Driver
 

@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from nao_lipm_gait.parameters import PARAMETERS, load_preset
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from ros_probe import Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()
@@ -91,7 +91,8 @@ class StandingRobot:
         for message in self.commands:
             position = np.array(message.position)
             assert np.isfinite(position).all()
-            assert (position >= ROBOT.lower).all() and (position <= ROBOT.upper).all()
+            assert (position >= ROBOT.lower).all()
+            assert (position <= ROBOT.upper).all()
 
 
 def test_every_frame_is_answered_with_its_stamp(probe: Probe):
@@ -106,7 +107,8 @@ def test_every_frame_is_answered_with_its_stamp(probe: Probe):
     answered = [stamp(m) for m in robot.commands if stamp(m) > 1_000_000_000]
     assert answered == [1_000_000_000 + PERIOD * n for n in range(1, 6)]
     last = robot.commands[-1]
-    assert list(last.name) == NAMES and list(last.effort) == [1.0] * len(NAMES)
+    assert list(last.name) == NAMES
+    assert list(last.effort) == [1.0] * len(NAMES)
     robot.check_answers()
     probe.wait(
         lambda: latched and odometry and all(points.values()), "support, odometry and CoM points"
@@ -291,7 +293,7 @@ def test_relax_and_stand(probe: Probe):
 
 @pytest.mark.parametrize(
     ("interface", "kind"),
-    (("forward_command", Float64MultiArray), ("joint_trajectory", JointTrajectory)),
+    [("forward_command", Float64MultiArray), ("joint_trajectory", JointTrajectory)],
 )
 def test_command_interfaces_of_ros2_control(probe: Probe, interface: str, kind: type):
     robot = StandingRobot(probe, command=kind, command_interface=interface)

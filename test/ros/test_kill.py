@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from ros_probe import Probe, stamp
 
 pytest.importorskip("mujoco")
@@ -55,7 +55,8 @@ def check(commands: list[Any]) -> None:
     for message in commands:
         position = np.array(message.position)
         assert np.isfinite(position).all()
-        assert (position >= ROBOT.lower).all() and (position <= ROBOT.upper).all()
+        assert (position >= ROBOT.lower).all()
+        assert (position <= ROBOT.upper).all()
 
 
 def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe) -> None:
@@ -99,7 +100,8 @@ def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
     drive(probe, truth, walks, "a walk of the new robot")
     assert truth[-1].pose.pose.position.z > 0.25
     check(commands)
-    assert gait.status is None and "Traceback" not in gait.log
+    assert gait.status is None
+    assert "Traceback" not in gait.log
 
 
 def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
@@ -125,4 +127,5 @@ def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
     check(commands)
     assert len({message.header.frame_id for message in commands}) == 2
     for process in (gait, second):
-        assert process.status is None and "Traceback" not in process.log
+        assert process.status is None
+        assert "Traceback" not in process.log

@@ -53,7 +53,8 @@ def test_a_robot_on_the_floor_gets_up_when_asked(probe: Probe) -> None:
     probe.wait(lambda: any(m.data.startswith("getting_up") for m in support), "a get-up")
     probe.wait(lambda: support[-1].data.startswith("stand"), "a stand")
     refused = probe.call(Trigger, "gait/get_up", Trigger.Request())
-    assert not refused.success and "standing" in refused.message
+    assert not refused.success
+    assert "standing" in refused.message
 
 
 def test_the_head_turns_by_topic(probe: Probe) -> None:

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 
 import pytest
+from test_security import rights
 
 from ros_probe import Probe
-from test_security import rights
 
 
 def relative(names: Iterable[tuple[str, list[str]]], node: str) -> set[str]:
@@ -17,7 +17,7 @@ def relative(names: Iterable[tuple[str, list[str]]], node: str) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("name", ("gait", "sim_bridge"))
+@pytest.mark.parametrize("name", ["gait", "sim_bridge"])
 def test_the_policy_covers_what_the_node_does(probe: Probe, name: str) -> None:
     probe.start(name, use_sim_time=name == "gait")
     node = probe.node
@@ -36,4 +36,6 @@ def test_the_policy_covers_what_the_node_does(probe: Probe, name: str) -> None:
     assert published <= allowed["topic", "publish"]
     assert heard <= allowed["topic", "subscribe"]
     assert served <= allowed["service", "reply"]
-    assert len(published) > 5 and len(heard) > 1 and len(served) > 5
+    assert len(published) > 5
+    assert len(heard) > 1
+    assert len(served) > 5

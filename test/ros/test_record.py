@@ -13,11 +13,11 @@ import pytest
 
 pytest.importorskip("rosbags")
 
-from rosgraph_msgs.msg import Clock  # noqa: E402
+from rosgraph_msgs.msg import Clock
 
-from gait_lab.bag_reading import open_bag  # noqa: E402
-from nao_lipm_gait.errors import NaoGaitError  # noqa: E402
-from ros_probe import ROOT, Probe  # noqa: E402
+from gait_lab.analysis.bag_reading import open_bag
+from nao_lipm_gait.errors import NaoGaitError
+from ros_probe import ROOT, Probe
 
 TOPICS = ("/clock", "/joint_states", "/ground_truth/odom")
 SECOND = 1_000_000_000
@@ -90,7 +90,8 @@ def test_a_recording_ends_whole_and_in_order(probe: Probe, tmp_path: Path) -> No
     assert re.search(r"\d+ messages of 3 topics", text)
     bag = open_bag(tmp_path / "bag")
     assert set(bag.topics) == {"/joint_states", "/robot_description", "/clock"}
-    assert bag.remarks == () and bag.topics["/robot_description"].count == 1
+    assert bag.remarks == ()
+    assert bag.topics["/robot_description"].count == 1
     joints = bag.messages["/joint_states"]
     sampled = np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for _, m in joints])
     # In lockstep a reading that nobody has answered yet is sent again.

@@ -16,12 +16,12 @@ import pytest
 pytest.importorskip("viser")
 pytest.importorskip("mujoco")
 
-from geometry_msgs.msg import Twist, WrenchStamped  # noqa: E402
-from nav_msgs.msg import Odometry  # noqa: E402
+from geometry_msgs.msg import Twist, WrenchStamped
+from nav_msgs.msg import Odometry
 
-from gait_lab.view.command import HOST, Viewer, serve  # noqa: E402
-from nao_lipm_gait.errors import NaoGaitError  # noqa: E402
-from ros_probe import ROOT, Probe  # noqa: E402
+from gait_lab.view.command import HOST, Viewer, serve
+from nao_lipm_gait.errors import NaoGaitError
+from ros_probe import ROOT, Probe
 
 
 def free_port() -> int:
@@ -58,14 +58,16 @@ def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, serve
     shown(lambda: viewer.scene is not None and viewer.link.heard.support == "stand double",
           "the robot, standing")  # fmt: skip
     scene = viewer.scene
-    assert scene is not None and viewer.link.heard.urdf is not None
+    assert scene is not None
+    assert viewer.link.heard.urdf is not None
     shown(lambda: len(scene._frames) > 10 and scene._frames[0].position[2] != 0.0, "links placed")
     viewer.panel.x.value = 20.0
     shown(lambda: any(c.linear.x == 0.2 for c in commands), "the slider's command")
     shown(lambda: scene.base[0] > 0.3, "the robot walking forward in the scene")
     assert viewer.link.heard.support.startswith("walk ")
     shown(lambda: len(scene._prints) >= 3, "footprints")
-    assert scene.com.visible and scene.origin.visible
+    assert scene.com.visible
+    assert scene.origin.visible
 
     # Topics come in any order on a busy machine, so nearness is waited for.
     def near(x: float, y: float) -> bool:
@@ -102,9 +104,11 @@ def test_the_tool_serves_on_this_machine_alone(probe: Probe, tmp_path: Path) -> 
     try:
         assert process.stdout is not None
         address = re.search(r"http://\S+", process.stdout.readline())
-        assert address is not None and address[0] == f"http://{HOST}:{port}"
+        assert address is not None
+        assert address[0] == f"http://{HOST}:{port}"
         with urllib.request.urlopen(address[0], timeout=20) as answer:
-            assert answer.status == 200 and b"<html" in answer.read(4000).lower()
+            assert answer.status == 200
+            assert b"<html" in answer.read(4000).lower()
         assert _listening(port) == {"0100007F"}, "127.0.0.1 and nothing else"
         _look(probe, address[0])
         process.send_signal(signal.SIGINT)

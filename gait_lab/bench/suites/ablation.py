@@ -7,13 +7,13 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from gait_lab.bench.changes import UNCHANGED, load_changes
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.push_cells import Cell, push_cells
 from gait_lab.bench.report import Report, Row, number, table
 from gait_lab.bench.score import Score, Variant, tasks_of, walk_all
-from gait_lab.changes import UNCHANGED, load_changes
-from gait_lab.tasks import AXES, find_task
+from gait_lab.trials.tasks import AXES, find_task
 
 SUITE = "ablation"
 PUSHES = (("left", 1.75), ("right", 1.75), ("forward", 2.5), ("back", 2.0))

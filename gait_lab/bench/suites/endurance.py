@@ -11,13 +11,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gait_lab.analysis.metrics import ALARM_STATES
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
-from gait_lab.metrics import ALARM_STATES
-from gait_lab.random_commands import STOP_SHARE, RandomCommands
-from gait_lab.rollout import CONTROL_PERIOD, RolloutSpec, make_pair, parallel_map, walk
-from gait_lab.tasks import TASKS
+from gait_lab.trials.random_commands import STOP_SHARE, RandomCommands
+from gait_lab.trials.rollout import CONTROL_PERIOD, RolloutSpec, make_pair, parallel_map, walk
+from gait_lab.trials.tasks import TASKS
 
 SUITE = "endurance"
 FALLS_MAX = 100

@@ -7,8 +7,8 @@ import numpy as np
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, number, table
-from gait_lab.getting_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
-from gait_lab.rollout import loaded_robot, parallel_map
+from gait_lab.trials.get_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
+from gait_lab.trials.rollout import loaded_robot, parallel_map
 
 SUITE = "getup"
 

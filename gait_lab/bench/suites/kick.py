@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, number, table
-from gait_lab.kicking import AFTERWARDS, PLACEMENT, KickResult, KickSpec, kick
-from gait_lab.rollout import loaded_robot, parallel_map
+from gait_lab.trials.kick import AFTERWARDS, PLACEMENT, KickResult, KickSpec, kick
+from gait_lab.trials.rollout import loaded_robot, parallel_map
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.library import shipped_library
 

@@ -10,18 +10,18 @@ import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from gait_lab.analysis.metrics import Metrics
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.push_cells import Cell, push_cells
 from gait_lab.bench.report import Report, Row, finite, number, table
 from gait_lab.bench.score import Score, Variant, tasks_of, walk_all
-from gait_lab.metrics import Metrics
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo
-from gait_lab.rollout import Walker
-from gait_lab.tasks import AXES, Task
+from gait_lab.trials.rollout import Walker
+from gait_lab.trials.tasks import AXES, Task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.robot_description import NAO, RobotDescription, load_robot
+from nao_lipm_gait.robot import NAO, RobotDescription, load_robot
 
 SUITE = "peers"
 TASKS = ("forward=25", "back=20", "side=10", "turn=50")

@@ -13,9 +13,9 @@ from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, table
 from gait_lab.bench.score import Score, Variant, walk_all
-from gait_lab.tasks import AXES
+from gait_lab.trials.tasks import AXES
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot_description import load_robot
+from nao_lipm_gait.robot import load_robot
 from sim_bridge.plant import PlantOption, PlantValue, load_plant, with_options
 from sim_bridge.simulation import Simulation
 

@@ -19,18 +19,18 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
 from gait_lab.bench.suites.faults import fault_run
+from gait_lab.faults.channel import Message
 from gait_lab.faults.fault import Fault, Late
-from gait_lab.faults.stage import PERIOD, Stage
-from gait_lab.faults.walks import rollout_spec
-from gait_lab.faults.wire import Message
-from gait_lab.faults.world import World
-from gait_lab.rollout import make_pair
+from gait_lab.faults.fault_trial import World
+from gait_lab.faults.harness import PERIOD, Harness
+from gait_lab.faults.long_walks import rollout_spec
+from gait_lab.trials.rollout import make_pair
 from nao_lipm_gait.gait import ON_THE_WAY
-from nao_lipm_gait.robot_description import load_robot
-from nao_lipm_gait.ros.gait_entry import GaitEntry, Settings
-from nao_lipm_gait.ros.garbage import GarbageKeeper
-from nao_lipm_gait.ros.outlet import DeafOutlet
-from nao_lipm_gait.signals import VelocityCommand
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.runtime.controller import GaitController, Settings
+from nao_lipm_gait.runtime.garbage import GarbageKeeper
+from nao_lipm_gait.runtime.outlet import DeafOutlet
+from nao_lipm_gait.types import VelocityCommand
 
 SUITE = "realtime"
 SPEED = VelocityCommand(0.2, 0.0, 0.0)
@@ -61,7 +61,7 @@ class _Ear(Fault):
         super().__init__(np.random.default_rng(0))
         self.heard: dict[int, list[Message]] = {}
 
-    def _write(self, stage: Stage, message: Message) -> Iterator[Late]:
+    def _write(self, stage: Harness, message: Message) -> Iterator[Late]:
         self.heard.setdefault(stage.tick, []).append(message)
         yield 0, message
 
@@ -114,7 +114,7 @@ def _record(options: BenchOptions) -> list[list[Message]]:
 def _play(
     options: BenchOptions, script: list[list[Message]], load: bool, keeper: bool
 ) -> Timing:
-    entry = GaitEntry(
+    entry = GaitController(
         load_robot(options.urdf), options.parameters, Settings(PERIOD), DeafOutlet(), time.monotonic
     )
     gc.collect()

@@ -8,9 +8,9 @@ import statistics
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
-from gait_lab.crossing import CrossingResult, CrossingSpec, Walker, cross
-from gait_lab.rollout import loaded_robot, parallel_map
-from gait_lab.tasks import find_task
+from gait_lab.trials.crossing import CrossingResult, CrossingSpec, Walker, cross
+from gait_lab.trials.rollout import loaded_robot, parallel_map
+from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import preset_for

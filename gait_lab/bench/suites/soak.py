@@ -5,7 +5,7 @@ from tqdm import tqdm
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row
 from gait_lab.bench.suites.faults import fault_run
-from gait_lab.faults.walks import Sample, soak
+from gait_lab.faults.long_walks import Sample, soak
 
 SUITE = "soak"
 WARM_UP = 0.2

@@ -9,7 +9,7 @@ from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, finite, loop_name, number, table
 from gait_lab.bench.score import RULES, Pick, Score, tasks_of, walk_all
-from gait_lab.tasks import AXES
+from gait_lab.trials.tasks import AXES
 
 SUITE = "speed"
 HALF_WINDOW = 10.0

@@ -8,8 +8,8 @@ from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, table
 from gait_lab.bench.score import Score, walk_all
-from gait_lab.tasks import STAND_TIME, TASKS, Task
-from nao_lipm_gait.signals import STANDSTILL, VelocityCommand
+from gait_lab.trials.tasks import STAND_TIME, TASKS, Task
+from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 SUITE = "start"
 JUMP = 0.01

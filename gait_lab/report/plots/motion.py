@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from gait_lab.metrics import true_com_in_q, velocity_in_heading, yaw_of
+from gait_lab.analysis.metrics import true_com_in_q, velocity_in_heading, yaw_of
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.figure import (
     BLUE,

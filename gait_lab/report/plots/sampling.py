@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_lipm_gait.signals import FloatArray
+from nao_lipm_gait.types import FloatArray
 
 SMOOTHING = 0.5
 """[s] over which speeds are averaged: about two steps."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gait_lab.metrics import LEFT, RIGHT
+from gait_lab.analysis.metrics import LEFT, RIGHT
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.figure import (
     INK,

@@ -1,0 +1,1 @@
+"""Tools that move a running robot: teleop, teach."""

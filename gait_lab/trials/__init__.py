@@ -1,0 +1,1 @@
+"""One robot and its gait in one process, stepped by one loop."""

@@ -1,0 +1,199 @@
+"""Hashes of reference rollouts: the same hashes, the same walk to the bit.
+
+Every preset walks a short course of commands with a push and every motion of every robot runs once,
+in each engine; every fault of the campaign disturbs one walk. Hashed are the motion itself (joints,
+torso, motor torques) and the gait's own estimates (odometry, CoM), so that a refactoring can show
+that it changed nothing, and a figure can say which walk it was measured on.
+"""
+
+import hashlib
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gait_lab.analysis.metrics import yaw_of
+from gait_lab.faults.classes import CLASSES
+from gait_lab.faults.fault_trial import World
+from gait_lab.trials.ball_spot import spot_in_world
+from gait_lab.trials.rollout import CONTROL_PERIOD, Push, loaded_robot, parallel_map, walk
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.motion.keyframes import Posture
+from nao_lipm_gait.motion.library import shipped_library
+from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.types import STANDSTILL, GaitStatus, JointTargets, VelocityCommand
+from sim_bridge.ball import Ball
+from sim_bridge.plant import load_plant, with_options
+from sim_bridge.simulation import GroundTruth, Simulation
+
+ENGINES = ("mujoco", "pybullet")
+SEED = 3
+"""Robot and noise of all reference rollouts."""
+
+HEXAGONS = ("terrain.kind", "hexagons")
+# preset -> robot, plant, options of the plant, speed share of the course
+PRESETS = {
+    "default": ("nao_h21_v33", "reference", (), 1.0),
+    "paper": ("nao_h21_v33", "reference", (), 0.4),
+    "zmp": ("nao_h21_v33", "reference", (), 0.5),
+    "preview": ("nao_h21_v33", "reference", (), 0.5),
+    "ideal": ("nao_h21_v33", "ideal", (), 0.6),
+    "bruno": ("bruno", "reference", (), 0.6),
+    "rough_fast": ("bruno", "reference", (HEXAGONS, ("sole.kind", "sponge")), 0.4),
+    "rough_slow": ("bruno", "reference", (HEXAGONS, ("sole.kind", "spring")), 0.2),
+}
+COURSE = (
+    (1.0, STANDSTILL),
+    (2.0, VelocityCommand(0.40, 0.0, 0.0)),
+    (4.0, VelocityCommand(0.40, 0.0, 0.0)),
+    (4.5, VelocityCommand(0.10, 0.10, 0.6)),
+    (6.0, VelocityCommand(-0.20, -0.05, -0.6)),
+    (7.0, STANDSTILL),
+)
+"""Times [s] and commands, linear between them."""
+COURSE_TIME = 8.5
+"""[s]"""
+PUSH = Push(time=3.0, impulse=0.6, direction=math.radians(100.0))
+STARTS = {
+    Posture.STANDING: "stand",
+    Posture.LYING_FRONT: "lying_front",
+    Posture.LYING_BACK: "lying_back",
+}
+"""Start states of the simulation by the posture that a motion begins from."""
+MOTION_AT, MOTION_REST = 1.5, 1.0
+"""[s] when a motion is asked for, and for how long the robot is watched after it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One reference rollout."""
+
+    engine: str
+    robot: str
+    name: str
+    """`walk/PRESET`, `motion/ROBOT/MOTION` or `fault/FAULT`."""
+
+    @property
+    def key(self) -> str:
+        return f"{self.engine}/{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Fingerprint:
+    """Of one reference rollout."""
+
+    key: str
+    """ENGINE/ and the name of the case."""
+    digest: str
+    """The first 16 hexadecimal digits of a SHA-256."""
+    pose: tuple[float, float, float]
+    """Where the torso ended: x, y [m] in the world, yaw [rad]."""
+
+
+def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
+    """All reference rollouts in these engines."""
+    for engine in engines:
+        for preset, (robot, *_) in PRESETS.items():
+            if engine == "mujoco" and preset == "ideal":
+                continue  # motors without any lag are PyBullet's alone
+            yield Case(engine, robot, f"walk/{preset}")
+        for robot in ("nao_h21_v33", "bruno"):
+            for name, motion in shipped_library(loaded_robot(robot)).motions.items():
+                if any(map(motion.begins_from, STARTS)):
+                    yield Case(engine, robot, f"motion/{robot}/{name}")
+        if engine == "mujoco":
+            for fault in CLASSES:
+                yield Case(engine, "nao_h21_v33", f"fault/{fault}")
+
+
+def fingerprint(case: Case) -> Fingerprint:
+    """Run one reference rollout."""
+    kind, _, name = case.name.partition("/")
+    run = {"walk": _walk, "motion": _motion, "fault": _fault}[kind]
+    ticks = run(case, name.rpartition("/")[2])
+    whole, truth = hashlib.sha256(), None
+    for truth, status in ticks:
+        whole.update(_bytes(truth, status))
+    assert truth is not None
+    x, y, _ = truth.torso_position.tolist()
+    pose = (x, y, float(yaw_of(truth.torso_quaternion)))
+    return Fingerprint(case.key, whole.hexdigest()[:16], pose)
+
+
+def fingerprints(
+    engines: Iterable[str] = ENGINES, jobs: int | None = None, show: bool = True
+) -> list[Fingerprint]:
+    """All of them, over all cores."""
+    label = "reference rollouts"
+    return parallel_map(fingerprint, cases(engines), jobs=jobs, label=label, show=show)
+
+
+def _bytes(truth: GroundTruth, status: GaitStatus | None) -> bytes:
+    arrays = [
+        truth.torso_position, truth.torso_quaternion, truth.joint_position, truth.joint_torque,
+    ]  # fmt: skip
+    if status is not None:
+        said = (*status.base_footprint_in_odom, *status.com_estimated_in_q)
+        arrays.append(np.array(said, dtype=float))
+    return b"".join(np.asarray(array, dtype=float).tobytes() for array in arrays)
+
+
+def _command_at(time: float, share: float) -> VelocityCommand:
+    times = [knot for knot, _ in COURSE]
+    axes = zip(*(command for _, command in COURSE), strict=True)
+    x, y, yaw = (share * float(np.interp(time, times, axis)) for axis in axes)
+    return VelocityCommand(x, y, yaw)
+
+
+def _walk(case: Case, preset: str) -> Iterator[tuple[GroundTruth, GaitStatus | None]]:
+    urdf, plant, options, share = PRESETS[preset]
+    robot = loaded_robot(urdf)
+    with Simulation(
+        robot, with_options(load_plant(plant), options), robot_seed=SEED, noise_seed=SEED,
+        engine=case.engine, control_period=CONTROL_PERIOD,
+    ) as simulation:  # fmt: skip
+        gait = Gait(robot, load_preset(preset))
+        ticks = walk(
+            simulation, gait, lambda time: _command_at(time, share), push=PUSH, ahead=True
+        )
+        for tick, _ in zip(ticks, range(round(COURSE_TIME / CONTROL_PERIOD)), strict=False):
+            yield tick.truth, tick.status
+
+
+def _motion(case: Case, name: str) -> Iterator[tuple[GroundTruth, GaitStatus | None]]:
+    robot = loaded_robot(case.robot)
+    library = shipped_library(robot)
+    motion = library.find(name)
+    start = next(state for posture, state in STARTS.items() if motion.begins_from(posture))
+    with Simulation(
+        robot, load_plant("reference"), robot_seed=SEED, noise_seed=SEED, engine=case.engine,
+        control_period=CONTROL_PERIOD, start_state=start, ball=Ball(-5.0, 5.0),
+    ) as simulation:  # fmt: skip
+        gait = Gait(robot, load_preset(robot.preset))
+        targets: JointTargets | None = None
+        status: GaitStatus | None = None
+        for tick in range(round((MOTION_AT + motion.time + MOTION_REST) / CONTROL_PERIOD)):
+            if tick == round(MOTION_AT / CONTROL_PERIOD):
+                if motion.kick is not None:
+                    x, y = spot_in_world(simulation.truth(), motion.kick.x, motion.kick.y)
+                    simulation.put_ball(float(x), float(y))
+                gait.request_motion(motion)
+            frame = simulation.sense()
+            if frame is not None:
+                targets, status = gait.step(frame, STANDSTILL), gait.status
+            simulation.step(targets)
+            yield simulation.truth(), status
+
+
+def _fault(case: Case, name: str) -> Iterator[tuple[GroundTruth, GaitStatus | None]]:
+    robot = loaded_robot(case.robot)
+    with Simulation(
+        robot, load_plant("reference"), robot_seed=SEED, noise_seed=SEED, engine=case.engine,
+        control_period=CONTROL_PERIOD,
+    ) as simulation:  # fmt: skip
+        fault = CLASSES[name](np.random.default_rng(SEED))
+        world = World(simulation, load_preset("default"), fault, VelocityCommand(0.2, 0.0, 0.0))
+        for _ in range(round(fault.end / CONTROL_PERIOD)):
+            world.step()
+            yield world.truth, world.gaits[0].entry.last_status if world.gaits else None

@@ -1,0 +1,160 @@
+"""What a robot is asked to do in a rollout: named, timed velocity commands.
+
+A walk task stands, ramps the command up, settles, and is measured over a window at full command.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+
+STAND_TIME = 3.0
+"""The robot stands this long before it is asked to walk [s]: its gyros learn their bias."""
+RAMP_TIME = 3.0
+SETTLE_TIME = 1.0
+WINDOW = 20.0
+"""Length of the measured window [s]."""
+
+AXES = {"x": ("cm/s", 100.0), "y": ("cm/s", 100.0), "yaw": ("deg/s", math.degrees(1.0))}
+"""Unit in tables and its factor from SI, by axis of the command."""
+
+
+@dataclass(frozen=True, slots=True)
+class AskedMotion:
+    """A motion and when it is asked for."""
+
+    time: float
+    """[s] since the start."""
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A walk: the command over time, and when it is measured. Times in s since the start."""
+
+    name: str
+    knots: tuple[tuple[float, VelocityCommand], ...]
+    """Command at rising times; linear between them, held after the last."""
+    start: float
+    """Begin of the measured window."""
+    end: float
+    """End of the measured window and of the task."""
+    axis: str | None = None
+    """`x`, `y` or `yaw`: the axis whose speed is the result; None for standing and stepping."""
+    motions: tuple[AskedMotion, ...] = ()
+    """What is asked for on the way, at rising times; a ball is then in the world."""
+
+    def __post_init__(self) -> None:
+        times = [time for time, _ in self.knots]
+        if not times or any(late <= early for early, late in itertools.pairwise(times)):
+            raise NaoGaitError(f"task {self.name}", times, "knots at rising times")
+        asked = [motion.time for motion in self.motions]
+        if asked != sorted(asked):
+            raise NaoGaitError(f"task {self.name}", asked, "motions at rising times")
+        if not 0.0 <= self.start < self.end:
+            raise NaoGaitError(f"task {self.name}", (self.start, self.end), "0 <= start < end")
+
+    def command_at(self, time: float) -> VelocityCommand:
+        """The command at a time [s]."""
+        before = self.knots[0]
+        if time <= before[0]:
+            return before[1]
+        for after in self.knots[1:]:
+            if time < after[0]:
+                share = (time - before[0]) / (after[0] - before[0])
+                return _between(before[1], after[1], share)
+            before = after
+        return before[1]
+
+    @property
+    def command(self) -> VelocityCommand:
+        """The command of the measured window."""
+        return self.knots[-1][1]
+
+    @property
+    def asked(self) -> float:
+        """The asked speed along the measured axis [m/s or rad/s]."""
+        return getattr(self.command, self.axis) if self.axis else 0.0
+
+    def lasting(self, window: float) -> "Task":
+        """The same task with another length of the measured window [s]."""
+        return self.measured(self.start, self.start + window)
+
+    def scaled(self, share: float, name: str) -> "Task":
+        """The same task at a share of its speeds, under another name."""
+        knots = tuple((time, _between(STANDSTILL, command, share)) for time, command in self.knots)
+        return replace(self, name=name, knots=knots)
+
+    def measured(self, start: float, end: float) -> "Task":
+        """The same task with another measured window [s since the start]."""
+        return replace(self, start=start, end=end)
+
+
+def _between(a: VelocityCommand, b: VelocityCommand, share: float) -> VelocityCommand:
+    return VelocityCommand(
+        a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * (b.yaw - a.yaw)
+    )
+
+
+def walk(
+    name: str,
+    x: float = 0.0,
+    y: float = 0.0,
+    yaw: float = 0.0,
+    axis: str | None = None,
+    window: float = WINDOW,
+) -> Task:
+    """Stand, ramp up to a velocity [m/s, m/s, rad/s], settle, and walk at it for `window` s."""
+    up = STAND_TIME + RAMP_TIME
+    start = up + SETTLE_TIME
+    knots = ((STAND_TIME, STANDSTILL), (up, VelocityCommand(x, y, yaw)))
+    return Task(name, knots, start, start + window, axis)
+
+
+SPOT_TURN = 1e-3
+"""A yaw rate [rad/s] too small to be seen, that keeps a robot stepping on the spot."""
+
+TASKS = {
+    task.name: task
+    for task in (
+        walk("forward", x=0.42, axis="x"),
+        walk("back", x=-0.36, axis="x"),
+        walk("side", y=0.22, axis="y"),
+        walk("side_right", y=-0.22, axis="y"),
+        walk("turn", yaw=math.radians(110.0), axis="yaw"),
+        walk("turn_right", yaw=-math.radians(110.0), axis="yaw"),
+        walk("spot", yaw=SPOT_TURN),
+        walk("curve", x=0.15, yaw=math.radians(20.0), axis="x"),
+        walk("diagonal", x=0.12, y=0.05, axis="x"),
+        Task("stand", ((0.0, STANDSTILL),), STAND_TIME, STAND_TIME + WINDOW),
+    )
+}
+SPEED_TASKS = ("forward", "back", "side", "turn")
+
+
+def find_task(text: str) -> Task:
+    """A task by name, or `name=speed` in the unit of its table: `forward=31` is 31 cm/s forward."""
+    name, equals, number = text.partition("=")
+    task = TASKS.get(name)
+    if task is None:
+        raise NaoGaitError("task", text, f"one of {', '.join(TASKS)}, or name=speed")
+    if not equals:
+        return task
+    if task.axis is None:
+        raise NaoGaitError("task", text, f"{name} has no speed to set")
+    unit, factor = AXES[task.axis]
+    try:
+        speed = float(number) / factor
+    except ValueError:
+        speed = math.nan
+    if not math.isfinite(speed) or speed <= 0.0:
+        raise NaoGaitError("task", text, f"{name}=SPEED with a speed in {unit}, more than 0")
+    # The sign belongs to the name: back=20 walks backward.
+    scale = speed / abs(task.asked)
+    command = task.command
+    return walk(
+        name, scale * command.x, scale * command.y, scale * command.yaw, task.axis,
+        task.end - task.start,
+    )

@@ -1,0 +1,20 @@
+"""The facts of one robot that everything else works with: its URDF and one parameter file."""
+
+from nao_lipm_gait.robot.description import (
+    JointLimit,
+    LegJoints,
+    Motor,
+    Pose2,
+    RobotDescription,
+)
+from nao_lipm_gait.robot.load import NAO, load_robot
+
+__all__ = [
+    "NAO",
+    "JointLimit",
+    "LegJoints",
+    "Motor",
+    "Pose2",
+    "RobotDescription",
+    "load_robot",
+]

@@ -1,0 +1,94 @@
+"""The part of a URDF that matters to a gait: which links and joints there are, and the limits."""
+
+import dataclasses
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot.description import JointLimit, LegJoints
+
+
+class UrdfModel:
+    """Links and joints of one URDF; what is missing or makes no sense is refused by name."""
+
+    def __init__(self, path: Path, links: set[str], joints: dict[str, ET.Element]) -> None:
+        self._path = path
+        self._links = links
+        self._joints = joints
+
+    @classmethod
+    def parse(cls, text: str, path: Path) -> "UrdfModel":
+        where = f"URDF {path}"
+        if "<!DOCTYPE" in text or "<!ENTITY" in text:  # entities can be made to fill the memory
+            raise NaoGaitError(where, "a document type declaration", "plain XML without one")
+        try:
+            root = ET.fromstring(text)
+        except (ET.ParseError, ValueError) as error:
+            raise NaoGaitError(where, str(error), "well-formed XML") from error
+        if root.tag != "robot":
+            raise NaoGaitError(where, f"<{root.tag}>", "a <robot> element")
+        links = {link.get("name", "") for link in root.findall("link")}
+        joints: dict[str, ET.Element] = {}
+        for joint in root.findall("joint"):
+            name = joint.get("name", "")
+            if name in joints:
+                raise NaoGaitError(f"joint {name} in {path}", "listed twice", "one joint per name")
+            joints[name] = joint
+        return cls(path, links, joints)
+
+    def frame(self, names: tuple[str, ...]) -> str:
+        """The first of these links that there is."""
+        for name in names:
+            if name in self._links:
+                return name
+        raise NaoGaitError(f"link {' or '.join(names)} in {self._path}", "missing", "a link")
+
+    def has_joint(self, name: str) -> bool:
+        return name in self._joints
+
+    def limit(self, name: str) -> JointLimit:
+        where = f"joint {name} in {self._path}"
+        allowed = "a revolute joint with finite limits, lower < upper, velocity and effort over 0"
+        joint = self._joints.get(name)
+        if joint is None:
+            raise NaoGaitError(where, "missing", allowed)
+        if joint.get("type") != "revolute":
+            raise NaoGaitError(where, f"type {joint.get('type')}", allowed)
+        element = joint.find("limit")
+        if element is None:
+            raise NaoGaitError(where, "no <limit>", allowed)
+        try:
+            limit = JointLimit(
+                # The URDF standard lets a missing bound be 0, and demands the other two.
+                lower=float(element.get("lower", "0")),
+                upper=float(element.get("upper", "0")),
+                velocity=float(element.get("velocity", "")),
+                effort=float(element.get("effort", "")),
+            )
+        except ValueError as error:
+            raise NaoGaitError(where, dict(element.attrib), allowed) from error
+        finite = all(math.isfinite(value) for value in dataclasses.astuple(limit))
+        if not (finite and limit.lower < limit.upper and limit.velocity > 0.0 < limit.effort):
+            raise NaoGaitError(where, dict(element.attrib), allowed)
+        return limit
+
+    def check_leg(self, torso: str, sole: str, leg: LegJoints) -> None:
+        """Refuses a leg whose joints do not lead from the torso to the sole in this order."""
+        above: dict[str, tuple[str, str]] = {}
+        for name, joint in self._joints.items():
+            parent, child = joint.find("parent"), joint.find("child")
+            if parent is not None and child is not None:
+                above[child.get("link", "")] = (name, parent.get("link", ""))
+        chain: list[str] = []
+        link = sole
+        while link in above and link != torso and len(chain) <= len(self._joints):
+            name, link = above[link]
+            if self._joints[name].get("type") != "fixed":
+                chain.insert(0, name)
+        if link != torso or tuple(chain) != leg.names:
+            raise NaoGaitError(
+                f"joints from {torso} to {sole} in {self._path}",
+                ", ".join(chain) or "none",
+                ", ".join(leg.names),
+            )

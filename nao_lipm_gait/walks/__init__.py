@@ -1,0 +1,1 @@
+"""The walk engines, and what they share."""

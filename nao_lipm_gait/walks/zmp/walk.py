@@ -1,0 +1,313 @@
+"""The walk of the second paper: half strides of fixed duration, one after the other.
+
+Nothing is measured: the trajectories of a half stride are fixed when it begins, and only the gyro's
+posture control, which acts on the joints, answers what happens. Forward, sideways and turning
+motion are superposed. As in the pendulum walk, each half stride has its own Q between the feet, and
+the step size is the pose of the next Q in this one; the CoM goes from half-way between the last Q
+and this one to half-way between this one and the next, and sways about that line.
+"""
+
+from collections import deque
+from enum import Enum
+from math import cos, sin
+from typing import NamedTuple
+
+from nao_lipm_gait.geometry import compose, relative
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.types import Pose2, VelocityCommand
+from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget
+from nao_lipm_gait.walks.lipm.pendulum import natural_frequency
+from nao_lipm_gait.walks.lipm.walk_state import LEFT, RIGHT
+from nao_lipm_gait.walks.steps import STEP_IN_PLACE, Stride, approach
+from nao_lipm_gait.walks.swing_foot import raised_cosine
+from nao_lipm_gait.walks.zmp.stride import limit_share, stride_for
+from nao_lipm_gait.walks.zmp.trajectories import (
+    entry_speed,
+    lift,
+    sway,
+    swing_in,
+    swing_out,
+    travel,
+)
+
+NOWHERE: Pose2 = (0.0, 0.0, 0.0)
+
+
+class Phase(Enum):
+    """What a half stride is for."""
+
+    REST = "rest"
+    SHIFT = "shift"
+    """From rest: the weight swings over the one foot, both stand."""
+    STEP = "step"
+    SETTLE = "settle"
+    """To rest, both feet stand."""
+
+
+class StrideState(NamedTuple):
+    """Where the walk is; see `nao_lipm_gait.walks.base.WalkView`."""
+
+    support: int
+    x: float
+    y: float
+    sole_in_q: Pose2
+    q_in_odom: Pose2
+    step_count: int
+    phase: Phase
+
+
+class HalfStride(NamedTuple):
+    """One half stride, fixed when it begins. Poses in its Q."""
+
+    phase: Phase
+    support: int
+    ticks: int
+    """2n of the paper."""
+    com_start: tuple[float, float]
+    step_size: Pose2
+    """Of the next Q."""
+    standing: Pose2
+    """The sole that stands."""
+    swing_start: Pose2
+    """The other one at the beginning and,"""
+    swing_end: Pose2
+    """at the end."""
+    parameters: GaitParameters
+
+
+class ZmpWalk:
+    """Omnidirectional walk on ZMP trajectories of constant cadence."""
+
+    def __init__(self, parameters: GaitParameters, control_period: float):
+        self._dt = control_period
+        self._half_stride: HalfStride
+        self._delay_ticks = max(0, round(parameters.feedback_delay / control_period))
+        self._p = parameters
+        self.stand_at(NOWHERE)
+
+    def set_parameters(self, parameters: GaitParameters) -> None:
+        """New parameters from the next half stride on; the delay is fixed at construction."""
+        self._p = parameters
+
+    def stand_at(self, q_in_odom: Pose2) -> None:
+        """Forget all motion: both feet side by side, the CoM at rest between them."""
+        self._q_in_odom = q_in_odom
+        self._step_count = 0
+        self._stride = STEP_IN_PLACE
+        self._stand(Phase.REST, LEFT, self._home_sole(LEFT), self._home_sole(RIGHT))
+        self._predicted = self._expected = self._state()
+        self._sent: deque[StrideState] = deque([self._predicted] * self._delay_ticks)
+
+    # -- the three stages of a tick ----------------------------------------------------------------
+
+    def start(self, command: VelocityCommand) -> None:
+        """Swing the weight over the foot that leads the asked motion, so that it steps first."""
+        leads_left = command.y > 0.0 or (command.y == 0.0 and command.yaw > 0.0)
+        support = LEFT if leads_left else RIGHT
+        self._stride = STEP_IN_PLACE
+        self._step_count = 0
+        half = self._half_stride
+        soles = {half.support: half.standing, -half.support: half.swing_end}
+        self._stand(Phase.SHIFT, support, soles[support], soles[-support])
+
+    def catch(self, x: float, y: float, vx: float, vy: float) -> None:
+        """This walk knows no better than to step on the spot, first with the unloaded foot."""
+        self.start(VelocityCommand(0.0, -y, 0.0))
+
+    def expect(self) -> Expectation:
+        """What was sent a delay ago is what should be measured now."""
+        self._expected = self._sent.popleft() if self._sent else self._state()
+        state = self._expected
+        return Expectation(state.support, (state.x, state.y), state.sole_in_q)
+
+    def observe(
+        self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
+    ) -> None:
+        """This walk does not look at the CoM."""
+
+    def plan(self, command: VelocityCommand) -> BodyTargets:
+        """The targets of this tick; at the end of a half stride the next one is planned."""
+        self._predicted = self._state()
+        self._sent.append(self._predicted)
+        targets = self._targets(self._predicted)
+        self._tick += 1
+        if self._tick >= self._half_stride.ticks:
+            self._next_half_stride(command)
+        return targets
+
+    # -- planning ----------------------------------------------------------------------------------
+
+    def _next_half_stride(self, command: VelocityCommand) -> None:
+        done = self._half_stride
+        if done.phase in (Phase.SHIFT, Phase.STEP):
+            self._q_in_odom = compose(self._q_in_odom, done.step_size)
+            self._step_count += 1
+        self._half_stride, self._stride = self._successor(done, self._stride, command)
+        self._tick = 0
+
+    def _successor(
+        self, done: HalfStride, stride: Stride, command: VelocityCommand
+    ) -> tuple[HalfStride, Stride]:
+        """What follows a half stride, made with `stride`, under this command."""
+        if done.phase in (Phase.REST, Phase.SETTLE):
+            return self._standing(Phase.REST, done.support, done.standing, done.swing_end), stride
+        support = -done.support
+        s = done.step_size
+        standing, swing_start = relative(done.swing_end, s), relative(done.standing, s)
+        if done.phase is Phase.STEP and command.is_zero and s == NOWHERE:
+            return self._standing(Phase.SETTLE, support, standing, swing_start), stride
+        # The CoM is half-way between the last Q and this one.
+        x, y, _ = relative((0.5 * s[0], 0.5 * s[1], 0.0), s)
+        wanted = stride_for(command, 2.0 * self._ticks * self._dt, self._p)
+        stride = approach(stride, wanted, self._p)
+        step_size = stride.of_step(-support, self._p)
+        landing = compose(step_size, self._home_sole(-support))
+        following = HalfStride(
+            Phase.STEP, support, self._ticks, (x, y), step_size, standing, swing_start, landing,
+            self._p,
+        )  # fmt: skip
+        return following, stride
+
+    def _stand(self, phase: Phase, support: int, standing: Pose2, other: Pose2) -> None:
+        self._tick = 0
+        self._half_stride = self._standing(phase, support, standing, other)
+
+    def _standing(self, phase: Phase, support: int, standing: Pose2, other: Pose2) -> HalfStride:
+        """A half stride with both feet on the ground."""
+        ticks = 1 if phase is Phase.REST else self._standing_ticks
+        return HalfStride(
+            phase, support, ticks, (0.0, 0.0), NOWHERE, standing, other, other, self._p
+        )
+
+    @property
+    def _standing_ticks(self) -> int:
+        """Of the swing out of rest and of the one back to it."""
+        return self._ticks
+
+    @property
+    def _ticks(self) -> int:
+        """Of a half stride: 2n."""
+        return max(2, round(self._p.zmp_step_duration / self._dt))
+
+    def _home_sole(self, side: int) -> Pose2:
+        """Where a sole stands in its Q."""
+        return -self._p.foot_reference_x, side * 0.5 * self._p.foot_spacing, 0.0
+
+    # -- the half stride at a tick -----------------------------------------------------------------
+
+    @property
+    def _share(self) -> float:
+        return self._tick / self._half_stride.ticks
+
+    def _sway(self) -> float:
+        """[m] to the left of the line that the CoM follows."""
+        half, p = self._half_stride, self._half_stride.parameters
+        if half.phase is Phase.REST:
+            return 0.0
+        w = natural_frequency(p.pendulum_height)
+        duration = half.ticks * self._dt
+        t = self._tick * self._dt
+        if half.phase is Phase.STEP:
+            return half.support * sway(t - 0.5 * duration, duration, p.zmp_offset_y, w)[0]
+        speed = entry_speed(duration, p.zmp_offset_y, w)
+        if half.phase is Phase.SHIFT:  # leans on this foot, returns towards the next one
+            return -half.support * swing_in(t, duration, speed)
+        return half.support * swing_out(t, duration, speed)
+
+    def _com(self) -> tuple[float, float]:
+        """The CoM in Q [m] at this tick."""
+        half, share = self._half_stride, self._share
+        (x, y), s = half.com_start, half.step_size
+        yaw = s[2] * (share - 0.5) if half.phase is Phase.STEP else 0.0
+        out = self._sway()
+        return (
+            x + share * (0.5 * s[0] - x) - sin(yaw) * out,
+            y + share * (0.5 * s[1] - y) + cos(yaw) * out,
+        )
+
+    def _state(self) -> StrideState:
+        half = self._half_stride
+        x, y = self._com()
+        return StrideState(
+            support=half.support,
+            x=x,
+            y=y,
+            sole_in_q=half.standing,
+            q_in_odom=self._q_in_odom,
+            step_count=self._step_count,
+            phase=half.phase,
+        )
+
+    def _targets(self, state: StrideState) -> BodyTargets:
+        half, p = self._half_stride, self._half_stride.parameters
+        standing_x, standing_y, standing_yaw = half.standing
+        standing = SoleTarget(standing_x, standing_y, 0.0, standing_yaw)
+        swinging = self._swing_sole(half, p)
+        left, right = (standing, swinging) if half.support == LEFT else (swinging, standing)
+        return BodyTargets(
+            com_in_q=(state.x, state.y, p.com_height),
+            left_sole=left,
+            right_sole=right,
+            torso_roll=0.0,
+            torso_pitch=p.torso_pitch,
+            q_in_odom=state.q_in_odom,
+        )
+
+    def _swing_sole(self, half: HalfStride, p: GaitParameters) -> SoleTarget:
+        x, y, yaw = half.swing_start
+        if half.phase is not Phase.STEP:
+            return SoleTarget(x, y, 0.0, yaw)
+        share, landing = self._share, half.swing_end
+        gone = travel(share, p.zmp_double_support)
+        height = lift(share, p.zmp_double_support)
+        return SoleTarget(
+            x + gone * (landing[0] - x),
+            y + gone * (landing[1] - y),
+            p.swing_lift * height,
+            yaw + gone * (landing[2] - yaw),
+            # Turned outwards about x, so that its inner edge clears the floor; flat at both ends.
+            roll=half.support * p.zmp_foot_roll * raised_cosine(2.0 * min(share, 1.0 - share)),
+        )
+
+    # -- what is seen from outside -----------------------------------------------------------------
+
+    @property
+    def finished(self) -> bool:
+        return self._predicted.phase is Phase.REST and self._expected.phase is Phase.REST
+
+    @property
+    def stopping(self) -> bool:
+        return self._half_stride.phase in (Phase.SETTLE, Phase.REST)
+
+    @property
+    def estimated(self) -> StrideState:
+        return self._expected
+
+    @property
+    def expected(self) -> StrideState:
+        return self._expected
+
+    @property
+    def predicted(self) -> StrideState:
+        return self._predicted
+
+    @property
+    def origin_in_q(self) -> tuple[float, float]:
+        """The desired ZMP."""
+        half = self._half_stride
+        if half.phase is not Phase.STEP:
+            return 0.0, 0.0
+        return self._predicted.x, half.support * half.parameters.zmp_offset_y
+
+    @property
+    def step_size(self) -> Pose2:
+        return self._half_stride.step_size
+
+    @property
+    def reserve(self) -> float:
+        return 1.0 - limit_share(self._stride, self._p)
+
+    @property
+    def time_left(self) -> float:
+        half = self._half_stride
+        return 0.0 if half.phase is Phase.REST else (half.ticks - self._tick) * self._dt

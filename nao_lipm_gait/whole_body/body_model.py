@@ -1,0 +1,69 @@
+"""The whole body by Pinocchio: CoM and sole poses in the torso frame from joint angles."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from nao_lipm_gait.geometry import point
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray, Point3
+
+
+class SolePose(NamedTuple):
+    """A sole in the torso frame."""
+
+    position: Point3
+    """[m]"""
+    forward: Point3
+    """Unit x axis of the sole."""
+    normal: Point3
+    """Unit z axis of the sole."""
+
+
+class BodyModel:
+    """Mass distribution and kinematic chain of the robot; the root is a free-flyer at the torso."""
+
+    def __init__(self, robot: RobotDescription):
+        # A fixed root would drop the torso's own mass from the CoM.
+        self.model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+        self._data = self.model.createData()
+        self._q = pin.neutral(self.model)
+        self._columns = np.array(
+            [self.model.joints[self.model.getJointId(name)].idx_q for name in robot.joint_names]
+        )
+        # By type as well, because a joint may bear the name of a link.
+        torso_id = self.model.getFrameId(robot.torso_frame, pin.FrameType.BODY)
+        torso = self.model.frames[torso_id].placement
+        self._torso_rotation = torso.rotation.T.copy()
+        self._torso_translation = torso.translation.copy()
+        self._torso_is_root = torso.isIdentity()
+        self._soles = []
+        for frame_name in robot.sole_frames:
+            frame = self.model.getFrameId(frame_name, pin.FrameType.BODY)
+            placement = self._data.oMf[frame]
+            # Both arrays are views of Pinocchio's own memory and follow every update.
+            self._soles.append((frame, placement.translation, placement.rotation))
+        self.total_mass = float(sum(inertia.mass for inertia in self.model.inertias))
+
+    def set_joints(self, position: FloatArray) -> None:
+        """Joint angles (n,) [rad] for the calls that follow."""
+        self._q[self._columns] = position
+
+    def com_in_torso(self) -> Point3:
+        """Whole-body CoM [m]."""
+        com = pin.centerOfMass(self.model, self._data, self._q, False)
+        if not self._torso_is_root:
+            com = self._torso_rotation @ (com - self._torso_translation)
+        return point(com)
+
+    def sole_in_torso(self, side: int) -> SolePose:
+        """Sole pose, side +1 left or -1 right, for the joints of the last `com_in_torso`."""
+        frame, position, rotation = self._soles[0 if side > 0 else 1]
+        pin.updateFramePlacement(self.model, self._data, frame)
+        if not self._torso_is_root:
+            position = self._torso_rotation @ (position - self._torso_translation)
+            rotation = self._torso_rotation @ rotation
+        rows: list[list[float]] = rotation.tolist()
+        a, b, c = rows[0], rows[1], rows[2]
+        return SolePose(point(position), (a[0], b[0], c[0]), (a[2], b[2], c[2]))

@@ -1,0 +1,63 @@
+"""Joint limits, with the ankle's: how far it rolls depends on how far it is pitched."""
+
+import itertools
+
+from nao_lipm_gait.robot import LegJoints, RobotDescription
+from nao_lipm_gait.types import FloatArray
+
+
+class JointLimits:
+    """Cuts joint targets at what the joints can do."""
+
+    def __init__(self, robot: RobotDescription):
+        self._lower: list[float] = robot.lower.tolist()
+        self._upper: list[float] = robot.upper.tolist()
+        self._ankles = [
+            _AnkleLimit(robot, leg, robot.ankle_limits[side])
+            for side, leg in (("left", robot.left_leg), ("right", robot.right_leg))
+            if side in robot.ankle_limits
+        ]
+
+    def cut(self, position: FloatArray) -> int:
+        """Cut (n,) [rad] in place; the number of joints that were beyond a limit."""
+        beyond = 0
+        values: list[float] = position.tolist()
+        for joint in range(len(values)):
+            value, lower, upper = values[joint], self._lower[joint], self._upper[joint]
+            if not lower <= value <= upper:
+                values[joint] = position[joint] = min(max(value, lower), upper)
+                beyond += 1
+        for ankle in self._ankles:
+            beyond += ankle.cut(position, values)
+        return beyond
+
+
+class _AnkleLimit:
+    """Ankle roll range by ankle pitch, linear between the rows of a table."""
+
+    def __init__(
+        self, robot: RobotDescription, leg: LegJoints, rows: tuple[tuple[float, ...], ...]
+    ):
+        self._pitch = robot.index(leg.ankle_pitch)
+        self._roll = robot.index(leg.ankle_roll)
+        self._rows = rows
+        self._pieces = tuple(itertools.pairwise(rows))
+
+    def cut(self, position: FloatArray, values: list[float]) -> int:
+        """`values`: the same as numbers."""
+        lower, upper = self._range(values[self._pitch])
+        roll = values[self._roll]
+        if lower <= roll <= upper:
+            return 0
+        position[self._roll] = min(max(roll, lower), upper)
+        return 1
+
+    def _range(self, pitch: float) -> tuple[float, float]:
+        rows = self._rows
+        if pitch <= rows[0][0]:
+            return rows[0][1], rows[0][2]
+        for (p0, low0, high0), (p1, low1, high1) in self._pieces:
+            if pitch <= p1:
+                share = (pitch - p0) / (p1 - p0)
+                return low0 + share * (low1 - low0), high0 + share * (high1 - high0)
+        return rows[-1][1], rows[-1][2]

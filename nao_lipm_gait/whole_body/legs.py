@@ -1,0 +1,21 @@
+"""Which kinematics belong to which hip."""
+
+from collections.abc import Callable
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.whole_body.leg_kinematics import LegKinematics
+from nao_lipm_gait.whole_body.shared_hip_legs import SharedHipLegs
+from nao_lipm_gait.whole_body.yaw_hip_legs import YawHipLegs
+
+KINEMATICS: dict[str, Callable[[RobotDescription], LegKinematics]] = {
+    "shared_yaw_pitch": SharedHipLegs,
+    "yaw": YawHipLegs,
+}
+
+
+def make_legs(robot: RobotDescription) -> LegKinematics:
+    """The leg kinematics for the robot's kind of hip."""
+    if robot.hip not in KINEMATICS:
+        raise NaoGaitError("hip", robot.hip, f"one of {', '.join(KINEMATICS)}")
+    return KINEMATICS[robot.hip](robot)

@@ -1,0 +1,128 @@
+"""Analytic inverse kinematics of the NAO's legs: both hip yaw-pitch joints share one motor.
+
+For a given hip yaw-pitch angle the other five joints of a leg reach any ankle position and any sole
+normal in closed form; the turn of the sole about its normal is what they cannot choose. One shared
+angle serves two such turns. Their difference fixes it, by a few secant steps; their mean is taken
+up by the torso's own yaw, which nobody else needs.
+"""
+
+from math import acos, asin, atan2, cos, hypot, sin, sqrt
+
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import Point3
+from nao_lipm_gait.whole_body.body_model import SolePose
+from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
+
+SQRT_HALF = sqrt(0.5)
+YAW_TOLERANCE = 1e-4
+"""[rad]"""
+MAX_ITERATIONS = 8
+
+
+class SharedHipLegs:
+    """Both legs of a NAO; link lengths come from the URDF."""
+
+    def __init__(self, robot: RobotDescription):
+        geometry = read_leg_geometry(robot)
+        self._thigh = geometry.thigh
+        self._tibia = geometry.tibia
+        self._longest = self._thigh + self._tibia
+        self._foot_height = geometry.foot_height
+        self._left_hip = geometry.left_hip
+        self._right_hip = geometry.right_hip
+        self._last_hip_angle = self._hip_angle_before = 0.0
+        self._last_slope = -2.0 * SQRT_HALF
+
+    def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
+        """See LegKinematics; begins where the hip angle goes, with its last sensitivity."""
+        angle = self._last_hip_angle
+        if not again:
+            angle = 2.0 * self._last_hip_angle - self._hip_angle_before
+            self._hip_angle_before = self._last_hip_angle
+        slope = self._last_slope
+        solution = self._with_hip_angle(angle, left, right)
+        previous: tuple[float, float] | None = None
+        for _ in range(MAX_ITERATIONS):
+            # Both soles turn against each other as the shared joint moves: about sqrt(2) rad/rad.
+            error = solution.left_yaw_error - solution.right_yaw_error
+            if abs(error) < YAW_TOLERANCE:
+                break
+            if previous is not None and abs(angle - previous[0]) > 1e-9:
+                slope = (previous[1] - error) / (angle - previous[0])
+                slope = min(max(slope, -2.5), -0.5)
+            previous = angle, error
+            angle = min(max(angle + error / slope, -1.3), 1.0)
+            solution = self._with_hip_angle(angle, left, right)
+        self._last_hip_angle = angle
+        self._last_slope = slope
+        return solution
+
+    def _with_hip_angle(self, angle: float, left: SolePose, right: SolePose) -> LegSolution:
+        left_angles, left_yaw, left_reach = self._five_joints(angle, left, self._left_hip, 1.0)
+        right_angles, right_yaw, right_reach = self._five_joints(
+            angle, right, self._right_hip, -1.0
+        )
+        return LegSolution(
+            left_angles, right_angles, left_yaw, right_yaw, max(left_reach, right_reach)
+        )
+
+    def _five_joints(
+        self, hip_angle: float, sole: SolePose, hip: Point3, side: float
+    ) -> tuple[LegAngles, float, float]:
+        """Hip roll to ankle roll for one leg, its yaw error and its reach error."""
+        px, py, pz = sole.position
+        dx, dy, dz = sole.forward
+        nx, ny, nz = sole.normal
+        hip_x, hip_y, hip_z = hip
+        thigh, tibia, foot = self._thigh, self._tibia, self._foot_height
+        # R, the hip yaw-pitch rotation by hip_angle about (0, 1, -side) / sqrt(2), has the rows
+        # (c, s, t), (-s, h, -g), (-t, -g, h).
+        c = cos(hip_angle)
+        t = sin(hip_angle) * SQRT_HALF
+        s = t * side
+        h = 0.5 * (1.0 + c)
+        g = 0.5 * (1.0 - c) * side
+        vx = px + foot * nx - hip_x
+        vy = py + foot * ny - hip_y
+        vz = pz + foot * nz - hip_z
+        ax = c * vx - s * vy - t * vz
+        ay = s * vx + h * vy - g * vz
+        az = t * vx - g * vy + h * vz
+        mx = c * nx - s * ny - t * nz
+        my = s * nx + h * ny - g * nz
+        mz = t * nx - g * ny + h * nz
+
+        hip_roll = atan2(ay, -az)
+        lateral = hypot(ay, az)
+        reach = hypot(ax, lateral)
+        if reach > self._longest:
+            reach_error = reach - self._longest
+            knee = 0.0
+        else:
+            reach_error = 0.0
+            cosine = (reach * reach - thigh * thigh - tibia * tibia) / (2.0 * thigh * tibia)
+            knee = acos(min(max(cosine, -1.0), 1.0))
+        # The leg swings back by the hip pitch from the line to the ankle, by the knee's share.
+        hip_pitch = atan2(-ax, lateral) - atan2(tibia * sin(knee), thigh + tibia * cos(knee))
+        cr = cos(hip_roll)
+        sr = sin(hip_roll)
+        normal_y = cr * my + sr * mz
+        normal_z = cr * mz - sr * my
+        ankle_roll = -asin(min(max(normal_y, -1.0), 1.0))
+        pitch = atan2(mx, normal_z)
+        ankle_pitch = pitch - hip_pitch - knee
+
+        # The sole's forward axis as reached, back in the torso frame.
+        ux = cos(pitch)
+        w = sin(pitch)
+        uy = sr * w
+        uz = -cr * w
+        fx = c * ux + s * uy + t * uz
+        fy = -s * ux + h * uy - g * uz
+        fz = -t * ux - g * uy + h * uz
+        yaw_error = atan2(
+            (fy * dz - fz * dy) * nx + (fz * dx - fx * dz) * ny + (fx * dy - fy * dx) * nz,
+            fx * dx + fy * dy + fz * dz,
+        )
+        angles = LegAngles(hip_angle, hip_roll, hip_pitch, knee, ankle_pitch, ankle_roll)
+        return angles, yaw_error, reach_error

@@ -1,0 +1,92 @@
+"""Analytic inverse kinematics of legs whose uppermost joint turns them about the up axis.
+
+Six joints, six wanted numbers: position, normal and turn of the sole are all met. Seen from the
+sole, the ankle's roll brings the hip into the plane in which hip pitch, knee and ankle pitch move;
+the knee follows from the distance, the ankle's pitch from the direction, and the three angles of
+the hip from the rotation that is left:
+
+    R_sole = Rz(yaw) Rx(roll) Ry(hip pitch + knee + ankle pitch) Rx(ankle roll)
+"""
+
+from math import acos, asin, atan2, cos, hypot, pi, sin
+
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import Point3
+from nao_lipm_gait.whole_body.body_model import SolePose
+from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
+
+SINGULAR = 1e-9
+"""Below it an angle cannot be told: of the leg turned sideways, yaw and pitch are one."""
+
+
+class YawHipLegs:
+    """Both legs of a robot with a yaw joint in each hip; lengths come from the URDF."""
+
+    def __init__(self, robot: RobotDescription):
+        geometry = read_leg_geometry(robot)
+        self._thigh = geometry.thigh
+        self._tibia = geometry.tibia
+        self._foot_height = geometry.foot_height
+        self._left_hip = geometry.left_hip
+        self._right_hip = geometry.right_hip
+
+    def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
+        """See LegKinematics; the turn of each sole is met too."""
+        left_angles, left_reach = self._leg(left, self._left_hip)
+        right_angles, right_reach = self._leg(right, self._right_hip)
+        return LegSolution(left_angles, right_angles, 0.0, 0.0, max(left_reach, right_reach))
+
+    def _leg(self, sole: SolePose, hip: Point3) -> tuple[LegAngles, float]:
+        """Angles of one leg, and the distance [m] by which the ankle is out of its reach."""
+        px, py, pz = sole.position
+        fx, fy, fz = sole.forward
+        nx, ny, nz = sole.normal
+        # The rotation of the sole has the columns f, l, n.
+        lx, ly, lz = ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx
+        foot = self._foot_height
+        # From the ankle to the hip, seen from the sole.
+        hx = hip[0] - px - foot * nx
+        hy = hip[1] - py - foot * ny
+        hz = hip[2] - pz - foot * nz
+        x = fx * hx + fy * hy + fz * hz
+        y = lx * hx + ly * hy + lz * hz
+        z = nx * hx + ny * hy + nz * hz
+        # An ankle rolls by less than a quarter turn, also where a deep knee puts the hip below it.
+        up = hypot(y, z) if z >= 0.0 else -hypot(y, z)
+        ankle_roll = atan2(y / up, z / up) if abs(up) > SINGULAR else 0.0
+        knee, reach_error = self._knee(hypot(x, up))
+        shin = atan2(-self._thigh * sin(knee), self._tibia + self._thigh * cos(knee))
+        ankle_pitch = _wrapped(shin - atan2(x, up))
+
+        # What is left is the hip's: R = R_sole Rx(-ankle roll) Ry(-(knee + ankle pitch)).
+        c, s = cos(ankle_roll), sin(ankle_roll)
+        # Columns after Rx(-ankle roll): f, c l - s n, s l + c n.
+        mx, my, mz = c * lx - s * nx, c * ly - s * ny, c * lz - s * nz
+        ux, uz = s * lx + c * nx, s * lz + c * nz
+        pitch = knee + ankle_pitch
+        c, s = cos(pitch), sin(pitch)
+        ahead_z, above_z = c * fz + s * uz, c * uz - s * fz
+        hip_roll = asin(min(max(mz, -1.0), 1.0))
+        if hypot(mx, my) > SINGULAR:
+            hip_yaw = atan2(-mx, my)
+            hip_pitch = atan2(-ahead_z, above_z)
+        else:
+            hip_yaw = 0.0
+            hip_pitch = atan2(c * ux - s * fx, c * fx + s * ux)
+        angles = LegAngles(hip_yaw, hip_roll, hip_pitch, knee, ankle_pitch, ankle_roll)
+        return angles, reach_error
+
+    def _knee(self, reach: float) -> tuple[float, float]:
+        """Knee angle for a distance of hip and ankle [m], and by how much it is out of reach."""
+        thigh, tibia = self._thigh, self._tibia
+        if reach > thigh + tibia:
+            return 0.0, reach - thigh - tibia
+        if reach < abs(thigh - tibia):
+            return pi, abs(thigh - tibia) - reach
+        cosine = (reach * reach - thigh * thigh - tibia * tibia) / (2.0 * thigh * tibia)
+        return acos(min(max(cosine, -1.0), 1.0)), 0.0
+
+
+def _wrapped(angle: float) -> float:
+    """The same angle within half a turn of zero."""
+    return (angle + pi) % (2.0 * pi) - pi

@@ -1,0 +1,107 @@
+"""Readings and ground truth as ROS messages. Each message object is used again and again."""
+
+from collections.abc import Sequence
+
+from geometry_msgs.msg import PointStamped, Vector3, WrenchStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.ros.messages import to_doubles, to_time
+from nao_lipm_gait.types import FloatArray
+from sim_bridge.plant import Sensors
+from sim_bridge.simulation import GroundTruth, Reading
+
+WORLD = "world"
+_UNKNOWN = 1e6
+"""[(rad/s)^2] Variance of a gyro axis that does not exist."""
+
+
+class ReadingWriter:
+    """One delayed reading; every message carries the stamp of the sampling."""
+
+    def __init__(self, robot: RobotDescription, sensors: Sensors) -> None:
+        self._joints = JointState(name=list(robot.joint_names))
+        self._imu = Imu()
+        # The data are given along the axes of the torso.
+        self._imu.header.frame_id = robot.torso_frame
+        self._imu.orientation_covariance[0] = -1.0  # REP-145: no orientation
+        gyro, accel = sensors.gyro_noise**2, sensors.accel_noise**2
+        yaw = gyro if sensors.gyro_axes == 3 else _UNKNOWN
+        self._imu.angular_velocity_covariance = _diagonal(gyro, gyro, yaw)
+        self._imu.linear_acceleration_covariance = _diagonal(accel, accel, accel)
+        self._wrenches = (WrenchStamped(), WrenchStamped())
+        for wrench, frame in zip(self._wrenches, robot.sole_frames, strict=True):
+            wrench.header.frame_id = frame
+
+    def imu(self, reading: Reading) -> Imu:
+        message = self._imu
+        message.header.stamp = to_time(reading.frame.stamp)
+        _fill(message.angular_velocity, reading.frame.angular_velocity)
+        _fill(message.linear_acceleration, reading.frame.linear_acceleration)
+        return message
+
+    def joints(self, reading: Reading) -> JointState:
+        message = self._joints
+        message.header.stamp = to_time(reading.frame.stamp)
+        message.position = to_doubles(reading.frame.joint_position)
+        message.velocity = to_doubles(reading.frame.joint_velocity)
+        message.effort = to_doubles(reading.joint_effort)
+        return message
+
+    def wrench(self, reading: Reading, side: int) -> WrenchStamped:
+        """side: 0 left, 1 right."""
+        message = self._wrenches[side]
+        message.header.stamp = to_time(reading.frame.stamp)
+        _fill(message.wrench.force, reading.sole_wrench[side][:3])
+        _fill(message.wrench.torque, reading.sole_wrench[side][3:])
+        return message
+
+
+class TruthWriter:
+    """What really is, stamped now."""
+
+    def __init__(self, robot: RobotDescription) -> None:
+        self._clock = Clock()
+        self._odometry = Odometry()
+        self._odometry.header.frame_id = WORLD
+        self._odometry.child_frame_id = robot.torso_frame
+        self._com = PointStamped()
+        self._com.header.frame_id = WORLD
+
+    def clock(self, stamp: int) -> Clock:
+        self._clock.clock = to_time(stamp)
+        return self._clock
+
+    def odometry(self, truth: GroundTruth) -> Odometry:
+        """Pose of the torso in the world; twist in the torso frame."""
+        message = self._odometry
+        message.header.stamp = to_time(truth.stamp)
+        pose, twist = message.pose.pose, message.twist.twist
+        x, y, z = truth.torso_position.tolist()
+        pose.position.x, pose.position.y, pose.position.z = x, y, z
+        x, y, z, w = truth.torso_quaternion.tolist()
+        orientation = pose.orientation
+        orientation.x, orientation.y, orientation.z, orientation.w = x, y, z, w
+        _fill(twist.linear, truth.torso_linear_velocity_in_torso)
+        _fill(twist.angular, truth.torso_angular_velocity_in_torso)
+        return message
+
+    def com(self, truth: GroundTruth) -> PointStamped:
+        return self.point(truth.stamp, truth.com)
+
+    def point(self, stamp: int, position: FloatArray) -> PointStamped:
+        """(3,) [m] in the world."""
+        message = self._com
+        message.header.stamp = to_time(stamp)
+        message.point.x, message.point.y, message.point.z = position.tolist()
+        return message
+
+
+def _fill(vector: Vector3, values: FloatArray) -> None:
+    vector.x, vector.y, vector.z = values.tolist()
+
+
+def _diagonal(x: float, y: float, z: float) -> Sequence[float]:
+    return [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]

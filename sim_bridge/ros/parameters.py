@@ -1,0 +1,31 @@
+"""The parameters of the node `sim_bridge`."""
+
+from nao_lipm_gait.ros.parameters import NodeParameter
+from sim_bridge.engines.registry import ENGINES
+from sim_bridge.simulation import START_STATES
+
+URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+ENGINE = NodeParameter("engine", "pybullet", "physics engine", choices=ENGINES)
+PLANT = NodeParameter("plant", "reference", "plant: a shipped name or a YAML file")
+ROBOT_SEED = NodeParameter(
+    "robot_seed", 0, "which individual robot; -1 is the nominal one", "", -1, 2**31 - 1
+)
+SENSOR_DELAY = NodeParameter(
+    "sensor_delay", 0.04, "age of the sensors when published; default: the plant's", "s", 0.0, 1.0
+)
+REAL_TIME_FACTOR = NodeParameter(
+    "real_time_factor", 1.0, "simulated per wall second; 0 = as fast as possible", "", 0.0, 100.0
+)
+LOCKSTEP = NodeParameter(
+    "lockstep", False, "physics waits for the joint_command that answers the last joint_states"
+)
+GUI = NodeParameter("gui", False, "open the window of the physics engine")
+START_STATE = NodeParameter("start_state", "stand", "how the robot starts", choices=START_STATES)
+PUSH_DURATION = NodeParameter(
+    "push_duration", 0.1, "how long a push acts (simulated time)", "s", 0.002, 10.0
+)
+BALL = NodeParameter("ball", False, "a ball on the floor, 0.5 m ahead of the robot's start")
+NODE_PARAMETERS = (
+    URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
+    PUSH_DURATION, BALL,
+)  # fmt: skip

@@ -1,0 +1,119 @@
+"""What of a robot file is refused, with the place and the remedy."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.resources import find
+from nao_lipm_gait.robot import load_robot
+
+Settings = dict[str, Any]
+
+
+def put(*keys: str | int, value: object) -> Callable[[Settings], None]:
+    """Sets a value of the robot file, by its keys."""
+
+    def edit(settings: Any) -> None:
+        for key in keys[:-1]:
+            settings = settings[key]
+        settings[keys[-1]] = value
+
+    return edit
+
+
+def drop(*keys: str | int) -> Callable[[Settings], None]:
+    def edit(settings: Any) -> None:
+        for key in keys[:-1]:
+            settings = settings[key]
+        del settings[keys[-1]]
+
+    return edit
+
+
+@pytest.fixture(scope="module")
+def settings() -> Settings:
+    return dict(yaml.safe_load(find("robots", "nao_h21").read_text()))
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (put("colour", value="red"), "unknown key colour"),
+        (drop("motors"), "no motors"),
+        (put("name", value=7), "name in "),
+        (put("hip", value="ball"), "shared_yaw_pitch, yaw"),
+        (put("joints", value="HeadYaw"), "joints in "),
+        (put("joints", 3, value="HeadYaw"), "each joint once"),
+        (put("joints", 3, value=None), "a list of joint names"),
+        (put("left_leg", "knee_pitch", value="LKnee"), "left_leg: knee_pitch"),
+        (put("left_leg", "toe", value="LToe"), "unknown key toe"),
+        (drop("right_leg", "hip_roll"), "no hip_roll"),
+        (put("right_leg", value="legs"), "right_leg in "),
+        (put("coupled_joints", value=[["LHipYawPitch"]]), "leader, follower"),
+        (put("coupled_joints", value=[["HeadYaw", "HeadYaw"]]), "leader, follower"),
+        (put("coupled_joints", value=[["HeadYaw", "Tail"]]), "got 'Tail'"),
+        (put("shoulder_pitch", value=["LShoulderPitch"]), "shoulder_pitch in "),
+        (put("shoulder_pitch", value=["LShoulderPitch", "Wing"]), "'Wing'"),
+        (put("frames", "left_sole", value="l_sole"), "frames: left_sole"),
+        (put("frames", "left_sole", value=["l_foot", "l_toe"]), "link l_foot or l_toe"),
+        (put("frames", "tail", value=["tail"]), "unknown key tail"),
+        (put("stand_pose", "LWristYaw", value=0.1), "got 'LWristYaw'"),
+        (put("stand_pose", "LHipRoll", value="straight"), "stand_pose: LHipRoll"),
+        (put("stand_pose", "LHipRoll", value=True), "stand_pose: LHipRoll"),
+        (put("stand_pose", "LHipRoll", value=float("nan")), "stand_pose: LHipRoll"),
+        (put("stand_pose", "LHipRoll", value=1.5), "stand_pose of LHipRoll"),
+        (put("sole_outline", value=[[0, 0], [1, 0]]), "at least 3 points"),
+        (put("sole_outline", 1, value=[0.0, 0.0, 0.0]), "2 numbers"),
+        (put("sole_outline", 1, value=[-0.01, 0.0]), "counter-clockwise"),
+        (put("sole_corners", 0, value=[0.2, 0.0]), "four points of sole_outline"),
+        (drop("sole_corners", 0), "four points of sole_outline"),
+        (put("ankle_limits", value=[]), "at least one row"),
+        (put("ankle_limits", 1, value=[-2.0, -0.1, 0.1]), "rising pitch"),
+        (put("ankle_limits", 1, value=[-0.9, 0.1, -0.1]), "lowest roll"),
+        (put("motors", 0, "stall_torque", value=0.0), "motors: stall_torque"),
+        (put("motors", 0, "stall_torque", value="strong"), "motors: stall_torque"),
+        (put("motors", 0, "gear", value=1.0), "unknown key gear"),
+        (drop("motors", 1), "none for HeadPitch"),
+        (put("motors", 1, "joints", value="HeadPitch"), "motors: joints"),
+        (put("motors", 1, "joints", 0, value="HeadYaw"), "each joint once"),
+        (put("motors", 1, "joints", 0, value="Tail"), "got 'Tail'"),
+    ],
+)
+def test_robot_file_refused(
+    tmp_path: Path, settings: Settings, edit: Callable[[Settings], None], said: str
+) -> None:
+    changed = copy.deepcopy(settings)
+    edit(changed)
+    path = tmp_path / "changed.yaml"
+    path.write_text(yaml.safe_dump(changed))
+    with pytest.raises(NaoGaitError) as refused:
+        load_robot(robot=path)
+    assert said in str(refused.value)
+    if "stand_pose of" in said or "link " in said:  # these belong to the URDF as well
+        assert "nao_h21_v33.urdf" in str(refused.value)
+    else:
+        assert str(path) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("name: [unclosed", "readable YAML"),
+        ("", "mapping"),
+        ("- 1", "mapping"),
+        ("!!python/object/apply:os.getcwd []", "readable YAML"),
+    ],
+)
+def test_what_is_no_robot_file_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(text)
+    with pytest.raises(NaoGaitError, match=said) as refused:
+        load_robot(robot=path)
+    assert str(path) in str(refused.value)

@@ -1,0 +1,103 @@
+"""Speed hold: laws of the learned offset, and robots that walk as fast as they were asked to."""
+
+import pytest
+
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import find_task
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.types import VelocityCommand
+from nao_lipm_gait.velocity_control import ERROR_MAX, OFFSET_MAX, RESERVE, SpeedHold
+
+DT = 0.01
+TIME = 2.0
+ASKED = VelocityCommand(0.2, -0.05, 0.3)
+
+
+def follow(
+    hold: SpeedHold,
+    seconds: float,
+    lack: tuple[float, float],
+    reserve: float = 1.0,
+    command: VelocityCommand = ASKED,
+) -> VelocityCommand:
+    """A robot that walks by `lack` [m/s] slower than it is told to; the last command it got."""
+    given = command
+    for _ in range(round(seconds / DT)):
+        walked = given.x - lack[0], given.y - lack[1], 0.0
+        given = hold.steered(command, walked, reserve, TIME, DT)
+    return given
+
+
+@pytest.mark.parametrize("lack", [(0.02, 0.01), (-0.03, 0.0), (0.0, -0.02)])
+def test_a_constant_error_is_learned(lack: tuple[float, float]) -> None:
+    given = follow(SpeedHold(), 20.0, lack)
+    assert given.x - lack[0] == pytest.approx(ASKED.x, abs=1e-4)
+    assert given.y - lack[1] == pytest.approx(ASKED.y, abs=1e-4)
+    assert given.yaw == ASKED.yaw
+
+
+def test_what_is_learned_outlives_a_stand() -> None:
+    hold = SpeedHold()
+    follow(hold, 20.0, (0.02, 0.0))
+    still = VelocityCommand(0.0, 0.0, 0.0)
+    assert hold.steered(still, (0.0, 0.0, 0.0), 1.0, TIME, DT) == still
+    assert hold.steered(ASKED, (0.0, 0.0, 0.0), 1.0, TIME, DT).x == pytest.approx(0.22, abs=1e-4)
+
+
+def test_nothing_is_learned_while_the_walk_still_follows_a_command() -> None:
+    hold = SpeedHold()
+    for tick in range(300):
+        ramp = VelocityCommand(0.3 * tick / 300, 0.0, 0.0)
+        hold.steered(ramp, (0.0, 0.0, 0.0), 1.0, TIME, DT)
+    assert abs(hold.offset[0]) < 0.01
+
+
+def test_neither_a_push_nor_a_blocked_robot_winds_it_up() -> None:
+    hold = SpeedHold()
+    follow(hold, 20.0, (0.0, 0.0))
+    hold.steered(ASKED, (-3.0, 3.0, 0.0), 1.0, TIME, DT)
+    assert max(map(abs, hold.offset)) <= ERROR_MAX * DT / TIME + 1e-12
+    follow(hold, 60.0, (5.0, 5.0))
+    assert hold.offset == (OFFSET_MAX, OFFSET_MAX)
+
+
+def test_the_longest_steps_are_not_made_longer_but_may_be_made_shorter() -> None:
+    hold = SpeedHold()
+    assert follow(hold, 20.0, (0.03, 0.0), reserve=0.0).x == ASKED.x
+    assert abs(hold.offset[0]) < 1e-3, "what cannot be given is not learned"
+    assert follow(SpeedHold(), 20.0, (-0.03, 0.0), reserve=0.0).x == pytest.approx(0.17, abs=1e-4)
+    follow(hold, 20.0, (0.02, 0.0))
+    half = hold.steered(ASKED, (0.2, -0.05, 0.0), 0.5 * RESERVE, TIME, DT)
+    assert half.x == pytest.approx(0.21, abs=1e-3)
+
+
+def test_a_turn_without_a_way_is_left_alone() -> None:
+    hold = SpeedHold()
+    follow(hold, 20.0, (0.02, 0.01))
+    turn = VelocityCommand(0.0, 0.0, 0.5)
+    assert follow(hold, 5.0, (0.02, 0.01), command=turn) == turn
+    side = follow(hold, 20.0, (0.02, 0.01), command=VelocityCommand(0.0, 0.1, 0.0))
+    assert side.x == pytest.approx(0.02, abs=1e-4), "a straight way is kept straight"
+
+
+def test_time_zero_leaves_every_command_alone() -> None:
+    hold = SpeedHold()
+    for _ in range(500):
+        assert hold.steered(ASKED, (0.0, 0.0, 0.0), 1.0, 0.0, DT) == ASKED
+
+
+def test_a_robot_that_lacks_speed_walks_as_asked() -> None:
+    pytest.importorskip("mujoco")
+    task = find_task("forward=20").lasting(10.0)
+
+    def walked(time: float) -> float:
+        parameters = GaitParameters(speed_time=time)
+        metrics = rollout(
+            RolloutSpec(task, robot_seed=4, parameters=parameters, engine="mujoco")
+        ).metrics
+        assert not metrics.fell
+        return metrics.speed_x
+
+    held, free = walked(TIME), walked(0.0)
+    assert free < 0.188, "a robot that lacks speed"
+    assert held == pytest.approx(0.2, abs=0.011)

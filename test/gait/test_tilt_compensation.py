@@ -1,0 +1,73 @@
+"""A tilted robot's swing foot is put right against gravity."""
+
+import itertools
+
+import pytest
+
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
+from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
+
+P = GaitParameters()
+TARGETS = BodyTargets(
+    (0.0, 0.01, 0.24), SoleTarget(-0.05, 0.06, 0.0, 0.0), SoleTarget(0.06, -0.06, 0.02, 0.0),
+    0.0, 0.04, (0.0, 0.0, 0.0),
+)
+LEFT, RIGHT = 1, -1
+
+
+def settled(targets: BodyTargets, support: int, tilt: tuple[float, float]) -> BodyTargets:
+    compensation = TiltCompensation()
+    for _ in range(50):
+        result = compensation.apply(targets, support, tilt, P, 0.01)
+    return result
+
+
+def test_what_walking_does_by_itself_is_left_alone() -> None:
+    inside = 0.9 * P.tilt_deadband
+    assert settled(TARGETS, LEFT, (inside, -inside)) is TARGETS
+
+
+def test_a_robot_that_pitches_forward_raises_the_foot_ahead_and_its_toes() -> None:
+    result = settled(TARGETS, LEFT, (0.0, 0.3))
+    assert result.right_sole.z > TARGETS.right_sole.z + 0.005
+    assert result.right_sole.pitch < -0.05
+    assert result.left_sole == TARGETS.left_sole
+    assert result.com_in_q[0] < TARGETS.com_in_q[0]
+
+
+def mirrored(targets: BodyTargets) -> BodyTargets:
+    def sole(s: SoleTarget) -> SoleTarget:
+        return SoleTarget(s.x, -s.y, s.z, -s.yaw, s.pitch, -s.roll)
+
+    x, y, z = targets.com_in_q
+    return targets._replace(
+        com_in_q=(x, -y, z), left_sole=sole(targets.right_sole), right_sole=sole(targets.left_sole)
+    )
+
+
+def test_left_is_right_in_the_mirror() -> None:
+    one = settled(TARGETS, LEFT, (0.2, 0.25))
+    other = mirrored(settled(mirrored(TARGETS), RIGHT, (-0.2, 0.25)))
+    assert one.com_in_q == pytest.approx(other.com_in_q)
+    assert tuple(one.left_sole) == pytest.approx(tuple(other.left_sole))
+    assert tuple(one.right_sole) == pytest.approx(tuple(other.right_sole))
+
+
+def test_a_landed_foot_gives_its_turn_back() -> None:
+    compensation = TiltCompensation()
+    for _ in range(20):
+        compensation.apply(TARGETS, LEFT, (0.0, 0.3), P, 0.01)
+    turned = [
+        compensation.apply(TARGETS, RIGHT, (0.0, 0.0), P, 0.01).right_sole.pitch for _ in range(60)
+    ]
+    assert turned[0] < -0.05
+    assert all(a <= b for a, b in itertools.pairwise(turned))
+    assert turned[-1] == pytest.approx(0.0, abs=0.005)
+
+
+def test_each_gain_works_alone() -> None:
+    alone = P.replace(tilt_pitch_gain=0.0, tilt_roll_gain=0.0)
+    result = TiltCompensation().apply(TARGETS, LEFT, (0.0, 0.3), alone, 0.01)
+    assert result.com_in_q[0] < TARGETS.com_in_q[0]
+    assert (result.left_sole, result.right_sole) == (TARGETS.left_sole, TARGETS.right_sole)

@@ -1,0 +1,240 @@
+"""The turn of the soles that the roll gyro of a leaning torso shows: the law, and a real walk."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import find_task
+from nao_lipm_gait.estimation.com_measurement import level_frame
+from nao_lipm_gait.estimation.yaw_slip import LeanTurn, TurnOverSole
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.types import Point3
+from nao_lipm_gait.whole_body.body_model import SolePose
+
+DT = 0.01
+STEP = 0.2
+"""[s] per step."""
+NOISE = 0.005
+"""[rad/s] of the gyro."""
+
+
+class SwayingTorso:
+    """A torso that sways over flat soles, leans forward and turns more than its joints say."""
+
+    def __init__(
+        self, lean: float, bias: float, joints: float = 0.0, slope: float = 0.0, seed: int = 0
+    ) -> None:
+        """Lean [rad] over the soles; bias of the roll gyro [rad/s]; joints: the turn that they
+        see [rad/s]; slope [rad] of the ground, down the way that the robot looks.
+        """
+        self.filter = LeanTurn()
+        self.seen = 0.0
+        """[rad] of the soles' turn, as far as the filter has told it."""
+        self.tipping = 0.0
+        self.bias = bias
+        self._lean, self._joints, self._slope = lean, joints, slope
+        self._noise = np.random.default_rng(seed)
+        self._time = 0.0
+        self._over_sole = 0.0
+
+    def stand(self, seconds: float, rocking: Callable[[float], float] = lambda time: 0.0) -> None:
+        """At rest but for a `rocking` rate [rad/s] over time."""
+        for _ in range(round(seconds / DT)):
+            self._time += DT
+            self._tick(0.0, rocking(self._time), 0.0, (0.0, 0.0), 1, at_rest=True)
+
+    def walk(
+        self, seconds: float, turn: float, velocity: tuple[float, float] = (0.35, 0.0)
+    ) -> None:
+        """The soles turn by `turn` [rad/s]; what the filter says is added to `seen`."""
+        for _ in range(round(seconds / DT)):
+            self._time += DT
+            phase = math.pi * self._time / STEP
+            roll, roll_rate = 0.05 * math.sin(phase), 0.05 * math.pi / STEP * math.cos(phase)
+            self._over_sole += self._joints * DT
+            support = 1 if math.sin(phase) > 0.0 else -1
+            self._tick(roll, roll_rate, self._joints + turn, velocity, support, at_rest=False)
+
+    def _tick(
+        self, roll: float, roll_rate: float, yaw_rate: float, velocity: tuple[float, float],
+        support: int, at_rest: bool,
+    ) -> None:  # fmt: skip
+        sin, cos = math.sin(self._lean), math.cos(self._lean)
+        up = (-sin, cos * math.sin(roll), cos * math.cos(roll))
+        gyro = roll_rate - yaw_rate * sin + self.bias + self.tipping
+        gyro += self._noise.normal(0.0, NOISE)
+        sole = flat_sole(up, -self._over_sole)
+        # The slope as the turning torso sees it.
+        lean = self._lean + self._slope * math.cos(self._over_sole)
+        tilted = roll - self._slope * math.sin(self._over_sole)
+        vertical = (
+            -math.sin(lean), math.cos(lean) * math.sin(tilted), math.cos(lean) * math.cos(tilted)
+        )
+        self.seen += self.filter.update(
+            support, level_frame(sole, vertical), sole.normal, gyro, velocity, DT, at_rest
+        )
+
+
+def flat_sole(up: Point3, heading: float) -> SolePose:
+    """A sole that lies flat, turned by `heading` [rad] against a torso with this vertical."""
+    z = np.array(up)
+    x = np.array((1.0, 0.0, 0.0)) - z[0] * z
+    x /= np.linalg.norm(x)
+    forward = math.cos(heading) * x + math.sin(heading) * np.cross(z, x)
+    return SolePose((0.0, 0.0, -0.3), tuple(forward), up)
+
+
+@pytest.mark.parametrize("turn", [0.15, -0.1, 0.0])
+@pytest.mark.parametrize("joints", [0.0, 0.3])
+def test_a_torso_that_leans_sees_how_fast_its_soles_turn(turn: float, joints: float) -> None:
+    torso = SwayingTorso(lean=0.1, bias=0.008, joints=joints)
+    torso.stand(3.0)
+    torso.walk(8.0, turn)
+    before = torso.seen
+    torso.walk(10.0, turn)
+    assert torso.seen - before == pytest.approx(10.0 * turn, abs=math.radians(10.0))
+
+
+def test_left_and_right_are_alike() -> None:
+    def seen(turn: float) -> float:
+        torso = SwayingTorso(lean=0.1, bias=0.0)
+        torso.stand(3.0)
+        torso.walk(20.0, turn)
+        return torso.seen
+
+    # the same noise in both: what it adds cancels
+    assert seen(0.1) - seen(0.0) == pytest.approx(seen(0.0) - seen(-0.1), abs=1e-6)
+
+
+def test_an_upright_torso_shows_nothing_and_claims_nothing() -> None:
+    torso = SwayingTorso(lean=0.0, bias=0.0)
+    torso.stand(3.0)
+    torso.walk(20.0, 0.15)
+    assert torso.seen == 0.0
+
+
+def test_a_gyro_that_had_no_rest_is_believed_less() -> None:
+    """Bias and turn look alike then; the filter shares what it sees by their variances."""
+    rested, unrested = (SwayingTorso(lean=0.1, bias=0.01) for _ in range(2))
+    rested.stand(3.0)
+    for torso in (rested, unrested):
+        torso.walk(20.0, 0.0)
+    assert abs(rested.seen) < math.radians(20.0)
+    assert abs(unrested.seen) > abs(rested.seen)
+    # all of it taken for a turn would be 0.1 rad/s
+    assert abs(unrested.seen) < 0.95 * 20.0 * 0.01 / math.sin(0.1)
+
+
+@pytest.mark.parametrize(
+    "rocking", [lambda time: 0.05 * math.sin(18.0 * time), lambda time: 0.05 * math.exp(-time)]
+)
+def test_a_robot_that_rocks_or_sinks_is_not_at_rest(rocking: Callable[[float], float]) -> None:
+    torso = SwayingTorso(lean=0.1, bias=0.0)
+    torso.stand(1.0, rocking)
+    torso.stand(2.0)
+    torso.walk(20.0, 0.0)
+    assert abs(torso.seen) < math.radians(20.0)
+
+
+def test_a_robot_that_tipped_has_not_turned() -> None:
+    def seen(tipping: float) -> float:
+        """Tipping [rad/s]: of a roll that the soles do not see, because they leave the ground."""
+        torso = SwayingTorso(lean=0.1, bias=0.0)
+        torso.stand(3.0)
+        torso.walk(10.0, 0.0)
+        torso.tipping = tipping
+        torso.walk(2.0 * STEP, 0.0)
+        torso.tipping = 0.0
+        torso.walk(5.0, 0.0)
+        return torso.seen
+
+    # a turn that explained all of it would be 2.4 rad
+    assert seen(0.3) == pytest.approx(seen(0.0), abs=0.25)
+
+
+def test_a_bias_beyond_what_gyros_have_is_learned_when_it_stays() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.03)
+    torso.stand(4.0)
+    torso.walk(20.0, 0.0)
+    assert abs(torso.seen) < math.radians(20.0)
+
+
+def test_a_bias_that_drifts_at_rest_is_followed() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.0)
+    drift = 0.004 / 300.0
+    torso.stand(300.0, lambda time: drift * time)
+    torso.bias = 0.004
+    torso.walk(20.0, 0.0)
+    assert abs(torso.seen) < math.radians(20.0)
+
+
+@pytest.mark.parametrize("slope", [-0.1, 0.1])
+def test_a_slope_is_not_a_turn(slope: float) -> None:
+    """The soles lie on the slope; a turn over them that the joints see is none of the soles."""
+    torso = SwayingTorso(lean=0.12, bias=0.0, joints=0.3, slope=slope)
+    torso.stand(3.0)
+    torso.walk(8.0, 0.0, velocity=(0.2, 0.0))
+    assert abs(torso.seen) < math.radians(10.0)
+
+
+def test_a_diagonal_walk_has_one_direction() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.0)
+    torso.stand(3.0)
+    for _ in range(20):
+        torso.walk(0.5, 0.15, velocity=(0.2, 0.19))
+        torso.walk(0.5, 0.15, velocity=(0.2, 0.21))
+    before = torso.seen
+    torso.walk(5.0, 0.15, velocity=(0.2, 0.21))
+    assert torso.seen - before == pytest.approx(5.0 * 0.15, abs=math.radians(7.0))
+
+
+def test_what_was_learned_outlasts_a_stop() -> None:
+    torso = SwayingTorso(lean=0.12, bias=0.0)
+    torso.stand(3.0)
+    torso.walk(15.0, 0.2)
+    torso.stand(1.0)
+    before = torso.seen
+    torso.walk(1.0, 0.2)
+    assert torso.seen - before == pytest.approx(0.2, abs=0.05)
+
+
+def test_another_way_to_walk_turns_the_soles_in_its_own_way() -> None:
+    torso = SwayingTorso(lean=0.1, bias=0.0)
+    torso.stand(3.0)
+    torso.walk(15.0, 0.2)
+    before = torso.seen
+    torso.walk(4.0 * DT, 0.0, velocity=(-0.3, 0.0))
+    assert torso.seen == before
+
+
+def test_the_torso_turns_left_over_a_sole_that_it_sees_turn_right() -> None:
+    turn = TurnOverSole()
+    up = (0.0, 0.0, 1.0)
+
+    def turn_of(support: int, heading: float) -> float | None:
+        return turn.update(support, level_frame(flat_sole(up, heading), up))
+
+    assert turn_of(1, 0.0) is None
+    assert turn_of(1, -0.1) == pytest.approx(0.1)
+    assert turn_of(-1, 0.5) is None
+
+
+def test_a_robot_without_yaw_gyro_keeps_its_heading() -> None:
+    """Robot 41 of the reference plant has one foot that slips far more than the other."""
+
+    def drift(yaw_from_lean: bool) -> float:
+        spec = RolloutSpec(
+            find_task("forward").lasting(10.0), robot_seed=41, engine="mujoco",
+            parameters=GaitParameters(yaw_from_lean=yaw_from_lean),
+        )  # fmt: skip
+        metrics = rollout(spec).metrics
+        assert not metrics.fell
+        return math.degrees(abs(metrics.turn_rate))
+
+    pytest.importorskip("mujoco")
+    seen = drift(True)
+    assert seen < 2.5
+    assert seen < 0.5 * drift(False)

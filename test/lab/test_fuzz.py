@@ -1,0 +1,136 @@
+"""A short slice of the long fuzzing; `nao_gait bench fuzz` runs a million ticks of it."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from gait_lab.faults.files import fuzz_files
+from gait_lab.faults.fuzz import FLOATS, NAMES, Fuzzer
+from nao_lipm_gait.errors import NaoGaitError, is_number
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.runtime.head_input import head_angles, head_follow, head_mode, head_point
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from sim_bridge.command_input import CommandInput, read_push
+
+ROBOT = load_robot()
+NUMBERS = st.one_of(st.floats(), st.sampled_from(FLOATS), st.floats(-3.0, 3.0))
+TRIPLES = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+SEC, NANOSEC = st.integers(-(2**31), 2**31 - 1), st.integers(0, 2**32 - 1)
+TITLES = st.one_of(st.sampled_from((*ROBOT.joint_names, *NAMES)), st.text(max_size=20))
+COLUMNS = st.lists(NUMBERS, max_size=30)
+MESSAGES = st.one_of(
+    st.tuples(st.just("cmd_vel"), st.builds(TwistInput, TRIPLES, TRIPLES)),
+    st.tuples(
+        st.just("imu/data"),
+        st.builds(ImuInput, SEC, NANOSEC, TRIPLES, TRIPLES, st.tuples(*[NUMBERS] * 4), NUMBERS,
+                  NUMBERS, NUMBERS),
+    ),
+    st.tuples(
+        st.just("joint_states"),
+        st.builds(JointInput, SEC, NANOSEC, st.lists(TITLES, max_size=30), COLUMNS, COLUMNS),
+    ),
+    st.tuples(
+        st.just("joint_states"),
+        st.builds(JointInput, SEC, NANOSEC, st.just(list(ROBOT.joint_names)),
+                  st.lists(NUMBERS, min_size=22, max_size=22), COLUMNS),
+    ),
+    st.tuples(
+        st.just("l_sole/wrench"), st.builds(LoadInput, SEC, NANOSEC, st.integers(0, 1), NUMBERS)
+    ),
+)  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.lists(MESSAGES, max_size=40))
+def test_no_message_is_an_exception_or_a_bad_command(messages: list[tuple[str, Any]]) -> None:
+    fuzzer = Fuzzer(0, ROBOT)
+    for _ in range(3):
+        fuzzer.tick()
+    for topic, message in messages:
+        fuzzer._send(topic, message)
+    fuzzer.tick()
+    assert not fuzzer.violations
+
+
+@settings(max_examples=50, deadline=None, derandomize=True,
+          suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
+@given(st.integers(0, 2**62), st.lists(TITLES, max_size=30), COLUMNS, COLUMNS)
+def test_the_robot_takes_only_what_it_can_do(
+    stamp: int, names: list[str], position: list[float], effort: list[float]
+) -> None:
+    ear = CommandInput(ROBOT)
+    try:
+        targets, _ = ear.read("gait", 0.0, stamp, names, position, effort)
+    except NaoGaitError as error:
+        assert error.field
+        assert error.allowed
+        return
+    assert targets is not None
+    assert (targets.position >= ROBOT.lower).all()
+    assert (targets.position <= ROBOT.upper).all()
+
+
+@given(TRIPLES, TRIPLES, st.text(max_size=10))
+def test_a_push_is_finite_or_refused(force: Any, torque: Any, frame: str) -> None:
+    try:
+        assert np.isfinite(read_push(force, torque, frame)).all()
+    except NaoGaitError as error:
+        assert error.field
+        assert error.allowed
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.lists(TITLES, max_size=5), COLUMNS, TRIPLES, TITLES)
+def test_no_motion_and_no_goal_of_the_head_is_an_exception(
+    names: list[str], position: list[float], point: Any, text: str
+) -> None:
+    fuzzer = Fuzzer(0, ROBOT)
+    fuzzer.run(2)
+    entry = fuzzer.entry
+    for topic, work in (
+        ("~/motion", lambda: entry.request_motion(text)),
+        ("~/head", lambda: entry.look(head_angles(names, position, ROBOT))),
+        ("~/head_mode", lambda: entry.look(head_mode(text))),
+        ("~/look_at", lambda: entry.look(head_point("~/look_at", point, text, ROBOT))),
+        ("~/look_at", lambda: entry.look(head_point("~/look_at", point, "torso", ROBOT))),
+        ("~/follow", lambda: entry.look(head_follow(point, text, ROBOT))),
+    ):
+        entry.fenced(topic, work)
+        assert entry.unexpected == 0, (topic, names, position, point, text)
+        fuzzer.run(1)
+    assert not fuzzer.violations
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_thousand_ticks_of_spoilt_messages(seed: int) -> None:
+    found = Fuzzer(seed, ROBOT).run(1000)
+    assert not found.violations
+    assert found.answers > 500, "it goes on answering"
+    assert found.refused > 200, "and much of it was bad"
+
+
+def test_the_fuzzer_finds_a_gait_that_raises() -> None:
+    fuzzer = Fuzzer(0, ROBOT)
+    fuzzer.run(10)
+
+    def fails(*_: Any) -> Any:
+        raise ZeroDivisionError("on purpose")
+
+    fuzzer.entry._gait.step = fails  # type: ignore[method-assign]
+    assert any("on purpose" in text for text in fuzzer.run(10).violations)
+
+
+def test_broken_files_are_read_or_refused_with_a_reason() -> None:
+    found = fuzz_files(0, 180)
+    assert not found.violations
+    assert found.refused > 60
+    assert found.read > 10
+
+
+@pytest.mark.parametrize("value", [10**400, math.nan, math.inf, True, "1", None, [1.0]])
+def test_what_no_float_can_hold_is_no_number(value: Any) -> None:
+    assert not is_number(value)

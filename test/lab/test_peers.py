@@ -1,0 +1,268 @@
+"""Other walks on our plant: planned joints are played as they are, all are asked for the same."""
+
+import json
+import math
+import os
+import sys
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from gait_lab.bench import running
+from gait_lab.bench.falls import FallDetection
+from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.score import Variant, walk_all
+from gait_lab.bench.suites import peers as suite
+from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo, request, with_placo_frames
+from gait_lab.peers.player import BLEND_TIME, LAG, JointPlan, Player
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import find_task
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.parameters import GaitParameters, load_preset
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.types import STANDSTILL, GaitState, SensorFrame
+
+DT = 0.01
+NAO = load_robot("nao_h21_v33")
+PLACO_PYTHON = os.environ.get("NAO_GAIT_PLACO_PYTHON")
+"""Set it to test against placo itself."""
+STAND_IN = """#!{python}
+import json, sys
+import numpy as np
+if "-c" in sys.argv:
+    raise SystemExit(0)
+with open(sys.argv[-2]) as file:
+    asked = json.load(file)
+count = round(asked["end"] / asked["period"]) + 1
+stand = {stand}
+np.savez(sys.argv[-1], joints=np.tile(stand, (count, 1)), support=np.zeros(count, dtype=int),
+         com=np.zeros((count, 3)))
+"""
+"""A process that answers like placo's, with a plan that stands."""
+
+
+@pytest.fixture
+def stand_in(tmp_path: Path) -> str:
+    return made(tmp_path, STAND_IN.format(python=sys.executable, stand=NAO.stand_pose.tolist()))
+
+
+def made(folder: Path, text: str) -> str:
+    file = folder / "placo_python"
+    file.write_text(text)
+    file.chmod(0o755)
+    return str(file)
+
+
+def frame(stamp: float) -> SensorFrame:
+    return SensorFrame(
+        stamp=round(stamp * 1e9),
+        joint_position=np.array(NAO.stand_pose),
+        joint_velocity=np.zeros(len(NAO.joint_names)),
+        angular_velocity=np.zeros(3),
+        linear_acceleration=np.array((0.0, 0.0, 9.81)),
+    )
+
+
+def plan(count: int) -> JointPlan:
+    """Each joint rises a little every tick; the feet change every ten."""
+    joints = NAO.stand_pose + 1e-4 * np.arange(count)[:, None]
+    support = np.where(np.arange(count) // 10 % 2, -1, 1)
+    com = np.column_stack((np.arange(count) * 1e-3, np.zeros(count), np.full(count, 0.25)))
+    return JointPlan(joints, support, com)
+
+
+# -- the player ------------------------------------------------------------------------------------
+
+
+def test_a_plan_is_played_in_time_whatever_is_missed_and_held_at_its_end() -> None:
+    planned = plan(200)
+    player = Player(NAO, planned, DT)
+    assert player.step(frame(5.0), STANDSTILL).position == pytest.approx(NAO.stand_pose)
+    for tick in (100, 101, 150):
+        targets = player.step(frame(5.0 + tick * DT), STANDSTILL)
+        expected = np.clip(planned.joints[tick], NAO.lower, NAO.upper)
+        assert targets.position == pytest.approx(expected)
+        assert targets.stamp == round((5.0 + tick * DT) * 1e9)
+    last = player.step(frame(20.0), STANDSTILL).position
+    assert last == pytest.approx(np.clip(planned.joints[-1], NAO.lower, NAO.upper))
+
+
+def test_a_plan_begins_without_a_jump() -> None:
+    joints = np.tile(np.clip(NAO.stand_pose + 0.1, NAO.lower, NAO.upper), (200, 1))
+    player = Player(NAO, JointPlan(joints, np.zeros(200), np.zeros((200, 3))), DT)
+    positions = np.array([player.step(frame(i * DT), STANDSTILL).position for i in range(120)])
+    assert np.abs(np.diff(positions, axis=0)).max() < 0.1 * 2.0 * DT / BLEND_TIME
+    assert positions[-1] == pytest.approx(joints[0])
+    assert player.status.state is GaitState.STAND
+    assert player.status.support == "double"
+
+
+def test_what_is_expected_was_planned_a_lag_ago() -> None:
+    player = Player(NAO, plan(200), DT)
+    for tick in range(58):
+        player.step(frame(tick * DT), STANDSTILL)
+    status = player.status
+    assert status.com_expected_in_q[0] == pytest.approx((57 - round(LAG / DT)) * 1e-3)
+    assert (status.support, status.step_count) == ("right", 6)
+    assert math.isnan(status.com_measured_in_q[0])
+
+
+# -- placo's process -------------------------------------------------------------------------------
+
+
+def test_placo_is_given_the_robot_with_its_own_frames() -> None:
+    text = with_placo_frames(NAO, 0.024)
+    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    places = {f.name: data.oMf[i].translation for i, f in enumerate(model.frames)}
+    assert places["left_foot"] - places["l_sole"] == pytest.approx((0.024, 0.0, 0.0))
+    assert places["right_foot"] - places["r_sole"] == pytest.approx((0.024, 0.0, 0.0))
+    assert places["trunk"] == pytest.approx(places["torso"])
+    ours, theirs = ET.fromstring(NAO.urdf), ET.fromstring(text)
+    assert len(theirs.findall("link")) == len(ours.findall("link")) + 3
+
+
+def test_the_request_holds_the_command_and_what_does_not_walk() -> None:
+    task = find_task("forward=25")
+    knots = tuple((t, c.x, c.y, c.yaw) for t, c in task.knots)
+    asked = json.loads(json.dumps(request(NAO, knots, 12.0, DT)))
+    assert asked["knots"] == [[3.0, 0.0, 0.0, 0.0], [6.0, 0.25, 0.0, 0.0]]
+    assert set(asked["held"]).isdisjoint((*NAO.left_leg.names, *NAO.right_leg.names))
+    assert asked["coupled"] == [["LHipYawPitch", "RHipYawPitch"]]
+    assert asked["joints"] == list(NAO.joint_names)
+
+
+def test_a_plan_comes_from_the_other_python(stand_in: str) -> None:
+    maker = Placo(stand_in)
+    maker.check()
+    player = maker(NAO, find_task("forward=25").lasting(1.0), DT)
+    for tick in range(200):
+        targets = player.step(frame(tick * DT), STANDSTILL)
+    assert targets.position == pytest.approx(NAO.stand_pose)
+
+
+def test_a_python_that_cannot_plan_is_one_clear_error(tmp_path: Path) -> None:
+    with pytest.raises(NaoGaitError, match="placo-python"):
+        Placo(str(tmp_path / "nowhere")).check()
+    without = made(tmp_path, f"#!{sys.executable}\nraise ImportError('No module named placo')\n")
+    with pytest.raises(NaoGaitError, match="No module named placo.*pip install placo"):
+        Placo(without).check()
+    with pytest.raises(NaoGaitError, match="No module named placo"):
+        Placo(without)(NAO, find_task("spot"), DT)
+    silent = made(tmp_path, f"#!{sys.executable}\n")
+    with pytest.raises(NaoGaitError, match="exit status 0"):
+        Placo(silent)(NAO, find_task("spot"), DT)
+
+
+@pytest.mark.skipif(PLACO_PYTHON is None, reason="NAO_GAIT_PLACO_PYTHON names no Python with placo")
+def test_placo_walks_on_a_nao() -> None:
+    pytest.importorskip("mujoco")
+    options = BenchOptions(robots=1, engine="mujoco", window=3.0, open_loop="off", jobs=1,
+                           show=False, tasks=("forward=25", "turn=50"))  # fmt: skip
+    ((forward, turn),) = walk_all(options, [Variant(walker=Placo(str(PLACO_PYTHON)))])
+    assert forward.upright == turn.upright == 1
+    assert 20.0 < forward.speeds[0] < 28.0
+    assert 25.0 < turn.speeds[0] < 60.0
+    assert forward.results[0].metrics.support_changes > 10
+    assert forward.results[0].metrics.com_error_y < 0.012
+
+
+# -- the suite -------------------------------------------------------------------------------------
+
+
+def test_the_peers_are_what_they_are_called() -> None:
+    ours = GaitParameters(swing_lift=0.03)
+    peers = {peer.name: peer for peer in suite.peers_of(BenchOptions(parameters=ours))}
+    assert peers["default"].parameters == ours
+    assert peers["open_loop"].parameters == ours.replace(feedback=False)
+    assert peers["paper"].parameters == load_preset("paper")
+    for name in ("zmp", "preview"):
+        with_gyro, without = peers[f"{name}_gyro"].parameters, peers[name].parameters
+        assert with_gyro.walk == without.walk == name
+        assert with_gyro.gyro_roll_gain != 0.0 == without.gyro_roll_gain == without.gyro_pitch_gain
+        assert with_gyro == without.replace(gyro_roll_gain=with_gyro.gyro_roll_gain)
+    same_feet = peers["zmp"].parameters.as_dict() | {"walk": "preview"}
+    assert peers["preview"].parameters.as_dict() == same_feet
+    assert "placo" not in peers
+
+
+def run(tmp_path: Path, **asked: object) -> tuple[dict[str, float | None], str]:
+    file = tmp_path / "rows.json"
+    said: list[str] = []
+    given = {"robots": 1, "engine": "mujoco", "window": 0.5, "jobs": 1, "show": False, "phases": 1,
+             "tasks": ("forward=10",), **asked}  # fmt: skip
+    running.run("peers", given, json_file=file, out=said.append)
+    return {row["metric"]: row["value"] for row in json.loads(file.read_text())}, said[0]
+
+
+def test_every_peer_has_its_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("mujoco")
+    monkeypatch.setattr(suite, "PUSHES", (("left", 0.5),))
+    rows, text = run(tmp_path)
+    task = find_task("forward=10").lasting(0.5)
+    peers = suite.peers_of(BenchOptions())
+    for peer in peers:
+        alone = rollout(RolloutSpec(task, engine="mujoco", parameters=peer.parameters)).metrics
+        speed, turn = rows[f"{peer.name}_forward_median_of_upright"], alone.turn_rate
+        assert rows[f"{peer.name}_forward_upright"] == 1
+        assert speed == pytest.approx(100.0 * alone.speed_x)
+        off = 100.0 * math.hypot(alone.speed_x - 0.1, alone.speed_y)
+        assert rows[f"{peer.name}_forward_off_worst"] == pytest.approx(off)
+        assert rows[f"{peer.name}_forward_yaw_off_worst"] == pytest.approx(abs(math.degrees(turn)))
+        assert rows[f"{peer.name}_push_left_0.5_survival"] is not None
+        assert peer.name.replace("_", " ") in text
+        if peer.name != "paper":  # it goes where the errors of the robot lead it
+            assert speed == pytest.approx(10.0, abs=4.0)
+    assert len({rows[f"{peer.name}_forward_median_of_upright"] for peer in peers}) == len(peers)
+    assert rows["default_push_left_0.5_survival"] == 100.0
+    assert not any(name.startswith("placo") for name in rows)
+    assert HOW_TO_GET_IT in text
+
+
+def test_the_worst_robot_is_the_one_farthest_from_what_was_asked(tmp_path: Path) -> None:
+    found = BenchOptions(robots=3, engine="mujoco", window=0.5, open_loop="off", jobs=1, show=False)
+    task = find_task("turn=50").lasting(0.5)
+    ((score,),) = walk_all(found, [Variant()], [task])
+    slow, straight, fast = (
+        replace(each, metrics=replace(each.metrics, turn_rate=math.radians(rate)))
+        for each, rate in zip(score.results, (45.0, 50.0, 62.0), strict=True)
+    )
+    outcome = suite.Outcome(
+        "it", (replace(score, results=(slow, straight, fast)),), {}, FallDetection()
+    )
+    rows = {row.metric: row.value for row in suite.rows_of(outcome)}
+    assert rows["it_turn_worst"] == pytest.approx(62.0)
+    assert rows["it_turn_median"] == pytest.approx(50.0)
+    assert rows["it_turn_yaw_off_worst"] == pytest.approx(12.0)
+    fallen = replace(fast, metrics=replace(fast.metrics, fell=True))
+    rows = {row.metric: row.value for row in suite.rows_of(
+        replace(outcome, scores=(replace(score, results=(fallen,)),))
+    )}  # fmt: skip
+    assert rows["it_turn_upright"] == 0
+    assert rows["it_turn_worst"] is rows["it_turn_yaw_off_worst"] is None
+
+
+def test_placo_has_a_row_when_its_python_is_named(
+    tmp_path: Path, stand_in: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mujoco")
+    monkeypatch.setattr(suite, "PUSHES", (("left", 0.5),))
+    only = suite.peers_of(BenchOptions(placo_python=stand_in))[-1:]
+    monkeypatch.setattr(suite, "peers_of", lambda options: only)
+    rows, text = run(tmp_path, placo_python=stand_in)
+    assert rows["placo_forward_upright"] == 1
+    assert rows["placo_forward_median_of_upright"] == pytest.approx(0.0, abs=0.5), "it stands"
+    assert rows["placo_push_left_0.5_survival"] == 0.0, "it does not step"
+    assert HOW_TO_GET_IT not in text
+
+
+def test_only_naos_and_only_a_python_with_placo(tmp_path: Path) -> None:
+    with pytest.raises(NaoGaitError, match="nao_h21"):
+        run(tmp_path, urdf="bruno")
+    with pytest.raises(NaoGaitError, match="placo-python"):
+        run(tmp_path, placo_python=str(tmp_path / "nowhere"))

@@ -1,0 +1,232 @@
+"""Bags that lack something: a clear word about what is missing, and a report of what is there."""
+
+import json
+import os
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy")
+pytest.importorskip("mujoco")
+pytest.importorskip("plotly")
+
+from std_msgs.msg import String
+
+from gait_lab import cli
+from gait_lab.analysis.bag import BagWriter
+from gait_lab.report.analysis import analyse
+from gait_lab.report.topics import PARTS, find_parts, missing_parts
+from gait_lab.report.verdict import findings, headline
+from gait_lab.trials.rollout import (
+    Push,
+    RolloutSpec,
+)
+from gait_lab.trials.tasks import TASKS
+from walk_bag import write_walk
+
+SPEC = RolloutSpec(task=TASKS["forward"].lasting(1.0), engine="mujoco", robot_seed=1)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_walk(tmp_path_factory.mktemp("walk") / "bag", SPEC).bag
+
+
+def report(bag: Path, page: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    """Exit status, words in the terminal, page."""
+    status = cli.main(["report", str(bag), "-o", str(page)])
+    out = capsys.readouterr()
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    return status, out.out + out.err, text
+
+
+def figures_of(page: str) -> set[str]:
+    data = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
+    assert data is not None
+    return {figure["id"] for figure in json.loads(data[1].replace("<\\/", "</"))["figures"]}
+
+
+ALL = {"speeds", "com", "path", "odometry", "steps", "origins", "innovation", "whiteness",
+       "joints", "torques", "motors", "torso", "loads", "timing"}  # fmt: skip
+
+
+def test_a_whole_bag_gives_every_figure(
+    whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, words, page = report(whole, tmp_path / "r.html", capsys)
+    assert status == 0
+    assert "lacks" not in words
+    assert figures_of(page) == ALL
+    assert len(page.encode()) < 15e6
+    assert not re.search(r'<(script|link|img)[^>]+(src|href)="(?!data:)', page), "no network"
+
+
+@pytest.mark.parametrize(
+    ("part", "gone"),
+    [
+        ("truth", {"odometry", "torso"}),
+        ("joints", {"joints", "torques", "motors", "timing", "odometry"}),
+        ("targets", set()),
+        ("command", set()),
+        ("odometry", {"odometry"}),
+        ("expected", {"innovation", "whiteness"}),
+        ("footsteps", {"origins"}),
+        ("support", {"steps", "origins"}),
+        ("left_sole", {"loads"}),
+        ("diagnostics", set()),
+    ],
+)
+def test_a_topic_that_is_missing_costs_its_part_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], part: str, gone: set[str]
+) -> None:
+    topic = PARTS[part].topic
+    write_walk(tmp_path / "bag", SPEC, without={topic})
+    status, words, page = report(tmp_path / "bag", tmp_path / "r.html", capsys)
+    assert status == 0
+    assert f"lacks {topic} (" in words
+    assert topic in page.split("Not in this bag")[1]
+    assert figures_of(page) == ALL - gone
+
+
+def test_only_sensors_are_still_a_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    others = {part.topic for name, part in PARTS.items() if name not in ("joints", "clock")}
+    write_walk(tmp_path / "bag", SPEC, without=others)
+    status, words, page = report(tmp_path / "bag", tmp_path / "r.html", capsys)
+    assert status == 0
+    assert "whether the robot walked is not in the bag" in words
+    assert figures_of(page) == {"joints", "torques", "motors", "timing"}
+
+
+def test_without_ground_truth_speeds_come_from_odometry(whole: Path, tmp_path: Path) -> None:
+    write_walk(tmp_path / "bag", SPEC, without={"/ground_truth/odom", "/ground_truth/com"})
+    true, own = analyse(whole), analyse(tmp_path / "bag")
+    assert true.walking is not None
+    assert own.walking is not None
+    assert own.walking.speed_x == pytest.approx(true.walking.speed_x, abs=0.04)
+    assert own.body is not None
+    assert not own.body.from_truth
+    # The torso stands over flat soles, as high as it really is.
+    height = own.body.torso[:, 2, 3]
+    assert true.body is not None
+    assert np.nanmedian(height) == pytest.approx(np.nanmedian(true.body.torso[:, 2, 3]), abs=0.01)
+
+
+def test_a_namespace_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_walk(tmp_path / "bag", SPEC, prefix="/nao7")
+    status, words, page = report(tmp_path / "bag", tmp_path / "r.html", capsys)
+    assert status == 0
+    assert "lacks" not in words
+    assert figures_of(page) == ALL
+
+
+def test_a_truncated_bag_is_reported_as_far_as_it_goes(
+    whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(whole, tmp_path / "bag")
+    file = tmp_path / "bag" / "bag.mcap"
+    os.truncate(file, file.stat().st_size * 7 // 10)
+    status, words, page = report(tmp_path / "bag", tmp_path / "r.html", capsys)
+    assert status == 0
+    assert "breaks off after" in words
+    assert "breaks off after" in page
+    assert 1.0 < analyse(tmp_path / "bag").walk.duration < 5.9
+
+
+def test_a_bag_without_metadata_is_reported(
+    whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(whole, tmp_path / "bag")
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    status, words, page = report(tmp_path / "bag", tmp_path / "r.html", capsys)
+    assert status == 0
+    assert "metadata.yaml is missing" in words
+    assert figures_of(page) == ALL
+
+
+def test_an_empty_and_a_foreign_bag_say_what_they_hold(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with BagWriter(tmp_path / "empty"):
+        pass
+    status, words, page = report(tmp_path / "empty", tmp_path / "e.html", capsys)
+    assert status == 1
+    assert "Nothing of a walk is in this bag" in words
+    assert "lacks /joint_states (sensor_msgs/msg/JointState)" in words
+    assert "Nothing of a walk" in page
+    assert figures_of(page) == set()
+    serialize = pytest.importorskip("rclpy.serialization").serialize_message
+    with BagWriter(tmp_path / "foreign") as writer:
+        writer.add_topic("/chatter", "std_msgs/msg/String")
+        writer.write("/chatter", 1, serialize(String(data="</script><b>&")))
+    status, words, page = report(tmp_path / "foreign", tmp_path / "f.html", capsys)
+    assert status == 1
+    assert "Its topics: /chatter" in words
+    assert "/chatter" in page
+
+
+def test_what_is_no_bag_is_a_usage_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, words, _ = report(tmp_path / "nowhere", tmp_path / "r.html", capsys)
+    assert status == 2
+    assert "does not exist" in words
+    assert "rosbag2" in words
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_a_push_and_a_fall_are_found(tmp_path: Path) -> None:
+    push = Push(time=3.0, impulse=12.0, direction=np.pi / 2)
+    spec = RolloutSpec(task=SPEC.task, engine="mujoco", robot_seed=1, push=push)
+    written = write_walk(tmp_path / "bag", spec)
+    assert written.metrics.fell
+    assert written.metrics.fall_time is not None
+    analysis = analyse(tmp_path / "bag")
+    kinds = [event.kind for event in analysis.events]
+    assert "push" in kinds
+    assert "fall" in kinds
+    assert analysis.fall == pytest.approx(written.metrics.fall_time)
+    assert "fell after" in headline(analysis).text
+    assert any("0 of 1 pushes" in finding.text for finding in findings(analysis))
+
+
+def test_names_of_topics_decide_before_their_ends() -> None:
+    from gait_lab.analysis.bag_reading import TopicSummary
+
+    joints = TopicSummary("sensor_msgs/msg/JointState", 5)
+    odometry = TopicSummary("nav_msgs/msg/Odometry", 5)
+    parts = find_parts({"/a/joint_states": joints, "/b/joint_states": joints,
+                        "/a/ground_truth/odom": odometry, "/a/odom": odometry})  # fmt: skip
+    assert "joints" not in parts, "two robots: which one is not ours to guess"
+    assert parts["truth"] == "/a/ground_truth/odom"
+    assert parts["odometry"] == "/a/odom"
+    assert find_parts({"/odom": joints}) == {}
+    assert len(missing_parts({})) == sum(not part.optional for part in PARTS.values())
+
+
+def test_two_bags_are_compared(
+    whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = RolloutSpec(task=SPEC.task, engine="mujoco", robot_seed=2)
+    write_walk(tmp_path / "other", other)
+    page = tmp_path / "c.html"
+    assert cli.main(["report", str(whole), str(tmp_path / "other"), "-o", str(page)]) == 0
+    words = capsys.readouterr().out
+    assert "From A to B" in words
+    text = page.read_text(encoding="utf-8")
+    assert {"speeds", "reached", "durations", "origins", "whiteness"} <= figures_of(text)
+    assert 'class="better"' in text or 'class="worse"' in text
+
+
+def test_a_bag_compared_with_itself_shows_no_difference(
+    whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["report", str(whole), str(whole), "-o", str(tmp_path / "c.html")]) == 0
+    assert "No number differs" in capsys.readouterr().out
+    text = (tmp_path / "c.html").read_text(encoding="utf-8")
+    assert 'class="better"' not in text
+    assert 'class="worse"' not in text

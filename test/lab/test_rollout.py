@@ -1,0 +1,260 @@
+"""Rollouts are deterministic, stop at a fall and run in parallel with the same results."""
+
+import dataclasses
+import itertools
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gait_lab import bench
+from gait_lab.analysis.metrics import Metrics, Trace
+from gait_lab.bench import running
+from gait_lab.bench.settings import overridden
+from gait_lab.bench.suites.compute import compute
+from gait_lab.bench.suites.speed import _rows
+from gait_lab.trials.rollout import (
+    Push,
+    Recorder,
+    RolloutResult,
+    RolloutSpec,
+    make_pair,
+    parallel_map,
+    rollout,
+    run_all,
+)
+from gait_lab.trials.rollout import walk as walk_on
+from gait_lab.trials.tasks import Task, find_task, walk
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import GaitParameters, load_preset
+from nao_lipm_gait.types import (
+    STANDSTILL,
+    GaitStatus,
+    JointTargets,
+    SensorFrame,
+    VelocityCommand,
+)
+
+SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=4.0, end=5.0)
+
+
+def same(a: Trace, b: Trace) -> bool:
+    return all(
+        np.array_equal(getattr(a, f.name), getattr(b, f.name), equal_nan=True)
+        for f in dataclasses.fields(Trace)
+    )
+
+
+@pytest.fixture(scope="module")
+def walked() -> Any:
+    parameters = load_preset("default")
+    spec = RolloutSpec(SHORT, robot_seed=3, parameters=parameters, keep_trace=True)
+    return spec, rollout(spec)
+
+
+def test_the_same_spec_gives_the_same_walk_bit_for_bit(walked: Any) -> None:
+    spec, first = walked
+    again = rollout(spec)
+    assert same(first.trace, again.trace)
+    assert first.metrics == again.metrics
+
+
+def test_another_robot_or_noise_walks_differently(walked: Any) -> None:
+    spec, first = walked
+    for change in ({"robot_seed": 4}, {"noise_seed": 1}):
+        assert not same(first.trace, rollout(dataclasses.replace(spec, **change)).trace)
+
+
+def test_the_trace_covers_the_task_at_the_control_rate(walked: Any) -> None:
+    _, result = walked
+    trace = result.trace
+    assert len(trace) == 501
+    assert trace.time[-1] == pytest.approx(5.0)
+    assert set(np.diff(trace.stamp)) == {10_000_000}
+    known = trace.status_stamp >= 0
+    assert set((trace.stamp - trace.status_stamp)[known]) == {40_000_000}
+    assert trace.command[-1] == pytest.approx(SHORT.command_at(SHORT.end).x * np.array((1, 0, 0)))
+    assert not result.metrics.fell
+    assert result.metrics.duration == pytest.approx(1.0)
+
+
+def test_a_fall_ends_the_rollout() -> None:
+    # Far beyond what the robot can do, at once and without feedback.
+    parameters = GaitParameters(
+        feedback=False, step_limit_norm=4.0, step_side_max=0.2, step_side_rate=0.2,
+        step_turn_max=1.5, step_turn_rate=1.5,
+    )  # fmt: skip
+    command = VelocityCommand(0.6, 0.6, 6.0)
+    task = Task("tumble", ((1.0, STANDSTILL), (1.1, command)), 1.0, 30.0)
+    result = rollout(RolloutSpec(task, parameters=parameters, keep_trace=True))
+    assert result.metrics.fell
+    assert result.trace is not None
+    assert result.trace.time[-1] == result.metrics.fall_time < 30.0
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.025, 0.04])
+def test_answers_ahead_of_time_change_nothing(delay: float) -> None:
+    def walked(ahead: bool) -> Trace:
+        options = (("sensors.delay", delay),)
+        spec = RolloutSpec(find_task("diagonal"), 5, plant_options=options)
+        simulation, gait = make_pair(spec)
+        recorder, push = Recorder(), Push(4.0, 6.0, 1.0)
+        try:
+            command_at = spec.task.command_at
+            ticks = walk_on(simulation, gait, command_at, push=push, ahead=ahead)
+            for tick in itertools.islice(ticks, 500):
+                recorder.add(tick.truth, tick.command, tick.status)
+        finally:
+            simulation.close()
+        return recorder.trace()
+
+    one_by_one, in_a_row = walked(False), walked(True)
+    assert len(one_by_one) > 400
+    assert one_by_one.com_estimated_in_q[-1].any()
+    assert same(one_by_one, in_a_row)
+
+
+class Faltering:
+    """A gait that breaks down at its second frame."""
+
+    def __init__(self, gait: Gait, calls: list[str]) -> None:
+        self._gait = gait
+        self._calls = calls
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        self._calls.append("gait")
+        if self._calls.count("gait") == 2:
+            raise RuntimeError("broken down")
+        return self._gait.step(frame, command)
+
+    @property
+    def status(self) -> GaitStatus:
+        return self._gait.status
+
+
+def test_answers_come_in_a_row_and_what_is_raised_in_its_period() -> None:
+    simulation, gait = make_pair(RolloutSpec(find_task("forward")))
+    calls: list[str] = []
+    try:
+        command_at, walker = find_task("forward").command_at, Faltering(gait, calls)
+        ticks = walk_on(simulation, walker, command_at, ahead=True)
+        with pytest.raises(RuntimeError, match="broken down"):
+            for _ in ticks:
+                calls.append("tick")
+    finally:
+        simulation.close()
+    # at rest; then all that is known: nothing for three periods, the first frame, and the second
+    assert calls == ["tick", "gait", "gait", "tick", "tick", "tick", "tick"]
+
+
+def _square(value: int) -> int:
+    return value * value
+
+
+def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
+    assert parallel_map(_square, range(7), jobs=2, show=False) == [n * n for n in range(7)]
+    task = dataclasses.replace(SHORT, start=3.0, end=3.5)
+    specs = [RolloutSpec(task, robot_seed=seed) for seed in (0, 1)]
+    together = run_all(specs, jobs=2, show=False)
+    assert [result.spec.robot_seed for result in together] == [0, 1]
+    assert [result.metrics for result in together] == [rollout(spec).metrics for spec in specs]
+
+
+def metrics(**changes: Any) -> Metrics:
+    values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
+    values |= {"duration": 20.0, "fell": False, "fall_time": None, "contact_ticks": 0}
+    values |= {"alarm_time": None, "support_changes": 0}
+    return Metrics(**{**values, **changes})
+
+
+def score(*scored: Metrics, name: str = "back") -> bench.Score:
+    task = find_task(name)
+    return bench.Score(task, True, tuple(RolloutResult(RolloutSpec(task), m) for m in scored))
+
+
+def values(of: bench.Score) -> dict[str, float | None]:
+    return {row.metric: row.value for row in _rows(of)}
+
+
+def test_worst_and_median_are_in_the_asked_direction() -> None:
+    rows = values(score(*(metrics(speed_x=-v) for v in (0.20, 0.22, 0.30))))
+    assert rows["back_worst"] == pytest.approx(20.0)
+    assert rows["back_median"] == pytest.approx(22.0)
+    assert rows["back_upright"] == 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"fell": True, "fall_time": 3.0}, {"flight_share": 0.06}, {"slip_speed": 0.031},
+     {"contact_ticks": 1}, {"slip_speed": math.nan}],
+)  # fmt: skip
+def test_one_robot_that_does_not_walk_spoils_the_row(change: dict[str, Any]) -> None:
+    rows = values(score(metrics(speed_x=-0.3), metrics(speed_x=-0.3, **change)))
+    assert rows["back_worst"] is None
+    assert rows["back_median"] is None
+    assert rows["back_counts"] == 0.0
+    assert rows["back_worst_of_upright"] == pytest.approx(30.0)
+
+
+def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:
+    said: list[str] = []
+    asked = {
+        "robots": 1, "seed": -1, "tasks": ("forward=10",), "window": 0.5, "jobs": 1, "show": False
+    }  # fmt: skip
+    running.run("speed", asked, json_file=tmp_path / "rows.json", out=said.append)
+    rows = json.loads((tmp_path / "rows.json").read_text())
+    assert set(rows[0]) == {
+        "suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"
+    }  # fmt: skip
+    found = {row["metric"] for row in rows}
+    assert {"forward_worst", "forward_median", "forward_open_loop_worst"} <= found
+    assert "closed" in said[0]
+    assert "open" in said[0]
+
+
+def test_compute_measures_ticks_and_rollouts() -> None:
+    report = compute(bench.BenchOptions(window=0.5))
+    rows = {row.metric: row.value for row in report.rows}
+    assert rows["tick_p50"] is not None
+    assert 1.0 < rows["tick_p50"] <= rows["tick_p99"]
+    assert 0.1 < rows["rollout_share"] < 1.5
+    parts = [rows[f"{name}_time"] for name in ("engine", "plant", "gait", "truth")]
+    assert min(parts) > 0.0
+    assert sum(parts) == pytest.approx(rows["rollout_time"])
+    assert rows["rollout_speed"] > 0.0
+    assert 1e4 / rows["rollout_time"] < rows["loop_speed"] < rows["physics_speed"]
+
+
+def test_settings_are_typed_and_checked() -> None:
+    parameters = overridden(GaitParameters(), ["swing_lift=0.03", "feedback=false"])
+    assert parameters.swing_lift == 0.03
+    assert parameters.feedback is False
+    for bad in ("swing_lift", "nothing=1", "swing_lift=high", "swing_lift=9", "feedback=1"):
+        with pytest.raises(NaoGaitError):
+            overridden(GaitParameters(), [bad])
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [({"robots": 0}, "robots"), ({"seed": -2}, "seed"), ({"window": math.nan}, "seconds"),
+     ({"open_loop": "maybe"}, "open-loop"), ({"phases": 0}, "phases"),
+     ({"impulses": (-1.0,)}, "impulse"), ({"impulses": (math.nan,)}, "impulse")],
+)  # fmt: skip
+def test_bad_options_are_refused(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(NaoGaitError, match=f"^{field}: got"):
+        bench.BenchOptions(**change)
+
+
+def test_the_ideal_plant_walks_with_the_preset_made_for_it() -> None:
+    task = find_task("forward=25").lasting(2.0)
+    spec = RolloutSpec(
+        task, robot_seed=-1, noise_seed=0, plant="ideal", parameters=load_preset("ideal")
+    )
+    metrics = rollout(spec).metrics
+    assert not metrics.fell
+    assert metrics.speed_x == pytest.approx(0.25, rel=0.1)
+    assert metrics.com_error_y < 0.001

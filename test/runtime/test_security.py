@@ -1,0 +1,146 @@
+"""No door is open that nobody meant to open: loaders, shells, sockets, discovery, policy."""
+
+import ast
+import os
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from gait_lab.view import command as view
+from nao_lipm_gait.ros.domain import RANGE, stay_local
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = sorted(
+    path for folder in ("nao_lipm_gait", "sim_bridge", "gait_lab", "launch")
+    for path in (ROOT / folder).rglob("*.py")
+)  # fmt: skip
+FORBIDDEN_CALLS = {
+    "eval", "exec", "compile", "os.system", "os.popen", "pickle.load", "pickle.loads",
+    "marshal.loads", "shelve.open", "yaml.load", "yaml.load_all", "yaml.full_load",
+    "yaml.unsafe_load", "subprocess.getoutput", "subprocess.getstatusoutput",
+}  # fmt: skip
+PROCESSES = {"run", "Popen", "call", "check_call", "check_output"}
+
+
+def dotted(node: ast.expr) -> str:
+    """`a.b` of an expression, empty for what is no name."""
+    if isinstance(node, ast.Name):
+        return node.id
+    if isinstance(node, ast.Attribute):
+        inner = dotted(node.value)
+        return f"{inner}.{node.attr}" if inner else ""
+    return ""
+
+
+def breaches(source: str) -> list[str]:
+    """Calls in a source that run what somebody else wrote."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.Call):
+            continue
+        name = dotted(node.func)
+        if name in FORBIDDEN_CALLS:
+            found.append(f"{node.lineno}: {name}")
+        if any(word.arg == "shell" for word in node.keywords):
+            found.append(f"{node.lineno}: shell=")
+        starts = name.startswith("subprocess.") and name.split(".")[-1] in PROCESSES
+        if starts and node.args and isinstance(node.args[0], ast.JoinedStr | ast.Constant):
+            found.append(f"{node.lineno}: a command as one text")
+    return found
+
+
+def test_no_source_runs_what_comes_in() -> None:
+    assert len(SOURCES) > 100
+    found = {
+        str(path.relative_to(ROOT)): lines
+        for path in SOURCES if (lines := breaches(path.read_text(encoding="utf-8")))
+    }  # fmt: skip
+    assert not found
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["yaml.load(text)", "os.system('x')", "eval(x)", "subprocess.run(f'ls {x}')",
+     "subprocess.Popen(['x'], shell=True)", "pickle.loads(x)"],
+)  # fmt: skip
+def test_the_search_finds_what_it_looks_for(source: str) -> None:
+    assert breaches(source)
+
+
+def test_the_live_view_listens_on_this_machine_only() -> None:
+    assert view.HOST == "127.0.0.1"
+    tree = ast.parse(Path(view.__file__).read_text(encoding="utf-8"))
+    servers = [
+        node for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and dotted(node.func) == "viser.ViserServer"
+    ]  # fmt: skip
+    assert servers
+    for server in servers:
+        (host,) = (word.value for word in server.keywords if word.arg == "host")
+        assert isinstance(host, ast.Name)
+        assert host.id == "HOST"
+
+
+def test_nothing_in_the_package_listens_anywhere_else() -> None:
+    for path in SOURCES:
+        text = path.read_text(encoding="utf-8")
+        assert "0.0.0.0" not in text, path
+
+
+def test_nodes_and_tools_stay_on_this_machine_unless_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(RANGE, raising=False)
+    stay_local()
+    assert os.environ[RANGE] == "LOCALHOST"
+    monkeypatch.setenv(RANGE, "SUBNET")
+    stay_local()
+    assert os.environ[RANGE] == "SUBNET", "what the user says counts"
+
+
+def test_everything_that_joins_ros_has_said_how_far_before() -> None:
+    for path in SOURCES:
+        text = path.read_text(encoding="utf-8")
+        if "rclpy.init(" in text and path.name != "demo.py":
+            before = text[: text.index("rclpy.init(")]
+            assert "stay_local()" in before[before.index("import") :], path
+    demo = (ROOT / "gait_lab" / "demo.py").read_text(encoding="utf-8")
+    assert "DomainClaim" in demo, "the demo has a domain of its own, on this machine only"
+    assert RANGE in (ROOT / "launch" / "walk.launch.py").read_text(encoding="utf-8")
+
+
+# -- the SROS2 policy ------------------------------------------------------------------------------
+
+
+def rights(node: str) -> dict[tuple[str, str], set[str]]:
+    """(topic or service, right) -> names, of a node in the policy."""
+    root = ET.parse(ROOT / "config" / "sros2" / "policy.xml").getroot()
+    (profile,) = root.findall(f".//profile[@node='{node}']")
+    found: dict[tuple[str, str], set[str]] = {}
+    for group in profile:
+        for right, word in group.attrib.items():
+            assert word == "ALLOW"
+            names = {(item.text or "").strip() for item in group}
+            found[group.tag.removesuffix("s"), right] = names
+    return found
+
+
+def test_the_policy_is_one_enclave_for_each_process() -> None:
+    root = ET.parse(ROOT / "config" / "sros2" / "policy.xml").getroot()
+    assert root.tag == "policy"
+    assert root.get("version") == "0.2.0"
+    paths = [enclave.get("path") for enclave in root.iter("enclave")]
+    assert len(set(paths)) == len(paths) == len(list(root.iter("profile")))
+
+
+def test_one_node_may_command_the_joints_and_few_may_drive() -> None:
+    root = ET.parse(ROOT / "config" / "sros2" / "policy.xml").getroot()
+    nodes = [str(profile.get("node")) for profile in root.iter("profile")]
+    may = {node: rights(node).get(("topic", "publish"), set()) for node in nodes}
+    assert [node for node in nodes if "joint_command" in may[node]] == ["gait"]
+    assert {node for node in nodes if "cmd_vel" in may[node]} == {
+        "nao_gait_teleop", "nao_gait_view",
+    }  # fmt: skip
+    assert not [node for node in nodes if "*" in may[node]]
+    heard = rights("gait")["topic", "subscribe"]
+    truths = {name for name in heard if name.startswith("ground_truth")}
+    assert not truths, "the gait knows no truth"

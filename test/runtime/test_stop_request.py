@@ -1,0 +1,51 @@
+"""A signal in the loop of a tool sets a flag, whatever the loop is in the middle of."""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from nao_lipm_gait.ros.stop_request import StopRequest, stop_on_signal
+
+
+@pytest.fixture(autouse=True)
+def interruptible() -> Iterator[None]:
+    """A job in the background of a shell is born deaf to Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_loop_without_an_exception(number: signal.Signals) -> None:
+    before = signal.getsignal(number)
+    with stop_on_signal() as stop:
+        assert not stop
+        os.kill(os.getpid(), number)
+        assert stop
+    assert signal.getsignal(number) is before
+
+
+def test_ctrl_c_interrupts_again_afterwards() -> None:
+    with pytest.raises(ZeroDivisionError), stop_on_signal():
+        raise ZeroDivisionError
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_beside_the_main_thread_signals_are_left_alone() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    seen: list[StopRequest] = []
+
+    def loop() -> None:
+        with stop_on_signal() as stop:
+            seen.append(stop)
+
+    thread = threading.Thread(target=loop)
+    thread.start()
+    thread.join()
+    assert len(seen) == 1
+    assert not seen[0]
+    assert signal.getsignal(signal.SIGINT) is before

@@ -1,0 +1,139 @@
+"""Floor and self-collision in every physics engine."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from engine_bench import (
+    Bench,
+    G,
+    changed,
+    weightless,
+)
+from nao_lipm_gait.robot import RobotDescription
+from sim_bridge.individual import NOMINAL
+from sim_bridge.plant import Plant
+from sim_bridge.simulation import Simulation
+from sim_bridge.vectors import rotation_matrix
+
+
+def test_standing_sinks_by_weight_over_stiffness(
+    engine: str, robot: RobotDescription, reference: Plant
+) -> None:
+    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
+        for _ in range(150):
+            simulation.step(None)
+        truth = simulation.truth()
+    points = 8.0
+    middle = [
+        sole.position + sole.rotation @ np.mean(contact.points, axis=0)
+        for sole, contact in zip(truth.soles, simulation.body.soles, strict=True)
+    ]
+    depth = 0.005 - float(np.mean([point[2] for point in middle]))
+    expected = simulation.body.mass * G / (points * reference.contact.stiffness)
+    assert depth == pytest.approx(expected, rel=0.02)
+
+
+def test_standing_for_a_second_goes_nowhere(
+    engine: str, robot: RobotDescription, reference: Plant
+) -> None:
+    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
+        for _ in range(50):
+            simulation.step(None)
+        before = simulation.truth()
+        for _ in range(100):
+            simulation.step(None)
+        after = simulation.truth()
+    assert np.abs(after.torso_position - before.torso_position).max() < 2e-4
+    tilt = np.degrees(np.linalg.norm(pin.log3(rotation_matrix(after.torso_quaternion))))
+    assert tilt < 0.5
+    assert after.torque_saturated == 0
+    assert not after.legs_touch
+
+
+def slide(simulation: Simulation, push: float) -> tuple[float, float, float]:
+    """[m] way, [m/s] speed at the end, and tangential over normal force, in half a second."""
+    for _ in range(50):
+        simulation.step(None)
+    simulation.push(np.array([push, 0.0, 0.0]), 0.5)
+    start = simulation.truth().soles[0].position[0]
+    for _ in range(49):
+        simulation.step(None)
+    before = simulation.truth().soles[0].position[0]
+    simulation.step(None)
+    truth, wrenches = simulation.truth(), simulation._state.sole_wrench
+    forces = [
+        sole.rotation @ wrench[:3] for sole, wrench in zip(truth.soles, wrenches, strict=True)
+    ]
+    x, y, z = np.sum(forces, axis=0)
+    end = truth.soles[0].position[0]
+    return end - start, (end - before) / 0.01, math.hypot(x, y) / z
+
+
+def test_feet_slide_when_the_force_passes_friction_times_weight(
+    engine: str, robot: RobotDescription, reference: Plant
+) -> None:
+    friction = 0.1  # so that the robot slides before it tips over
+    plant = changed(reference, contact={"friction": friction})
+    with Simulation(robot, plant, robot_seed=NOMINAL, engine=engine) as simulation:
+        grip = friction * simulation.body.mass * G
+        way, speed, ratio = slide(simulation, 0.8 * grip)
+        assert abs(way) < 4e-3
+        assert abs(speed) < 5e-4
+        assert ratio == pytest.approx(0.8 * friction, rel=0.1)
+        simulation.reset()
+        way, speed, ratio = slide(simulation, 1.3 * grip)
+        assert way > 0.03
+        assert ratio == pytest.approx(friction, rel=0.01)
+
+
+def test_a_slippery_floor_stays_so_over_a_reset(
+    engine: str, robot: RobotDescription, reference: Plant
+) -> None:
+    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
+        simulation.set_friction(0.05)
+        before, *_ = slide(simulation, 6.0)
+        simulation.reset()
+        after, *_ = slide(simulation, 6.0)
+        assert before > 0.05
+        assert after == pytest.approx(before, rel=0.1)
+        simulation.set_friction(None)
+        simulation.reset()
+        way, *_ = slide(simulation, 6.0)
+        assert way < 0.01
+
+
+@pytest.mark.parametrize("self_collision", [True, False])
+def test_legs_meet_only_with_self_collision(
+    engine: str, robot: RobotDescription, reference: Plant, self_collision: bool
+) -> None:
+    plant = changed(weightless(reference), physics={"self_collision": self_collision})
+    bench = Bench(engine, robot, plant)
+    assert not bench.float().legs_touch
+    bench.set("LHipRoll", -0.35)
+    bench.set("RHipRoll", 0.35)
+    touched = any(bench.step().legs_touch for _ in range(200))
+    rolls = bench.backend.observe().joint_position[
+        [robot.index("LHipRoll"), robot.index("RHipRoll")]
+    ]
+    bench.backend.close()
+    assert touched == self_collision
+    if not self_collision:
+        assert rolls == pytest.approx([-0.35, 0.35], abs=0.01)
+    else:
+        assert abs(rolls[0]) < 0.34
+
+
+def test_rigid_floor_does_not_give_way(
+    engine: str, robot: RobotDescription, reference: Plant
+) -> None:
+    plant = changed(reference, contact={"rigid": True})
+    with Simulation(robot, plant, robot_seed=NOMINAL, engine=engine) as simulation:
+        for _ in range(100):
+            simulation.step(None)
+        truth = simulation.truth()
+    assert max(abs(sole.position[2]) for sole in truth.soles) < 3e-4

@@ -1,0 +1,179 @@
+"""What acts on the simulated robot: pushes, targets, and those that are refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
+from sim_bridge.individual import NOMINAL
+from sim_bridge.plant import Plant, load_plant
+from sim_bridge.simulation import Simulation
+from simulation_runs import targets, with_physics
+
+
+def test_a_push_gives_its_momentum(robot: RobotDescription, ideal: Plant) -> None:
+    """Upwards in weightlessness, where the floor gives nothing back."""
+    for duration, steps in ((0.1, 50), (0.0301, 15), (0.0001, 1)):
+        with Simulation(robot, with_physics(ideal, gravity=0.0), NOMINAL) as simulation:
+            force = np.array([3.0, -4.0, 12.0])
+            simulation.push(force, duration)
+            for _ in range(30):
+                simulation.step(None)
+            before = simulation.truth()
+            for _ in range(20):
+                simulation.step(None)
+            after = simulation.truth()
+            mass = simulation.body.mass
+        velocity = (after.com - before.com) / (20 * 0.01)
+        assert after.sole_force.sum() == 0.0
+        assert mass * velocity == pytest.approx(force * steps * 0.002, abs=2e-3)
+
+
+def test_a_new_push_replaces_the_old_one(robot: RobotDescription, ideal: Plant) -> None:
+    with Simulation(robot, with_physics(ideal, gravity=0.0), NOMINAL) as simulation:
+        simulation.push(np.array([0.0, 0.0, 100.0]), 1.0)
+        simulation.push(np.array([0.0, 0.0, 10.0]), 0.01)
+        for _ in range(10):
+            simulation.step(None)
+        before = simulation.truth().com
+        simulation.step(None)
+        speed = (simulation.truth().com - before)[2] / 0.01
+        assert speed * simulation.body.mass == pytest.approx(0.1, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("force", "duration", "field"),
+    [
+        ([1.0, 0.0], 0.1, "push force"),
+        ([math.nan, 0.0, 0.0], 0.1, "push force"),
+        ([math.inf, 0.0, 0.0], 0.1, "push force"),
+        ([1.0, 0.0, 0.0], 0.0, "push duration"),
+        ([1.0, 0.0, 0.0], -1.0, "push duration"),
+        ([1.0, 0.0, 0.0], math.inf, "push duration"),
+        ([1.0, 0.0, 0.0], math.nan, "push duration"),
+    ],
+)
+def test_bad_pushes_are_refused(
+    robot: RobotDescription, ideal: Plant, force: list[float], duration: float, field: str
+) -> None:
+    with Simulation(robot, ideal) as simulation, pytest.raises(NaoGaitError, match=field):
+        simulation.push(np.array(force), duration)
+
+
+def test_without_stiffness_it_sinks(robot: RobotDescription, reference: Plant) -> None:
+    heights = {}
+    for stiffness in (1.0, 0.0):
+        with Simulation(robot, reference, NOMINAL) as simulation:
+            for _ in range(100):
+                simulation.step(targets(simulation, stiffness))
+            truth = simulation.truth()
+            heights[stiffness] = float(truth.torso_position[2])
+            if stiffness == 0.0:
+                assert not truth.joint_torque.any()
+                assert truth.torque_saturated == 0
+    assert heights[1.0] > 0.31
+    assert heights[0.0] < heights[1.0] - 0.1
+
+
+def test_none_holds_the_last_targets(robot: RobotDescription, ideal: Plant) -> None:
+    with Simulation(robot, ideal, NOMINAL) as simulation:
+        simulation.step(targets(simulation, HeadYaw=0.5))
+        for _ in range(20):
+            simulation.step(None)
+        yaw = simulation.truth().joint_position[robot.index("HeadYaw")]
+        assert yaw == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize("joint", ["HeadYaw", "LElbowRoll", "RShoulderRoll"])
+def test_targets_are_cut_at_limits_and_speeds(
+    robot: RobotDescription, reference: Plant, joint: str
+) -> None:
+    index = robot.index(joint)
+    for target, end in ((10.0, robot.upper[index]), (-10.0, robot.lower[index])):
+        with Simulation(robot, reference, NOMINAL) as simulation:
+            limit = robot.velocity_limit[index]
+            start = before = simulation.truth().joint_position[index]
+            fastest, ticks = 0.0, 0
+            while abs(before - end) > 0.01 and ticks < 200:
+                simulation.step(targets(simulation, **{joint: target}))
+                now = simulation.truth().joint_position[index]
+                fastest = max(fastest, abs(now - before) / 0.01)
+                before, ticks = now, ticks + 1
+            for _ in range(20):
+                simulation.step(None)
+            assert simulation.truth().joint_position[index] == pytest.approx(end, abs=1e-3)
+        # a motor that fell behind its setpoint may catch up, up to its no-load speed
+        assert fastest <= 1.01 * limit
+        quickest = abs(end - start) / limit / 0.01
+        assert quickest - 1 < ticks < 1.6 * quickest + 10
+
+
+def test_the_robot_believes_its_zero_errors(robot: RobotDescription, ideal: Plant) -> None:
+    """Asked for 0.5 it goes elsewhere, and its encoder says 0.5."""
+    variation = dataclasses.replace(ideal.variation, joint_zero_std=0.01, joint_zero_cut=0.02)
+    plant = dataclasses.replace(ideal, variation=variation)
+    with Simulation(robot, plant, robot_seed=2) as simulation:
+        for _ in range(50):
+            simulation.step(targets(simulation, HeadYaw=0.5))
+        index = robot.index("HeadYaw")
+        zero = simulation.individual.joint_zero[index]
+        frame = simulation.sense()
+        assert frame is not None
+        assert abs(zero) > 1e-3
+        assert simulation.truth().joint_position[index] == pytest.approx(0.5 + zero, abs=5e-4)
+        assert frame.joint_position[index] == pytest.approx(0.5, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"position": np.zeros(21)}, "targets.position"),
+        ({"position": np.zeros((22, 1))}, "targets.position"),
+        ({"position": np.full(22, math.nan)}, "targets.position"),
+        ({"position": np.array([math.inf, *[0.0] * 21])}, "targets.position"),
+        ({"stiffness": 1.5}, "targets.stiffness"),
+        ({"stiffness": -0.1}, "targets.stiffness"),
+        ({"stiffness": math.nan}, "targets.stiffness"),
+    ],
+)
+def test_bad_targets_are_refused_and_change_nothing(
+    robot: RobotDescription, ideal: Plant, change: dict[str, object], field: str
+) -> None:
+    with Simulation(robot, ideal, NOMINAL) as simulation:
+        good = targets(simulation, HeadYaw=0.5)
+        bad = good._replace(**change)
+        with pytest.raises(NaoGaitError, match=field):
+            simulation.step(bad)
+        assert simulation.time == 0
+        simulation.step(None)
+        assert simulation.truth().joint_position == pytest.approx(robot.stand_pose, abs=0.02)
+
+
+def test_targets_stay_the_caller_s(robot: RobotDescription, ideal: Plant) -> None:
+    with Simulation(robot, ideal, NOMINAL) as simulation:
+        given = targets(simulation, HeadYaw=10.0, RHipYawPitch=-0.1)
+        copy = given.position.copy()
+        simulation.step(given)
+        assert np.array_equal(given.position, copy)
+        given.position[:] = 0.0  # and what is done to them later does not reach the robot
+        for _ in range(100):
+            simulation.step(None)
+        yaw = simulation.truth().joint_position[robot.index("HeadYaw")]
+        assert yaw == pytest.approx(robot.upper[robot.index("HeadYaw")], abs=2e-3)
+
+
+def test_unstable_physics_is_told(robot: RobotDescription) -> None:
+    pytest.importorskip("mujoco")
+    with Simulation(robot, load_plant("reference"), 0, engine="mujoco") as simulation:
+        simulation.push(np.array((1e8, 0.0, 0.0)), 0.1)
+        with pytest.raises(NaoGaitError, match="physics"):
+            for _ in range(20):
+                simulation.step(None)
+        simulation.reset()
+        simulation.step(None)
+        assert abs(simulation.truth().torso_position[0]) < 0.01
