@@ -2,9 +2,8 @@
 
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
 from nao_lipm_gait.geometry import compose, relative
-from nao_lipm_gait.types import GaitState, GaitStatus, Pose2, Pose6
+from nao_lipm_gait.types import LEFT, GaitState, GaitStatus, Pose2, Pose6
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, Walk
-from nao_lipm_gait.walks.lipm.walk_state import LEFT
 
 _NOWHERE: Pose2 = (0.0, 0.0, 0.0)
 _UNPLACED: Pose6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

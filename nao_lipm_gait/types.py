@@ -89,7 +89,14 @@ IN_MOTION = (MOTION, GETTING_UP)
 BUSY = (*ON_THE_WAY, *IN_MOTION)
 """It walks, or a motion moves or holds it."""
 
+LEFT, RIGHT = +1, -1
+"""The side of a leg. Arrays and pairs hold the left side first: index 0 left, 1 right."""
+
+Point2 = tuple[float, float]
+"""x, y [m]."""
 Point3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+"""x, y, z, w, of unit length."""
 Pose2 = tuple[float, float, float]
 """x [m], y [m], yaw [rad]."""
 Pose6 = tuple[float, float, float, float, float, float]

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import Pose2, RobotDescription
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import Point2
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 from sim_bridge.terrain import is_uneven
@@ -27,9 +28,9 @@ COLUMNS = (0.0, 0.5, 1.0)
 class SolePoints:
     """The left sole in its frame, x y [m]; the right one is its mirror image."""
 
-    corners: tuple[Pose2, ...]
+    corners: tuple[Point2, ...]
     """Front-inner, front-outer, rear-outer, rear-inner."""
-    points: tuple[Pose2, ...]
+    points: tuple[Point2, ...]
     """What touches."""
 
 
@@ -84,7 +85,7 @@ def _soft(plant: Plant) -> list[float]:
     return [spring for spring in (sole, carpet) if spring is not None]
 
 
-def _sponge(corners: tuple[Pose2, ...]) -> tuple[Pose2, ...]:
+def _sponge(corners: tuple[Point2, ...]) -> tuple[Point2, ...]:
     """From the same heel forward, about the same middle."""
     rear = min(x for x, _ in corners)
     middle = 0.5 * (min(y for _, y in corners) + max(y for _, y in corners))
@@ -92,5 +93,5 @@ def _sponge(corners: tuple[Pose2, ...]) -> tuple[Pose2, ...]:
     return (front, inner), (front, outer), (rear, outer), (rear, inner)
 
 
-def _between(a: Pose2, b: Pose2, share: float) -> Pose2:
+def _between(a: Point2, b: Point2, share: float) -> Point2:
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])

@@ -6,7 +6,7 @@ The level frame of a sole: its origin in the sole, x to where the sole points, z
 from math import atan2, sqrt
 from typing import NamedTuple
 
-from nao_lipm_gait.geometry import compose, dot, turned
+from nao_lipm_gait.geometry import compose, dot, rotate_planar
 from nao_lipm_gait.types import Point3, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
 
@@ -67,4 +67,4 @@ def measured_acceleration_in_q(
 ) -> tuple[float, float]:
     """The torso's acceleration along x and y of Q [m/s^2]; gravity has no part in the level."""
     ahead, aside = sole.along(specific_force)
-    return turned(ahead, aside, sole_in_q[2])
+    return rotate_planar(ahead, aside, sole_in_q[2])

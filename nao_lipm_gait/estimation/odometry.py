@@ -1,7 +1,7 @@
 """Odometry from the feet: the support sole stands still, the other one says where it will."""
 
 from nao_lipm_gait.estimation.com_measurement import LevelFrame
-from nao_lipm_gait.geometry import compose, halfway, relative
+from nao_lipm_gait.geometry import compose, midpoint, relative
 from nao_lipm_gait.types import Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
 
@@ -45,7 +45,7 @@ class Odometry:
         """
         other_seen = support_sole.pose_of(other_sole)
         if self._support == 0:
-            self._sole_in_odom = relative((0.0, 0.0, 0.0), halfway((0.0, 0.0, 0.0), other_seen))
+            self._sole_in_odom = relative((0.0, 0.0, 0.0), midpoint((0.0, 0.0, 0.0), other_seen))
         elif support != self._support:
             # What is now "other" was the support: where it stood says where the new one stands.
             back = relative((0.0, 0.0, 0.0), other_seen)
@@ -53,7 +53,7 @@ class Odometry:
         self._support = support
         x, y, yaw = self._sole_in_odom
         self._sole_in_odom = x, y, yaw + stance_turn
-        base = halfway(self._sole_in_odom, compose(self._sole_in_odom, other_seen))
+        base = midpoint(self._sole_in_odom, compose(self._sole_in_odom, other_seen))
         if self._base is not None:
             moved = relative(base, self._base)
             share = min(1.0, dt / VELOCITY_TIME)

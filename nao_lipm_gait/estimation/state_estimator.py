@@ -17,7 +17,7 @@ from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.tipping import Tipping
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
 from nao_lipm_gait.estimation.yaw_slip import LeanTurn, StanceTurn
-from nao_lipm_gait.geometry import point
+from nao_lipm_gait.geometry import as_point
 from nao_lipm_gait.head.head_control import TorsoPlace
 from nao_lipm_gait.motion.keyframes import Posture
 from nao_lipm_gait.parameters import GaitParameters
@@ -82,7 +82,7 @@ class StateEstimator:
         if not _at_rest(frame):
             self.orientation.reset_upright()
             return False
-        self.orientation.reset(point(frame.linear_acceleration))
+        self.orientation.reset(as_point(frame.linear_acceleration))
         return self.orientation.tilt > LYING_TILT
 
     def update(
@@ -108,8 +108,8 @@ class StateEstimator:
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support > 0 else (other, sole)
-        force = point(frame.linear_acceleration)
-        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(point(frame.angular_velocity))
+        force = as_point(frame.linear_acceleration)
+        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(as_point(frame.angular_velocity))
         down, in_motion = state in DOWN, state in IN_MOTION
         if down or in_motion:
             # The feet need not stand still: they say nothing about the torso.
@@ -200,7 +200,7 @@ class StateEstimator:
 
 
 def _at_rest(frame: SensorFrame) -> bool:
-    force, rate = point(frame.linear_acceleration), point(frame.angular_velocity)
+    force, rate = as_point(frame.linear_acceleration), as_point(frame.angular_velocity)
     return (
         abs(math.hypot(*force) - GRAVITY) < REST_FORCE and math.hypot(rate[0], rate[1]) < REST_RATE
     )

@@ -4,7 +4,6 @@ from nao_lipm_gait.robot.description import (
     JointLimit,
     LegJoints,
     Motor,
-    Pose2,
     RobotDescription,
 )
 from nao_lipm_gait.robot.load import NAO, load_robot
@@ -14,7 +13,6 @@ __all__ = [
     "JointLimit",
     "LegJoints",
     "Motor",
-    "Pose2",
     "RobotDescription",
     "load_robot",
 ]

@@ -8,10 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import FloatArray
-
-Pose2 = tuple[float, float]
-"""A point on the ground plane: x, y [m]."""
+from nao_lipm_gait.types import FloatArray, Point2
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,9 +87,9 @@ class RobotDescription:
     """Left, right: below the ankle axes, on the ground plane of a flat foot."""
     stand_pose: FloatArray
     """(n,) [rad], inside the limits."""
-    sole_outline: tuple[Pose2, ...]
+    sole_outline: tuple[Point2, ...]
     """Convex hull of the left sole in its sole frame, counter-clockwise [m]; right: y mirrored."""
-    sole_corners: tuple[Pose2, ...]
+    sole_corners: tuple[Point2, ...]
     """Four points of the left outline: front inner, front outer, rear outer, rear inner."""
     ankle_limits: Mapping[str, tuple[tuple[float, float, float], ...]]
     """`left`, `right` -> rows (AnklePitch, lowest AnkleRoll, highest AnkleRoll), pitch rising."""

@@ -8,9 +8,10 @@ from typing import Any
 import yaml
 
 from nao_lipm_gait.errors import NaoGaitError, is_number
-from nao_lipm_gait.robot.description import LegJoints, Motor, Pose2
+from nao_lipm_gait.robot.description import LegJoints, Motor
 from nao_lipm_gait.robot.text_file import read_text
 from nao_lipm_gait.robot.urdf_model import UrdfModel
+from nao_lipm_gait.types import Point2
 
 _KEYS = tuple(
     ["name", "joints", "hip", "left_leg", "right_leg", "coupled_joints", "shoulder_pitch", "frames", "stand_pose", "sole_outline", "sole_corners", "ankle_limits", "motors"]
@@ -164,7 +165,7 @@ class RobotFile:
                 raise NaoGaitError(self.where(f"stand_pose: {name}"), angle, "an angle in rad")
         return {name: float(angle) for name, angle in pose.items()}
 
-    def points(self, key: str) -> tuple[Pose2, ...]:
+    def points(self, key: str) -> tuple[Point2, ...]:
         points = []
         for point in self._list(key):
             x, y = self._numbers(key, point, 2)

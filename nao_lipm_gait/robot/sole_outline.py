@@ -1,10 +1,10 @@
 """What the outline of a sole has to be."""
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot.description import Pose2
+from nao_lipm_gait.types import Point2
 
 
-def check_outline(where: str, outline: tuple[Pose2, ...]) -> None:
+def check_outline(where: str, outline: tuple[Point2, ...]) -> None:
     """where: the key and its file, for the error."""
     if len(outline) < 3:
         raise NaoGaitError(where, f"{len(outline)} points", "at least 3 points")
@@ -15,6 +15,6 @@ def check_outline(where: str, outline: tuple[Pose2, ...]) -> None:
             raise NaoGaitError(where, (x1, y1), "points of a convex outline, counter-clockwise")
 
 
-def check_corners(where: str, corners: tuple[Pose2, ...], outline: tuple[Pose2, ...]) -> None:
+def check_corners(where: str, corners: tuple[Point2, ...], outline: tuple[Point2, ...]) -> None:
     if len(corners) != 4 or not set(corners) <= set(outline):
         raise NaoGaitError(where, corners, "four points of sole_outline")

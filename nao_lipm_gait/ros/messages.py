@@ -21,6 +21,7 @@ from std_msgs.msg import ColorRGBA, Float64MultiArray, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
+from nao_lipm_gait.geometry import compose, quaternion_from_rpy
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2
 
@@ -234,7 +235,7 @@ def footsteps(status: GaitStatus) -> MarkerArray:
     ):
         sole = _marker(status.stamp, index, name, Marker.CUBE, color, _SOLE)
         sole.pose.position = Point(x=pose[0], y=pose[1], z=pose[2])
-        x, y, z, w = quaternion(pose[3], pose[4], pose[5])
+        x, y, z, w = quaternion_from_rpy(pose[3], pose[4], pose[5])
         orientation = sole.pose.orientation
         orientation.x, orientation.y, orientation.z, orientation.w = x, y, z, w
         markers.markers.append(sole)
@@ -245,19 +246,6 @@ def footsteps(status: GaitStatus) -> MarkerArray:
     com.pose.position = _from_q(status.q_in_odom, status.com_estimated_in_q)
     markers.markers += [origin, com]
     return markers
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """x, y, z, w of the rotation yaw, then pitch, then roll about the moving axes [rad]."""
-    cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
-    cp, sp = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
-    cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
 
 
 def _marker(
@@ -276,9 +264,8 @@ def _marker(
 
 
 def _from_q(q_in_odom: Pose2, point: Point3) -> Point:
-    x, y, yaw = q_in_odom
-    c, s = math.cos(yaw), math.sin(yaw)
-    return Point(x=x + c * point[0] - s * point[1], y=y + s * point[0] + c * point[1], z=point[2])
+    x, y, _ = compose(q_in_odom, (point[0], point[1], 0.0))
+    return Point(x=x, y=y, z=point[2])
 
 
 def _diagonal(*values: float) -> list[float]:

@@ -7,7 +7,7 @@ jumps however the plan moves.
 
 from math import cos, pi
 
-from nao_lipm_gait.geometry import turned
+from nao_lipm_gait.geometry import rotate_planar
 from nao_lipm_gait.types import Pose2
 
 
@@ -62,7 +62,7 @@ class SwingFoot:
         """Advance by dt [s] with time_left [s] to touch-down at `landing`, a sole pose in Q."""
         time_share = 1.0 if time_left <= dt else dt / time_left
         x, y, _ = self._start
-        ahead, _ = turned(landing[0] - x, landing[1] - y, -self._yaw)
+        ahead, _ = rotate_planar(landing[0] - x, landing[1] - y, -self._yaw)
         ahead = max(0.0, ahead)
         begins = self.phase == 0.0
         self._ahead = ahead if begins else self._ahead + time_share * (ahead - self._ahead)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.geometry import point
+from nao_lipm_gait.geometry import as_point
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, Point3
 
@@ -55,7 +55,7 @@ class BodyModel:
         com = pin.centerOfMass(self.model, self._data, self._q, False)
         if not self._torso_is_root:
             com = self._torso_rotation @ (com - self._torso_translation)
-        return point(com)
+        return as_point(com)
 
     def sole_in_torso(self, side: int) -> SolePose:
         """Sole pose, side +1 left or -1 right, for the joints of the last `com_in_torso`."""
@@ -66,4 +66,4 @@ class BodyModel:
             rotation = self._torso_rotation @ rotation
         rows: list[list[float]] = rotation.tolist()
         a, b, c = rows[0], rows[1], rows[2]
-        return SolePose(point(position), (a[0], b[0], c[0]), (a[2], b[2], c[2]))
+        return SolePose(as_point(position), (a[0], b[0], c[0]), (a[2], b[2], c[2]))

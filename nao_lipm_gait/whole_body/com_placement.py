@@ -5,12 +5,11 @@ the torso changes smoothly from tick to tick, so that its first guess is good en
 of four; the others take a second round.
 """
 
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.geometry import numbers, turned
+from nao_lipm_gait.geometry import Rotation, float_view, rotate_planar, rotation_from_rpy
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, Point3
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
@@ -35,20 +34,6 @@ RISE_STEP = 0.0005
 """[m] per tick by which it comes up again."""
 LOWEST = 0.06
 """[m] no lower than this below the wanted CoM height."""
-
-Rows = tuple[Point3, Point3, Point3]
-
-
-def rotation_rows(roll: float, pitch: float, yaw: float) -> Rows:
-    """Rows of Rz(yaw) Ry(pitch) Rx(roll)."""
-    cr, sr = cos(roll), sin(roll)
-    cp, sp = cos(pitch), sin(pitch)
-    cy, sy = cos(yaw), sin(yaw)
-    return (
-        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        (-sp, cp * sr, cp * cr),
-    )
 
 
 class PlacedBody(NamedTuple):
@@ -90,12 +75,12 @@ class ComPlacement:
         left_axes = _sole_axes(targets.left_sole)
         right_axes = _sole_axes(targets.right_sole)
         mean_yaw = 0.5 * (targets.left_sole.yaw + targets.right_sole.yaw)
-        ahead, _ = turned(
+        ahead, _ = rotate_planar(
             targets.right_sole.x - targets.left_sole.x,
             targets.right_sole.y - targets.left_sole.y,
             -mean_yaw,
         )
-        joints = numbers(self._position)
+        joints = float_view(self._position)
         joints[self._left_shoulder] = self._left_hang - arm_swing * ahead
         joints[self._right_shoulder] = self._right_hang + arm_swing * ahead
         solution: LegSolution
@@ -106,7 +91,7 @@ class ComPlacement:
         last_yaw, yaw_before, first_yaw = self._torso_yaw
         torso_yaw = _continued(last_yaw, yaw_before, first_yaw)
         for attempt in range(MAX_ITERATIONS):
-            rows = rotation_rows(targets.torso_roll, targets.torso_pitch, mean_yaw + torso_yaw)
+            rows = rotation_from_rpy(targets.torso_roll, targets.torso_pitch, mean_yaw + torso_yaw)
             a, b, c = rows
             torso_x = com_x - (a[0] * cx + a[1] * cy + a[2] * cz)
             torso_y = com_y - (b[0] * cx + b[1] * cy + b[2] * cz)
@@ -150,12 +135,12 @@ def _continued(last: float, before: float, first: float) -> float:
 
 def _sole_axes(sole: SoleTarget) -> tuple[Point3, Point3]:
     """Forward axis and normal of a sole in Q."""
-    rows = rotation_rows(sole.roll, sole.pitch, sole.yaw)
+    rows = rotation_from_rpy(sole.roll, sole.pitch, sole.yaw)
     return (rows[0][0], rows[1][0], rows[2][0]), (rows[0][2], rows[1][2], rows[2][2])
 
 
 def _in_torso(
-    rows: Rows, torso: Point3, sole: SoleTarget, axes: tuple[Point3, Point3]
+    rows: Rotation, torso: Point3, sole: SoleTarget, axes: tuple[Point3, Point3]
 ) -> SolePose:
     """A sole of Q seen from a torso at `torso`, which the rotation of `rows` turns into Q."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rows

@@ -9,7 +9,7 @@ toes pressed down, a hip that rises, and by upper body and arms that are thrown 
 the fall, whose reaction holds the hips back.
 """
 
-from nao_lipm_gait.geometry import numbers
+from nao_lipm_gait.geometry import float_view
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, Point3
@@ -48,7 +48,7 @@ class PostureFeedback:
             p.gyro_pitch_gain * pitch_rate + p.gyro_pitch_rate_gain * (pitch_rate - last[1]) / dt
         )
         leg = self._legs[support]
-        joints = numbers(position)
+        joints = float_view(position)
         joints[leg.ankle_pitch] += pitch
         joints[leg.ankle_roll] += roll
         joints[leg.hip_pitch] += p.gyro_hip_share * pitch

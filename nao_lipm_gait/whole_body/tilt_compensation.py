@@ -9,8 +9,8 @@ back slowly, which raises the torso.
 from math import exp
 
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.types import LEFT
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
-from nao_lipm_gait.walks.lipm.walk_state import LEFT
 
 FOLLOW_TIME = 0.03
 """[s] in which a swing foot takes up a tilt."""

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
+from nao_lipm_gait.types import LEFT
 from nao_lipm_gait.walks.lipm.com_observer import ComObserver
-from nao_lipm_gait.walks.lipm.walk_state import LEFT, WalkState
+from nao_lipm_gait.walks.lipm.walk_state import WalkState
 
 DT = 0.01
 SIGMAS = (0.0001, 0.003, 0.02)

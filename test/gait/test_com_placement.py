@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import FloatArray, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
-from nao_lipm_gait.whole_body.com_placement import COM_TOLERANCE, ComPlacement, rotation_rows
+from nao_lipm_gait.whole_body.com_placement import COM_TOLERANCE, ComPlacement
 from nao_lipm_gait.whole_body.leg_kinematics import LegSolution
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.shared_hip_legs import YAW_TOLERANCE
@@ -50,7 +51,7 @@ def com_in_q(body: BodyModel, joints: FloatArray, targets: BodyTargets) -> Float
     forward, normal = np.array(sole.forward), np.array(sole.normal)
     in_torso = np.column_stack((forward, np.cross(normal, forward), normal))
     wanted = targets.left_sole
-    in_q = np.array(rotation_rows(wanted.roll, wanted.pitch, wanted.yaw))
+    in_q = np.array(rotation_from_rpy(wanted.roll, wanted.pitch, wanted.yaw))
     place = np.array((wanted.x, wanted.y, wanted.z))
     return place + in_q @ in_torso.T @ (com - np.array(sole.position))
 

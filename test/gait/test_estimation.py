@@ -57,7 +57,7 @@ def test_measured_acceleration_has_no_gravity_in_it(
     torso_in_world = Rotation.from_euler("ZYX", [yaw, pitch, roll])
     in_q = np.array([3.0, -1.5, 2.0])
     in_world = Rotation.from_euler("Z", sole_yaw - yaw_in_q).apply(in_q)
-    force = torso_in_world.inv().apply([*in_world, 0.0, 0.0, GRAVITY])
+    force = torso_in_world.inv().apply(in_world + np.array((0.0, 0.0, GRAVITY)))
     sole = sole_pose(
         torso_in_world.inv() * Rotation.from_euler("Z", sole_yaw), np.array([0.0, 0.05, -0.33])
     )
@@ -109,7 +109,7 @@ def test_accelerometer_corrects_a_gyro_bias_on_average() -> None:
     filter_.reset((0.0, 0.0, GRAVITY))
     rng = np.random.default_rng(5)
     for _ in range(1000):
-        shaken = [*rng.normal(0.0, 2.0, 3), 0.0, 0.0, GRAVITY]
+        shaken = rng.normal(0.0, 2.0, 3) + np.array((0.0, 0.0, GRAVITY))
         filter_.update((0.02, -0.02, 0.0), tuple(shaken), LEVEL, DT)
     # Without the accelerometer the bias would have turned it by 0.2 rad.
     assert filter_.tilt < 0.06

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.robot import LegJoints, RobotDescription
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel
-from nao_lipm_gait.whole_body.com_placement import ComPlacement, rotation_rows
+from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.joint_limits import JointLimits
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles
 from nao_lipm_gait.whole_body.legs import make_legs
@@ -127,11 +128,11 @@ def test_com_and_soles_are_where_they_were_asked_to_be(
     body.set_joints(placed.position)
     com = np.array(body.com_in_torso())
     soles = [body.sole_in_torso(side) for side in (1, -1)]
-    rotation = np.array(rotation_rows(0.02, 0.04, 0.0))
+    rotation = np.array(rotation_from_rpy(0.02, 0.04, 0.0))
     # The torso's yaw is free; take it from the left sole.
     forward = rotation @ np.array(soles[0].forward)
     yaw = 0.1 - np.arctan2(forward[1], forward[0])
-    rotation = np.array(rotation_rows(0.02, 0.04, yaw))
+    rotation = np.array(rotation_from_rpy(0.02, 0.04, yaw))
     for sole, other in ((left, soles[0]), (right, soles[1])):
         offset = rotation @ (com - np.array(other.position))
         wanted = np.array(targets.com_in_q) - np.array([sole.x, sole.y, sole.z])

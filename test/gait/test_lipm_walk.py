@@ -7,10 +7,9 @@ import pytest
 
 from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from nao_lipm_gait.types import LEFT, STANDSTILL, VelocityCommand
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
 from nao_lipm_gait.walks.lipm.walk_state import (
-    LEFT,
     NextSupport,
     Segment,
     WalkState,

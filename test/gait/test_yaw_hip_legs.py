@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
-from nao_lipm_gait.whole_body.com_placement import ComPlacement, rotation_rows
+from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.yaw_hip_legs import YawHipLegs
@@ -79,7 +80,7 @@ def test_any_turn_of_each_sole_is_met(robot: RobotDescription, body: BodyModel) 
     for _ in range(100):
         wanted = []
         for side in (1.0, -1.0):
-            rows = np.array(rotation_rows(*rng.uniform(-0.4, 0.4, 2), rng.uniform(-1.2, 1.2)))
+            rows = np.array(rotation_from_rpy(*rng.uniform(-0.4, 0.4, 2), rng.uniform(-1.2, 1.2)))
             place = rng.uniform((-0.08, -0.05, -0.26), (0.08, 0.05, -0.2))
             place[1] += side * 0.06
             wanted.append(SolePose(tuple(place), tuple(rows[:, 0]), tuple(rows[:, 2])))
@@ -148,7 +149,7 @@ def test_com_and_soles_are_where_they_were_asked_to_be(
     assert placed.residual == 0.0
     soles = soles_of(body, placed.position)
     com = np.array(body.com_in_torso())
-    rotation = np.array(rotation_rows(0.02, 0.04, 0.1))  # midway between the feet
+    rotation = np.array(rotation_from_rpy(0.02, 0.04, 0.1))  # midway between the feet
     for wanted, got in ((left, soles[0]), (right, soles[1])):
         offset = rotation @ (com - np.array(got.position))
         asked = np.array(targets.com_in_q) - np.array((wanted.x, wanted.y, wanted.z))

@@ -14,15 +14,13 @@ from itertools import chain
 
 from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import Pose2, VelocityCommand
+from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget
 from nao_lipm_gait.walks.lipm.com_observer import ComObserver
 from nao_lipm_gait.walks.lipm.pendulum import divergent_component, natural_frequency
 from nao_lipm_gait.walks.lipm.single_support import SHORTEST_PIECE, Phase, SingleSupport
 from nao_lipm_gait.walks.lipm.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.walks.lipm.walk_state import (
-    LEFT,
-    RIGHT,
     NextSupport,
     Segment,
     WalkState,

@@ -7,11 +7,8 @@ from collections.abc import Iterable
 from math import cosh, sinh
 from typing import NamedTuple
 
-from nao_lipm_gait.geometry import compose, relative, turned
+from nao_lipm_gait.geometry import compose, relative, rotate_planar
 from nao_lipm_gait.types import Pose2
-
-LEFT = 1
-RIGHT = -1
 
 
 class WalkState(NamedTuple):
@@ -81,14 +78,14 @@ def velocity_gained(before: WalkState, after: WalkState) -> tuple[float, float]:
     """By which the CoM got faster in x and y [m/s] from one state to a later one, in its axes."""
     vx, vy, turn = before.vx, before.vy, after.q_in_odom[2] - before.q_in_odom[2]
     if turn != 0.0:
-        vx, vy = turned(vx, vy, -turn)
+        vx, vy = rotate_planar(vx, vy, -turn)
     return after.vx - vx, after.vy - vy
 
 
 def enter_next_q(state: WalkState, change: NextSupport) -> WalkState:
     """The same motion of the CoM, seen from Q-bar and carried by the other leg."""
     x, y, _ = relative((state.x, state.y, 0.0), change.step_size)
-    vx, vy = turned(state.vx, state.vy, -change.step_size[2])
+    vx, vy = rotate_planar(state.vx, state.vy, -change.step_size[2])
     return WalkState(
         support=-state.support,
         x=x,
