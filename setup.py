@@ -13,6 +13,8 @@ NAME = "nao_lipm_gait"
 
 SHARED_FOLDERS = ("config", "urdf", "launch")
 
+CORE = ("attrs>=23", "numpy>=1.26", "pin>=3.0", "pybullet>=3.2.6", "pyyaml>=6.0")
+
 ROS = (
     # Exact: these wheels are one binary build and break when mixed.
     "ros-jazzy-rclpy==7.1.6",
@@ -84,7 +86,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *shared_files(),
     ],
-    install_requires=["numpy>=1.26", "pin>=3.0", "pyyaml>=6.0", "pybullet>=3.2.6", *ROS],
+    install_requires=[*CORE, *ROS],
     extras_require=EXTRAS,
     zip_safe=False,
     entry_points={

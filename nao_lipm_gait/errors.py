@@ -3,6 +3,9 @@
 import math
 from typing import Any, TypeGuard
 
+LONGEST = 300
+"""Characters of a value that an error message shows."""
+
 
 class NaoGaitError(ValueError):
     """A refused input: says which field, what it held and what would have been allowed."""
@@ -11,11 +14,20 @@ class NaoGaitError(ValueError):
         self.field = field
         self.value = value
         self.allowed = allowed
-        super().__init__(f"{field}: got {value!r}; allowed: {allowed}")
+        super().__init__(f"{field}: got {_shown(value)}; allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
         """Keep the evidence when the error crosses a process boundary."""
         return type(self), (self.field, self.value, self.allowed)
+
+
+def _shown(value: object) -> str:
+    """A value in an error message, cut to a readable length."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not print integers of thousands of digits
+        text = f"an {type(value).__name__} too long to print"
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:

@@ -19,7 +19,9 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 
 FOLDERS = ("estimation", "kinematics", "lipm_walk", "preview_walk", "zmp_walk")
-AS_THEY_ARE = ("errors.py", "parameters.py", "presets.py", "resources.py", "signals.py")
+AS_THEY_ARE = (
+    "errors.py", "parameters.py", "presets.py", "resources.py", "schema.py", "signals.py",
+)  # fmt: skip
 """Of the package's own modules: what is pickled, caught or taken apart as a dataclass."""
 SHARED = ("config", "launch", "urdf")
 LINES_SHOWN = 15

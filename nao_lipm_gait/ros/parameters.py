@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from nao_lipm_gait.errors import NaoGaitError, is_number
-from nao_lipm_gait.parameters import Parameter
+from nao_lipm_gait.schema import Field
 
 Value = bool | int | float | str
 AnyValue = TypeVar("AnyValue")
@@ -66,7 +66,7 @@ class NodeParameter:
 
 def declare(
     node: Node,
-    parameter: NodeParameter | Parameter,
+    parameter: NodeParameter | Field,
     default: Value | None = None,
     read_only: bool = True,
 ) -> Value:

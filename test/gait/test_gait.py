@@ -1,6 +1,5 @@
 """The gait as a whole, with joints that obey at once and a torso that stays upright."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -157,7 +156,7 @@ def test_lost_frames_do_not_stop_the_walk(robot: RobotDescription) -> None:
 
 def test_lost_frames_do_not_change_the_walked_speed(robot: RobotDescription) -> None:
     def walked(every: int | None) -> float:
-        nao = ObedientRobot(robot, dataclasses.replace(P, speed_time=0.0))
+        nao = ObedientRobot(robot, P.replace(speed_time=0.0))
         nao.run(STANDSTILL, 1.0)
         nao.run(FORWARD, 3.0)
         speeds = []
@@ -176,7 +175,7 @@ def test_lost_frames_do_not_change_the_walked_speed(robot: RobotDescription) -> 
 
 def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -> None:
     def pitch(every: int | None) -> float:
-        gait = Gait(robot, dataclasses.replace(P, tilt_stance_time=10.0))
+        gait = Gait(robot, P.replace(tilt_stance_time=10.0))
         joints = np.array(robot.stand_pose)
         for tick in range(340):
             if every is not None and tick % every == 0 and tick > 0:
@@ -203,7 +202,7 @@ def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -
 def test_the_gyro_bridges_a_gap(
     robot: RobotDescription, lost: int, before: float, after: float, turned: float
 ) -> None:
-    gait = Gait(robot, dataclasses.replace(P, tilt_stance_time=10.0, tilt_accelerometer_time=10.0))
+    gait = Gait(robot, P.replace(tilt_stance_time=10.0, tilt_accelerometer_time=10.0))
     joints = np.array(robot.stand_pose)
 
     def pitch(tick: int, rate: float) -> float:
