@@ -18,9 +18,9 @@ from gait_lab.compiled.records import spelled_out
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 
-FOLDERS = ("estimation", "kinematics", "lipm_walk", "preview_walk", "zmp_walk")
+FOLDERS = ("estimation", "walks", "whole_body")
 AS_THEY_ARE = (
-    "errors.py", "parameters.py", "presets.py", "resources.py", "schema.py", "signals.py",
+    "errors.py", "parameters.py", "presets.py", "resources.py", "schema.py",
 )  # fmt: skip
 """Of the package's own modules: what is pickled, caught or taken apart as a dataclass."""
 SHARED = ("config", "launch", "urdf")
@@ -78,7 +78,7 @@ def _of_the_tick() -> Iterator[Path]:
     for path in SOURCE.rglob("*.py"):
         if path.name == "__init__.py" or path.name in AS_THEY_ARE:
             continue
-        if path.parent == SOURCE or path.parent.name in FOLDERS:
+        if path.parent == SOURCE or path.relative_to(SOURCE).parts[0] in FOLDERS:
             yield path
 
 

@@ -30,7 +30,7 @@ from nao_lipm_gait.types import (
     Pose2,
     SensorFrame,
 )
-from nao_lipm_gait.walks.lipm.pendulum import natural_frequency
+from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 
 LYING_TILT = 1.0

@@ -3,7 +3,7 @@
 from math import hypot
 
 from nao_lipm_gait.types import Point3
-from nao_lipm_gait.walks.lipm.pendulum import divergent_component
+from nao_lipm_gait.walks.pendulum import divergent_component
 
 REST_TIME = 1.0
 """[s] of the mean that is the CoM at rest."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import Pose2, VelocityCommand
-from nao_lipm_gait.walks.lipm.pendulum import half_step_duration, natural_frequency
+from nao_lipm_gait.walks.pendulum import half_step_duration, natural_frequency
 
 
 class Stride(NamedTuple):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from nao_lipm_gait.walks.lipm.pendulum import (
+from nao_lipm_gait.walks.pendulum import (
     advance,
     divergent_component,
     half_step_duration,

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nao_lipm_gait.walks.lipm.pendulum import advance, natural_frequency
 from nao_lipm_gait.walks.lipm.step_planning import plan_sagittal
+from nao_lipm_gait.walks.pendulum import advance, natural_frequency
 from oracles import linear_system, linear_system_for_step_size
 
 K = natural_frequency(0.262)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, RIGHT, VelocityCommand
-from nao_lipm_gait.walks.lipm.pendulum import advance, half_step_duration, natural_frequency
+from nao_lipm_gait.walks.pendulum import advance, half_step_duration, natural_frequency
 from nao_lipm_gait.walks.steps import (
     STEP_IN_PLACE,
     Pace,

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from nao_lipm_gait.walks.lipm.pendulum import advance, natural_frequency, orbital_energy
 from nao_lipm_gait.walks.lipm.support_change import (
     origin_shift_for,
     plan_support_change,
     stride_that_catches,
 )
+from nao_lipm_gait.walks.pendulum import advance, natural_frequency, orbital_energy
 from oracles import iterated_support_change
 
 K = natural_frequency(0.262)

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import Pose2
-from nao_lipm_gait.walks.lipm.pendulum import advance
 from nao_lipm_gait.walks.lipm.step_planning import SagittalPlan, plan_sagittal
 from nao_lipm_gait.walks.lipm.support_change import (
     STRAIGHT,
@@ -23,6 +22,7 @@ from nao_lipm_gait.walks.lipm.support_change import (
     turning_time,
 )
 from nao_lipm_gait.walks.lipm.walk_state import WalkState
+from nao_lipm_gait.walks.pendulum import advance
 from nao_lipm_gait.walks.steps import exchange_leads
 
 MAX_PHASE_TANH = 0.95

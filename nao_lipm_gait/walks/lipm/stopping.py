@@ -6,8 +6,8 @@ decay towards the middle of Q at the rate c.
 """
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.walks.lipm.pendulum import divergent_component
 from nao_lipm_gait.walks.lipm.walk_state import WalkState
+from nao_lipm_gait.walks.pendulum import divergent_component
 
 DECAY_RATE = 6.0
 """c [1/s]"""

@@ -19,7 +19,7 @@ moves the next origin to where it turns the CoM back at its wanted width.
 from math import atanh, exp, log, sqrt
 from typing import NamedTuple
 
-from nao_lipm_gait.walks.lipm.pendulum import advance, divergent_component, orbital_energy
+from nao_lipm_gait.walks.pendulum import advance, divergent_component, orbital_energy
 
 REACH_MIN = 0.008
 """[m] Smallest divergent component taken for a CoM that still swings towards the other leg."""

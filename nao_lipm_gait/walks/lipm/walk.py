@@ -17,7 +17,6 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget
 from nao_lipm_gait.walks.lipm.com_observer import ComObserver
-from nao_lipm_gait.walks.lipm.pendulum import divergent_component, natural_frequency
 from nao_lipm_gait.walks.lipm.single_support import SHORTEST_PIECE, Phase, SingleSupport
 from nao_lipm_gait.walks.lipm.stopping import can_come_to_rest, come_to_rest, is_at_rest
 from nao_lipm_gait.walks.lipm.walk_state import (
@@ -27,6 +26,7 @@ from nao_lipm_gait.walks.lipm.walk_state import (
     follow,
     velocity_gained,
 )
+from nao_lipm_gait.walks.pendulum import divergent_component, natural_frequency
 from nao_lipm_gait.walks.steps import (
     STEP_IN_PLACE,
     Pace,

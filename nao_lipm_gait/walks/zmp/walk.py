@@ -16,7 +16,7 @@ from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget
-from nao_lipm_gait.walks.lipm.pendulum import natural_frequency
+from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.walks.steps import STEP_IN_PLACE, Stride, approach
 from nao_lipm_gait.walks.swing_foot import raised_cosine
 from nao_lipm_gait.walks.zmp.stride import limit_share, stride_for
