@@ -340,6 +340,23 @@ class Settings:
             NaoGaitError: `values` is not a mapping, a key is unknown, a required key is missing, or
                 a value is not allowed.
         """
+        return cls(**cls.checked(values, where))
+
+    @classmethod
+    def checked(cls, values: Any, where: str = "", *, partial: bool = False) -> dict[str, Any]:
+        """Check a mapping as `from_mapping` does and return its values in their own types.
+
+        Args:
+            values: Values by name of the field.
+            where: Path of the group, for error messages.
+            partial: Required fields may be missing.
+
+        Returns:
+            The checked values of the fields that `values` names.
+
+        Raises:
+            NaoGaitError: As `from_mapping`.
+        """
         known = {field.name: field for field in fields(cls)}
         names = ", ".join(known)
         if not isinstance(values, Mapping):
@@ -352,9 +369,9 @@ class Settings:
             path = join(where, name)
             if name in values:
                 checked[name] = field.kind.check(path, values[name])
-            elif field.default is REQUIRED:
+            elif field.default is REQUIRED and not partial:
                 raise NaoGaitError(path, "nothing", f"{field.allowed} (required)")
-        return cls(**checked)
+        return checked
 
     def as_dict(self) -> dict[str, Any]:
         """Values by name of the field; nested groups stay groups."""

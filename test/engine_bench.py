@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
+import attrs
 import numpy as np
 import pinocchio as pin
 
@@ -29,10 +29,10 @@ HIGH = np.array([0.4, -0.3, 3.0])
 
 def changed(plant: Plant, **sections: dict[str, object]) -> Plant:
     """The plant with some options of some sections replaced."""
-    return dataclasses.replace(
+    return attrs.evolve(
         plant,
         **{
-            name: dataclasses.replace(getattr(plant, name), **options)
+            name: attrs.evolve(getattr(plant, name), **options)
             for name, options in sections.items()
         },
     )

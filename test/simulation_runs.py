@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
+import attrs
 import numpy as np
 import pinocchio as pin
 
@@ -17,7 +17,7 @@ G = 9.81
 
 
 def with_physics(plant: Plant, **options: object) -> Plant:
-    return dataclasses.replace(plant, physics=dataclasses.replace(plant.physics, **options))
+    return attrs.evolve(plant, physics=attrs.evolve(plant.physics, **options))
 
 
 def targets(simulation: Simulation, stiffness: float = 1.0, **joints: float) -> JointTargets:

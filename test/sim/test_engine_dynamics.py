@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import attrs
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -116,7 +117,7 @@ def test_a_push_acts_on_the_centre_of_the_torso_and_ends(floating: Bench) -> Non
 def test_accelerometer_reads_gravity_at_rest_and_nothing_in_free_fall(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    exact = dataclasses.replace(reference, sensors=load_plant("ideal").sensors)
+    exact = attrs.evolve(reference, sensors=load_plant("ideal").sensors)
     with Simulation(robot, exact, robot_seed=NOMINAL, engine=engine) as simulation:
         for _ in range(100):
             simulation.step(None)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import xml.etree.ElementTree as ET
 
+import attrs
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -87,8 +87,8 @@ def test_a_robot_that_stands_does_not_slip(robot: RobotDescription, reference: P
 
 
 def test_a_motor_at_its_limit_is_counted(robot: RobotDescription, reference: Plant) -> None:
-    motor = dataclasses.replace(reference.motor, torque_fraction=0.03)
-    with Simulation(robot, dataclasses.replace(reference, motor=motor), NOMINAL) as simulation:
+    motor = attrs.evolve(reference.motor, torque_fraction=0.03)
+    with Simulation(robot, attrs.evolve(reference, motor=motor), NOMINAL) as simulation:
         for _ in range(20):
             simulation.step(None)
         truth = simulation.truth()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import attrs
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -120,8 +121,8 @@ def test_contact_stiffness_is_as_often_halved_as_doubled(
     plant: Plant, robot: RobotDescription
 ) -> None:
     """A wide range tells the uniform logarithm from the uniform factor."""
-    variation = dataclasses.replace(plant.variation, stiffness_scale=(0.01, 100.0))
-    wide = dataclasses.replace(plant, variation=variation)
+    variation = attrs.evolve(plant.variation, stiffness_scale=(0.01, 100.0))
+    wide = attrs.evolve(plant, variation=variation)
     scales = [draw_individual(wide, robot, seed).stiffness_scale for seed in range(60)]
     assert sum(scale < 1.0 for scale in scales) == pytest.approx(30, abs=12)
 
@@ -177,8 +178,8 @@ def test_published_robots_stay_what_they_are(plant: Plant, robot: RobotDescripti
 
 def test_a_change_of_one_property_leaves_the_others(plant: Plant, robot: RobotDescription) -> None:
     one = draw_individual(plant, robot, 5)
-    lighter = dataclasses.replace(
-        plant, variation=dataclasses.replace(plant.variation, mass=0.0, friction=None)
+    lighter = attrs.evolve(
+        plant, variation=attrs.evolve(plant.variation, mass=0.0, friction=None)
     )
     other = draw_individual(lighter, robot, 5)
     assert set(other.mass_scale.values()) == {1.0}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import attrs
 import numpy as np
 import pytest
 
@@ -68,7 +69,7 @@ def test_no_faster_than_the_joint(
         assert (np.abs(steps) <= robot.velocity_limit * PERIOD / SUBSTEPS + 1e-12).all()
         before = rows[-1]
     assert before == pytest.approx(target)
-    free = dataclasses.replace(plant, motor=dataclasses.replace(plant.motor, speed_limit=False))
+    free = attrs.evolve(plant, motor=attrs.evolve(plant.motor, speed_limit=False))
     assert advance(setpoints(robot, free, nominal), target)[-1] == pytest.approx(target)
 
 
@@ -110,7 +111,7 @@ KNEE = 7.7856
 def limits(
     robot: RobotDescription, plant: Plant, individual: Individual, **options: object
 ) -> TorqueLimits:
-    changed = dataclasses.replace(plant, motor=dataclasses.replace(plant.motor, **options))
+    changed = attrs.evolve(plant, motor=attrs.evolve(plant.motor, **options))
     return TorqueLimits(robot, changed, individual)
 
 

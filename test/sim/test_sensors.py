@@ -8,6 +8,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
 
+import attrs
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -39,7 +40,7 @@ def body(robot: RobotDescription, nominal: Individual) -> Body:
 
 
 def with_sensors(plant: Plant, **options: object) -> Plant:
-    return dataclasses.replace(plant, sensors=dataclasses.replace(plant.sensors, **options))
+    return attrs.evolve(plant, sensors=attrs.evolve(plant.sensors, **options))
 
 
 def state(
@@ -183,7 +184,7 @@ def test_any_smooth_motion_gives_its_mean_specific_force(exact: SensorModel) -> 
 
 
 def test_gravity_is_the_plant_s(ideal: Plant, nominal: Individual, body: Body) -> None:
-    moon = dataclasses.replace(ideal, physics=dataclasses.replace(ideal.physics, gravity=1.62))
+    moon = attrs.evolve(ideal, physics=attrs.evolve(ideal.physics, gravity=1.62))
     frame = watch(noisy(moon, nominal, body), lambda _: state())
     assert frame.linear_acceleration == pytest.approx([0.0, 0.0, 1.62])
 

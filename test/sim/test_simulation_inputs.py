@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
+import attrs
 import numpy as np
 import pytest
 
@@ -115,8 +115,8 @@ def test_targets_are_cut_at_limits_and_speeds(
 
 def test_the_robot_believes_its_zero_errors(robot: RobotDescription, ideal: Plant) -> None:
     """Asked for 0.5 it goes elsewhere, and its encoder says 0.5."""
-    variation = dataclasses.replace(ideal.variation, joint_zero_std=0.01, joint_zero_cut=0.02)
-    plant = dataclasses.replace(ideal, variation=variation)
+    variation = attrs.evolve(ideal.variation, joint_zero_std=0.01, joint_zero_cut=0.02)
+    plant = attrs.evolve(ideal, variation=variation)
     with Simulation(robot, plant, robot_seed=2) as simulation:
         for _ in range(50):
             simulation.step(targets(simulation, HeadYaw=0.5))
