@@ -58,7 +58,7 @@ def test_joints_swinging_in_free_fall_leave_the_centre_of_mass_on_its_parabola(
         state = bench.step()
         # semi-implicit Euler falls by g t (t + dt) / 2
         fall = G * step * step * count * (count + 1) / 2.0
-        wobble = max(wobble, float(np.linalg.norm([*bench.com(state), 0.0, 0.0, fall] - start)))
+        wobble = max(wobble, float(np.linalg.norm(bench.com(state) + (0.0, 0.0, fall) - start)))
         travel = max(travel, float(np.linalg.norm(state.joint_position - robot.stand_pose)))
     bench.backend.close()
     assert travel > 0.5
