@@ -1,12 +1,11 @@
-"""One run of one fault on one robot, and what became of it."""
+"""Fault campaign: runs of one fault on one robot each, and their outcomes."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from gait_lab.faults.classes import ALL
-from gait_lab.faults.fault_trial import World
-from gait_lab.faults.harness import PERIOD
+from gait_lab.faults.catalogue import ALL_FAULTS
+from gait_lab.faults.harness import PERIOD, Harness
 from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import TASKS
 from nao_lipm_gait.parameters import GaitParameters
@@ -16,12 +15,22 @@ from sim_bridge.plant import PlantOption
 WALKS, STOPPED, FELL, VIOLATED = "walks", "stopped", "fell", "violated"
 OUTCOMES = (WALKS, STOPPED, FELL, VIOLATED)
 ROBOTS = 100
-"""Individuals among which a run chooses."""
+"""Number of individuals from which a run draws its robot."""
 
 
 @dataclass(frozen=True, slots=True)
 class FaultRun:
-    """All that a run depends on."""
+    """Everything that a run depends on.
+
+    Attributes:
+        fault: Name of the fault class.
+        seed: Seed of the run: of the robot, its noise, the command and the fault.
+        engine: Physics engine.
+        plant: Name or file of the plant.
+        plant_options: Options of the plant that are replaced.
+        urdf: Name or file of the robot.
+        parameters: Parameters of the gait.
+    """
 
     fault: str
     seed: int
@@ -31,73 +40,82 @@ class FaultRun:
     urdf: str = "nao_h21_v33"
     parameters: GaitParameters = field(default_factory=GaitParameters)
 
+    def rollout_spec(self, robot_seed: int, noise_seed: int = 0) -> RolloutSpec:
+        """Return the spec of the simulation, for one robot and one noise."""
+        return RolloutSpec(
+            task=TASKS["stand"],
+            robot_seed=robot_seed,
+            noise_seed=noise_seed,
+            parameters=self.parameters,
+            plant=self.plant,
+            plant_options=self.plant_options,
+            urdf=self.urdf,
+            engine=self.engine,
+        )
+
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
-    """What became of a run."""
+class FaultResult:
+    """Result of a run.
+
+    Attributes:
+        run: The run.
+        outcome: One of `OUTCOMES`.
+        violations: Violated invariants as `kind: evidence`.
+        explained: Diagnostics above OK.
+        fell_at: Time of the fall [s]; None without one.
+        began_at: Time at which the fault began [s].
+        down_known: Whether a gait reports at the end that the robot is down.
+    """
 
     run: FaultRun
     outcome: str
     violations: tuple[str, ...]
-    """`kind: evidence`"""
     explained: tuple[str, ...]
-    """What the diagnostics said above OK."""
     fell_at: float | None
-    """[s]"""
     began_at: float
-    """[s] The fault."""
     down_known: bool
-    """A gait said at the end that the robot is down."""
 
 
-def run_fault(run: FaultRun) -> Verdict:
-    """One run, from standing through the walk and the fault to the end of its time."""
-    # A comparison meets the same robots and commands.
-    kind = list(ALL).index(run.fault.replace("ignored", "gone"))
+def run_fault(run: FaultRun) -> FaultResult:
+    """Stand, walk, inject the fault, and go on to the end of the run."""
+    # Both faults of the comparison get the same robots and commands.
+    kind = list(ALL_FAULTS).index(run.fault.replace("ignored", "gone"))
     random = np.random.default_rng((kind, run.seed))
-    fault = ALL[run.fault](random)
+    fault = ALL_FAULTS[run.fault](random)
     command = VelocityCommand(
         float(random.uniform(0.05, 0.25)),
         float(random.uniform(-0.05, 0.05)),
         float(random.uniform(-0.3, 0.3)),
     )
-    spec = RolloutSpec(
-        task=TASKS["stand"],
-        robot_seed=int(random.integers(ROBOTS)),
-        noise_seed=run.seed,
-        parameters=run.parameters,
-        plant=run.plant,
-        plant_options=run.plant_options,
-        urdf=run.urdf,
-        engine=run.engine,
-    )
+    spec = run.rollout_spec(int(random.integers(ROBOTS)), run.seed)
     simulation, _ = make_pair(spec)
     with simulation:
-        world = World(simulation, run.parameters, fault, command)
+        harness = Harness(simulation, run.parameters, fault, command)
         try:
-            world.run(round(fault.end / PERIOD))
+            harness.run(round(fault.end / PERIOD))
         except Exception as error:
-            world.judge.violate("exception", f"{type(error).__name__}: {error}")
-        return _verdict(run, world)
+            harness.invariants.violate("exception", f"{type(error).__name__}: {error}")
+        return _result(run, harness)
 
 
-def _verdict(run: FaultRun, world: World) -> Verdict:
-    judge = world.judge
-    states = {gait.entry.state for gait in world.gaits}
-    if judge.violations:
+def _result(run: FaultRun, harness: Harness) -> FaultResult:
+    invariants = harness.invariants
+    states = {gait.entry.state for gait in harness.gaits}
+    if invariants.violations:
         outcome = VIOLATED
-    elif world.fallen or judge.fell_at is not None:
+    elif harness.fallen or invariants.fell_at is not None:
         outcome = FELL
     elif GaitState.WALK in states:
         outcome = WALKS
     else:
         outcome = STOPPED
-    return Verdict(
+    return FaultResult(
         run=run,
         outcome=outcome,
-        violations=tuple(f"{kind}: {text}" for kind, text in judge.violations.items()),
-        explained=tuple(judge.explained),
-        fell_at=judge.fell_at,
-        began_at=world.fault.begin,
+        violations=invariants.listed(),
+        explained=tuple(invariants.explained),
+        fell_at=invariants.fell_at,
+        began_at=harness.fault.begin,
         down_known=bool(states & {GaitState.FALLEN, GaitState.RELAXED}),
     )

@@ -1,8 +1,8 @@
-"""Messages under way: what was sent, where to, and when it arrives."""
+"""Messages between the robot, the gait and the operator, and the channels that deliver them."""
 
 import heapq
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.types import JointTargets
@@ -12,7 +12,12 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """Something for the gait."""
+    """A message to the gait.
+
+    Attributes:
+        topic: Name of the topic.
+        content: The fields that the gait reads.
+    """
 
     topic: str
     content: Input
@@ -20,26 +25,43 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Something for the robot."""
+    """A joint command to the robot.
+
+    Attributes:
+        sender: Name of the gait that sent it.
+        targets: Joint targets.
+    """
 
     sender: str
     targets: JointTargets
 
 
+class Delivery(NamedTuple, Generic[Item]):
+    """An item that arrives after a delay.
+
+    Attributes:
+        delay: Control ticks until it arrives.
+        item: The message or command.
+    """
+
+    delay: int
+    item: Item
+
+
 class Channel(Generic[Item]):
-    """Gives items out at their tick, and those of one tick in the order in which they were put."""
+    """A queue that delivers each item at its tick, and the items of one tick in sending order."""
 
     def __init__(self) -> None:
         self._items: list[tuple[int, int, Item]] = []
         self._count = 0
 
-    def put(self, due: int, item: Item) -> None:
-        """`due`: tick at which it arrives."""
+    def send(self, due: int, item: Item) -> None:
+        """Add an item that arrives at tick `due`."""
         heapq.heappush(self._items, (due, self._count, item))
         self._count += 1
 
-    def take(self, now: int) -> list[Item]:
-        """All that has arrived by tick `now`."""
+    def receive(self, now: int) -> list[Item]:
+        """Remove and return every item that has arrived by tick `now`."""
         arrived = []
         while self._items and self._items[0][0] <= now:
             arrived.append(heapq.heappop(self._items)[2])

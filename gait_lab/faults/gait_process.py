@@ -1,4 +1,4 @@
-"""One gait process, as far as the robot, the operator and the judge can tell."""
+"""One gait process as the robot, the operator and the invariants see it."""
 
 import time
 from collections.abc import Callable
@@ -13,7 +13,16 @@ from nao_lipm_gait.types import JointTargets
 
 
 class GaitProcess(DeafOutlet):
-    """Gathers what its gait sends, and shows it to the judge."""
+    """Collects the commands of its gait and shows them to the invariants.
+
+    Args:
+        name: Name of the process, the sender of its commands.
+        robot: The robot to walk.
+        parameters: Parameters of the gait.
+        settings: Settings of the gait.
+        invariants: Checks every command and the duration of every message.
+        seconds: Returns the time since the start [s].
+    """
 
     def __init__(
         self,
@@ -21,21 +30,26 @@ class GaitProcess(DeafOutlet):
         robot: RobotDescription,
         parameters: GaitParameters,
         settings: Settings,
-        judge: Invariants,
+        invariants: Invariants,
         seconds: Callable[[], float],
     ) -> None:
-        """seconds: [s] since the start."""
         self.name = name
-        self._judge = judge
+        self._invariants = invariants
         self.entry = GaitController(robot, parameters, settings, self, seconds)
-        self.sent: list[JointTargets] = []
+        self._commands: list[JointTargets] = []
 
     def command(self, targets: JointTargets) -> None:
-        self.sent.append(targets)
-        self._judge.see_command(self.name, self.entry.state, targets)
+        """Collect a command of the gait."""
+        self._commands.append(targets)
+        self._invariants.check_command(self.name, self.entry.state, targets)
+
+    def take_commands(self) -> list[JointTargets]:
+        """Return the commands since the last call."""
+        commands, self._commands = self._commands, []
+        return commands
 
     def receive(self, message: Message) -> None:
-        """Take a message; the judge looks at how long that took."""
+        """Process a message, and check how much processor time that took."""
         before = time.thread_time()
         self.entry.receive(message.topic, lambda: message.content)
-        self._judge.see_duration(message.topic, time.thread_time() - before)
+        self._invariants.check_duration(message.topic, time.thread_time() - before)

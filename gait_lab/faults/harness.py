@@ -1,86 +1,296 @@
-"""What a fault finds and may change: the robot, its gaits, the operator, the judge."""
+"""A simulated robot, its gaits and an operator in one process, with faults on the way between them.
+
+The classes are those behind the two ROS nodes: `Simulation` and `CommandInput` of the bridge,
+`GaitController` of the gait. Only DDS is missing; what it can do to a message is a fault too.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from gait_lab.analysis.metrics import has_fallen
+from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.gait_process import GaitProcess
 from gait_lab.faults.invariants import Invariants
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import Settings
-from nao_lipm_gait.runtime.diagnostics import Others
+from nao_lipm_gait.runtime.diagnostics import Others, reports
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.types import JointTargets, VelocityCommand
 from sim_bridge.command_input import CommandInput
 from sim_bridge.simulation import GroundTruth, Reading, Simulation
 
 PERIOD = 0.01
-"""[s] of a tick."""
+"""Control period [s]: the length of a tick."""
 RESET_SILENCE = 60
-"""Ticks without sensors after a reset, as in the bridge."""
+"""Ticks without sensor messages after a reset, as in the bridge."""
+VELOCITY_TICKS = 10
+"""Ticks between two velocity commands of the operator."""
+WATCHDOG_TICKS, DIAGNOSTICS_TICKS = 25, 100
+"""Ticks between two runs of the gait's timers."""
+_SECOND = 1_000_000_000
+
+
+class Fault:
+    """A disturbance of the robot, the gait, the operator, or of the messages between them.
+
+    This base class disturbs nothing. A subclass overrides the methods of what it disturbs.
+    It draws its random properties in its constructor.
+
+    Attributes:
+        summary: What happens, for the table of the campaign.
+        why: Why robots fall, for the table; empty if they do not.
+        end: Duration of a run [s].
+        settings: Settings of the gait; a fault for comparison may replace them.
+        begin: Time at which the fault begins [s]; the robot walks by then.
+        random: Random generator of the fault.
+    """
+
+    summary = "nothing"
+    why = ""
+    end = 6.0
+    settings = Settings()
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self.random = random
+        self.begin = float(random.uniform(2.0, 3.0))
+
+    def active(self, harness: "Harness") -> bool:
+        """Whether the fault acts in this tick; by default from `begin` on."""
+        return harness.seconds() >= self.begin
+
+    def before_physics(self, harness: "Harness") -> None:
+        """Disturb the robot or the processes before the physics of a tick."""
+
+    def on_sensor(self, harness: "Harness", message: Message) -> Iterable[Delivery[Message]]:
+        """Return what arrives at the gaits of one sensor message."""
+        yield Delivery(0, message)
+
+    def on_velocity(self, harness: "Harness", message: Message) -> Iterable[Delivery[Message]]:
+        """Return what arrives at the gaits of one velocity command of the operator."""
+        yield Delivery(0, message)
+
+    def on_command(self, harness: "Harness", command: Command) -> Iterable[Delivery[Command]]:
+        """Return what arrives at the robot of one joint command of a gait."""
+        yield Delivery(0, command)
+
+
+class TemporaryFault(Fault):
+    """A fault that ends by itself, after a log-uniformly distributed duration.
+
+    Attributes:
+        shortest: Lower limit of the duration [s].
+        longest: Upper limit of the duration [s].
+        duration: Drawn duration [s].
+    """
+
+    shortest, longest = 0.05, 2.0
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        low, high = np.log((self.shortest, self.longest))
+        self.duration = float(np.exp(random.uniform(low, high)))
+
+    def active(self, harness: "Harness") -> bool:
+        """Whether the fault acts in this tick."""
+        return self.begin <= harness.seconds() < self.begin + self.duration
 
 
 class Harness:
-    """Everything but the passing of time."""
+    """Steps the robot, its gaits, the operator and a fault by one control period at a time.
+
+    Args:
+        simulation: The robot. The caller closes it.
+        parameters: Parameters of each gait.
+        fault: The fault to inject.
+        command: Velocity that the operator commands.
+        walk_start: Time of the first velocity command [s].
+
+    Attributes:
+        simulation: The simulated robot.
+        robot: Its description.
+        parameters: Parameters of each gait that starts.
+        fault: The injected fault.
+        command: Velocity that the operator commands; may be replaced at any time.
+        tick: Number of control periods so far.
+        truth: Ground truth after the last tick.
+        gaits: Running gait processes, oldest first.
+        others: Number of publishers that the gaits find on their topics.
+        fallen: Whether the robot lies.
+        height: Height of the torso over the floor while standing [m].
+        invariants: Checks of what must never happen.
+        obeyed: Name of the gait whose command the robot executed last.
+    """
 
     def __init__(
         self,
         simulation: Simulation,
         parameters: GaitParameters,
-        settings: Settings,
+        fault: Fault,
         command: VelocityCommand,
+        walk_start: float = 1.0,
     ) -> None:
-        """settings: of each gait. command: what the operator asks for."""
         self.simulation = simulation
         self.robot: RobotDescription = simulation.robot
         self.parameters = parameters
-        self.tick = 0
+        self.fault = fault
         self.command = command
+        self.tick = 0
         self.truth: GroundTruth = simulation.truth()
         self.gaits: list[GaitProcess] = []
         self.others = Others()
         self.fallen = False
         self.height = float(self.truth.torso_position[2])
-        """[m] of the torso over the floor while standing."""
-        self.judge = Invariants(self.robot, self.seconds)
-        self._settings = settings
-        self._births = 0
-        self._ear = CommandInput(self.robot)
+        self.invariants = Invariants(self.robot, self.seconds)
+        self.obeyed: str | None = None
+        self._walk_start = walk_start
+        self._started_gaits = 0
+        self._joint_names = list(self.robot.joint_names)
+        self._command_input = CommandInput(self.robot)
         self._targets: JointTargets | None = None
-        self._sent: Reading | None = None
+        self._published: Reading | None = None
         self._silent_until = 0
+        self._to_gait: Channel[Message] = Channel()
+        self._to_robot: Channel[Command] = Channel()
+        self.start_gait()
 
     def seconds(self) -> float:
-        """[s] since the start."""
+        """Time since the start [s]."""
         return self.tick * PERIOD
 
+    # -- what a fault may do -----------------------------------------------------------------------
+
     def start_gait(self) -> GaitProcess:
-        """One more gait process."""
-        self._births += 1
+        """Start one more gait process."""
+        self._started_gaits += 1
         gait = GaitProcess(
-            f"gait_{self._births}", self.robot, self.parameters, self._settings, self.judge,
-            self.seconds,
+            f"gait_{self._started_gaits}", self.robot, self.parameters, self.fault.settings,
+            self.invariants, self.seconds,
         )  # fmt: skip
         self.gaits.append(gait)
         return gait
 
     def kill_gait(self) -> None:
-        """End the first gait without a word; what it sent is still under way."""
+        """End the oldest gait at once; its last commands still arrive."""
         del self.gaits[0]
 
     def reset_robot(self) -> None:
-        """As the bridge's service: back to the start, the clock goes on, silence for a while."""
+        """Reset the robot as the service of the bridge does: the clock goes on."""
         self.simulation.reset()
-        self._ear.reset(self.simulation.time)
-        self._targets = self._sent = None
+        self._command_input.reset(self.simulation.time)
+        self._targets = self._published = None
         self._silent_until = self.tick + RESET_SILENCE
         self.fallen = False
-        self.judge.robot_was_reset()
+        self.invariants.robot_was_reset()
 
-    def restart_robot(self, ticks: int) -> None:
-        """As if the bridge were killed and started again: nobody remembers who commanded."""
+    def restart_robot(self, silence: int) -> None:
+        """Restart the bridge with a new command input; sensors are silent for `silence` ticks."""
         self.reset_robot()
-        self._ear = CommandInput(self.robot)
-        self._silent_until = self.tick + ticks
+        self._command_input = CommandInput(self.robot)
+        self._silent_until = self.tick + silence
 
-    def disturb_robot(self, force: np.ndarray) -> None:
-        """A force (3,) [N] on the torso during the next tick."""
+    def push_robot(self, force: np.ndarray) -> None:
+        """Apply a force (3,) [N] in the world frame to the torso during the next tick."""
         self.simulation.push(force, PERIOD)
+
+    # -- one tick ----------------------------------------------------------------------------------
+
+    def run(self, ticks: int) -> None:
+        """Step `ticks` times."""
+        for _ in range(ticks):
+            self.step()
+
+    def step(self) -> None:
+        """Advance everything by one control period."""
+        self.tick += 1
+        self.fault.before_physics(self)
+        self.simulation.step(self._targets)
+        self._publish_sensors()
+        self._publish_velocity()
+        for message in self._to_gait.receive(self.tick):
+            for gait in tuple(self.gaits):
+                gait.receive(message)
+        for gait in self.gaits:
+            for targets in gait.take_commands():
+                for delay, command in self.fault.on_command(self, Command(gait.name, targets)):
+                    self._to_robot.send(self.tick + delay, command)
+        for command in self._to_robot.receive(self.tick):
+            self._execute(command)
+        self.truth = self.simulation.truth()
+        self.fallen = has_fallen(
+            self.truth.torso_position, self.truth.torso_quaternion, self.height
+        )
+        self._run_timers()
+        asked_to_walk = self.seconds() > self._walk_start and not self.command.is_zero
+        self.invariants.check_tick(self.fallen, [gait.entry for gait in self.gaits], asked_to_walk)
+
+    def _publish_sensors(self) -> None:
+        reading = self.simulation.read()
+        if reading is None or reading is self._published or self.tick < self._silent_until:
+            return
+        self._published = reading
+        loads = any(gait.entry.wants_loads for gait in self.gaits)
+        soles = self.robot.sole_frames if loads else ()
+        for message in sensor_messages(reading, self._joint_names, soles):
+            for delay, changed in self.fault.on_sensor(self, message):
+                self._to_gait.send(self.tick + delay, changed)
+
+    def _publish_velocity(self) -> None:
+        if self.seconds() < self._walk_start or self.tick % VELOCITY_TICKS:
+            return
+        twist = TwistInput((self.command.x, self.command.y, 0.0), (0.0, 0.0, self.command.yaw))
+        for delay, changed in self.fault.on_velocity(self, Message("cmd_vel", twist)):
+            self._to_gait.send(self.tick + delay, changed)
+
+    def _execute(self, command: Command) -> None:
+        """Check a joint command as the bridge does, and take its targets."""
+        targets, names = command.targets, self._joint_names
+        each = targets.joint_stiffness
+        effort = [targets.stiffness] * len(names) if each is None else each.tolist()
+        now = self.seconds()
+        try:
+            self._command_input.admit(command.sender, now)
+            position = targets.position.tolist()
+            accepted, _ = self._command_input.read(
+                command.sender, now, targets.stamp, names, position, effort
+            )
+        except NaoGaitError:
+            return  # the bridge warns and goes on
+        if accepted is not None:
+            self._targets = accepted
+            self.obeyed = command.sender
+
+    def _run_timers(self) -> None:
+        for gait in self.gaits:
+            if self.tick % WATCHDOG_TICKS == 0:
+                gait.entry.fenced("watchdog", gait.entry.watch)
+            if self.tick % DIAGNOSTICS_TICKS == 0:
+                gait.entry.see_others(self.others)
+                self.invariants.add_reports(reports(gait.entry.health()))
+
+
+def sensor_messages(
+    reading: Reading, joint_names: list[str], sole_frames: Sequence[str]
+) -> Iterator[Message]:
+    """Convert a reading to the messages that the bridge publishes, the IMU first.
+
+    Args:
+        reading: A reading of all sensors.
+        joint_names: Names of the joints, in the order of the reading.
+        sole_frames: Soles whose load is published; empty for none.
+
+    Yields:
+        The messages to which a gait subscribes.
+    """
+    frame = reading.frame
+    sec, nanosec = divmod(frame.stamp, _SECOND)
+    wx, wy, wz = frame.angular_velocity.tolist()
+    ax, ay, az = frame.linear_acceleration.tolist()
+    yield Message("imu/data", ImuInput(sec, nanosec, (wx, wy, wz), (ax, ay, az)))
+    position, velocity = frame.joint_position.tolist(), frame.joint_velocity.tolist()
+    yield Message("joint_states", JointInput(sec, nanosec, joint_names, position, velocity))
+    for side, name in enumerate(sole_frames):
+        force = float(reading.sole_wrench[side][2])
+        yield Message(f"{name}/wrench", LoadInput(sec, nanosec, side, force))

@@ -1,4 +1,4 @@
-"""What must never happen, whatever the fault, and what became of the robot."""
+"""What must never happen whatever the fault, and when the robot fell."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,29 +11,35 @@ from nao_lipm_gait.runtime.target_guard import SPEED_SHARE
 from nao_lipm_gait.types import GaitState, JointTargets
 
 HANG = 1.0
-"""[s] of processor time that no message may take."""
+"""Limit of the processor time [s] that one message may take."""
 FALL_GRACE = 0.3
-"""[s] after a fall until no stiff command may come: sensors are late, and a fall takes a while."""
+"""Time [s] after a fall from which a stiff command is a violation: sensors are delayed."""
 START_GRACE = 0.1
-"""[s] that a new gait has to see that the robot lies."""
+"""Time [s] in which a new gait has to detect that the robot lies."""
 SILENT_STOP = 2.2
-"""[s] for which a robot that is asked to walk may not walk without a report: these come each
-second, and a stand takes almost one."""
+"""Longest time [s] for which the robot may ignore a velocity command without a diagnostic.
+
+Diagnostics are published each second, and standing up takes almost one.
+"""
 UPRIGHT_STATES = (GaitState.STAND, GaitState.WALK, GaitState.STOP)
-"""A gait that knows of no fall."""
+"""States in which the gait has not detected a fall."""
 _ROUNDING = 1e-9
 
 
 class CommandCheck:
-    """The contract of `joint_command`: finite, within the limits of the joints, not too fast."""
+    """The contract of `joint_command`: finite, within the joint limits, and not too fast.
+
+    Args:
+        robot: The robot whose limits apply.
+    """
 
     def __init__(self, robot: RobotDescription) -> None:
         self._lower, self._upper = robot.lower, robot.upper
         self._stride = SPEED_SHARE * 0.01 * np.asarray(robot.velocity_limit)
         self._last: JointTargets | None = None
 
-    def see(self, targets: JointTargets) -> str | None:
-        """What is wrong with the next command of one gait; None where nothing is."""
+    def check(self, targets: JointTargets) -> str | None:
+        """Check the next command of one gait; return the violation, or None."""
         position, stiffness = np.asarray(targets.position), targets.stiffness
         if position.shape != self._lower.shape or not np.isfinite(position).all():
             return f"position {position}"
@@ -47,66 +53,83 @@ class CommandCheck:
             return None
         ticks = round((targets.stamp - last.stamp) / 1e7)
         share = float(np.max(np.abs(position - last.position) / self._stride)) / max(1, ticks)
-        # After a longer gap the robot may be anywhere.
+        # After a longer gap the robot may have moved anywhere.
         if 1 <= ticks <= 20 and share > 1.0 + 1e-6:
             return f"{share * SPEED_SHARE:.1f} times the speed limit of a joint"
         return None
 
 
 class Invariants:
-    """Looks at every command, every report and the truth."""
+    """Checks every command, every diagnostic and the ground truth of a run.
+
+    Args:
+        robot: The robot whose limits apply.
+        seconds: Returns the time since the start [s].
+
+    Attributes:
+        violations: The first evidence of each kind of violation.
+        explained: Every diagnostic above OK, in the order of its first appearance.
+        fell_at: Time of the first fall [s]; None without one.
+    """
 
     def __init__(self, robot: RobotDescription, seconds: Callable[[], float]) -> None:
-        """seconds: [s] since the start."""
         self._robot = robot
         self._seconds = seconds
         self.violations: dict[str, str] = {}
-        """Kind -> the first evidence."""
         self.explained: dict[str, None] = {}
-        """Everything that a report said above OK."""
         self.fell_at: float | None = None
         self._down_since: float | None = None
         self._idle_since: float | None = None
-        self._born: dict[str, float] = {}
+        self._first_command: dict[str, float] = {}
         self._checks: dict[str, CommandCheck] = {}
-        self._told_at = -1.0
+        self._explained_at = -1.0
 
     def violate(self, kind: str, evidence: str) -> None:
+        """Record a violation; only the first of each kind is kept."""
         self.violations.setdefault(kind, f"{self._seconds():.2f} s: {evidence}")
 
+    def listed(self) -> tuple[str, ...]:
+        """Return the violations as `kind: evidence`."""
+        return tuple(f"{kind}: {text}" for kind, text in self.violations.items())
+
     def robot_was_reset(self) -> None:
+        """Forget the fall and the last commands: the robot stands at its start again."""
         self._down_since = None
         self._checks.clear()
 
-    def see_command(self, sender: str, state: GaitState, targets: JointTargets) -> None:
-        """What a gait sends, and the state that it believes to be in."""
+    def check_command(self, sender: str, state: GaitState, targets: JointTargets) -> None:
+        """Check a command of a gait against its contract and against the state of the robot."""
         check = self._checks.setdefault(sender, CommandCheck(self._robot))
-        found = check.see(targets)
+        found = check.check(targets)
         if found is not None:
             self.violate("command", found)
         now = self._seconds()
-        born = self._born.setdefault(sender, now)
+        first = self._first_command.setdefault(sender, now)
         if (
             targets.stiffness > 0.0
             and self._down_since is not None
-            and now > max(self._down_since + FALL_GRACE, born + START_GRACE)
+            and now > max(self._down_since + FALL_GRACE, first + START_GRACE)
             and state in UPRIGHT_STATES
         ):
             self.violate("stiff after a fall", f"state {state.value}")
 
-    def see_duration(self, topic: str, seconds: float) -> None:
+    def check_duration(self, topic: str, seconds: float) -> None:
+        """Check the processor time [s] that a message took."""
         if seconds > HANG:
             self.violate("hang", f"{seconds:.1f} s for {topic}")
 
-    def see_reports(self, said: Sequence[Report]) -> None:
-        for report in said:
-            # A joint at its limit explains nothing.
+    def add_reports(self, found: Sequence[Report]) -> None:
+        """Collect the diagnostics above OK: they explain why a robot stopped."""
+        for report in found:
+            # A joint at its limit does not explain a stop.
             if report.level > Level.OK and not report.message.endswith("out of reach"):
-                self._told_at = self._seconds()
+                self._explained_at = self._seconds()
                 self.explained[f"{report.name}: {report.message[:160]}"] = None
 
-    def see_tick(self, fallen: bool, gaits: Sequence[GaitController], asked_to_walk: bool) -> None:
-        """The truth after a tick, and every gait that lives."""
+    def check_tick(
+        self, fallen: bool, gaits: Sequence[GaitController], asked_to_walk: bool
+    ) -> None:
+        """Check the ground truth after a tick, and every running gait."""
         now = self._seconds()
         if fallen:
             self._down_since = now if self._down_since is None else self._down_since
@@ -116,9 +139,9 @@ class Invariants:
                 self.violate("exception", "; ".join(self.explained) or "in a message")
             if gait.crashes:
                 self.violate("exception", gait.crashes[0])
-        self._watch_for_silence(now, gaits, asked_to_walk)
+        self._check_silent_stop(now, gaits, asked_to_walk)
 
-    def _watch_for_silence(
+    def _check_silent_stop(
         self, now: float, gaits: Sequence[GaitController], asked_to_walk: bool
     ) -> None:
         walks = any(gait.state is GaitState.WALK for gait in gaits)
@@ -126,6 +149,6 @@ class Invariants:
             self._idle_since = None
             return
         self._idle_since = now if self._idle_since is None else self._idle_since
-        if now - max(self._idle_since, self._told_at) > SILENT_STOP:
+        if now - max(self._idle_since, self._explained_at) > SILENT_STOP:
             state = gaits[0].state.value
-            self.violate("silent stop", f"{state} since {self._idle_since:.2f} s without a word")
+            self.violate("silent stop", f"{state} since {self._idle_since:.2f} s, not explained")

@@ -1,4 +1,4 @@
-"""Long walks through the entry: with lost messages, and for hours."""
+"""Long walks in the fault harness: with permanent loss of messages, and for hours."""
 
 import gc
 import math
@@ -10,121 +10,134 @@ from pathlib import Path
 import numpy as np
 
 from gait_lab.faults.campaign import FaultRun
-from gait_lab.faults.fault import Fault
-from gait_lab.faults.fault_trial import World
-from gait_lab.faults.harness import PERIOD
+from gait_lab.faults.harness import PERIOD, Fault, Harness
 from gait_lab.faults.network_faults import Loss
 from gait_lab.trials.random_commands import RandomCommands
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import TASKS
+from gait_lab.trials.rollout import make_pair
 from nao_lipm_gait.types import VelocityCommand
 
 START = 1.0
-"""[s] The robot stands so long."""
+"""Time of the first velocity command [s]."""
 SETTLED = 3.0
-"""[s] from when on speed is measured."""
+"""Time after `START` from which the speed is measured [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class LossWalk:
-    """A straight walk during which messages are lost all the time."""
+    """A straight walk during which messages are lost at a constant rate.
+
+    Attributes:
+        run: Engine, plant and gait; its seed is the seed of the robot.
+        share: Probability of the loss of a message, in both directions.
+        speed: Commanded speed [m/s].
+        seconds: Duration of the walk [s].
+    """
 
     run: FaultRun
-    """Its seed is that of the robot."""
     share: float
-    """Of all messages, in both directions."""
     speed: float
-    """[m/s] asked."""
     seconds: float
 
 
 @dataclass(frozen=True, slots=True)
-class LossVerdict:
-    """How such a walk went."""
+class LossResult:
+    """Result of a walk with loss.
+
+    Attributes:
+        walk: The walk.
+        fell_at: Time of the fall [s]; None without one.
+        speed: Mean speed along the torso's heading [m/s]; NaN after a fall.
+        violations: Violated invariants as `kind: evidence`.
+    """
 
     walk: LossWalk
     fell_at: float | None
-    """[s]"""
     speed: float
-    """[m/s] mean in the torso's own heading; NaN after a fall."""
     violations: tuple[str, ...]
 
 
-def rollout_spec(run: FaultRun) -> RolloutSpec:
-    return RolloutSpec(
-        task=TASKS["stand"], robot_seed=run.seed, parameters=run.parameters, plant=run.plant,
-        plant_options=run.plant_options, urdf=run.urdf, engine=run.engine,
-    )  # fmt: skip
-
-
-def walk_with_loss(walk: LossWalk) -> LossVerdict:
-    """One robot, until the end or a fall."""
+def walk_with_loss(walk: LossWalk) -> LossResult:
+    """Walk with loss until the end or a fall."""
     fault = Loss(np.random.default_rng(max(0, walk.run.seed)))
     fault.begin, fault.share = 0.0, walk.share
-    simulation, _ = make_pair(rollout_spec(walk.run))
+    simulation, _ = make_pair(walk.run.rollout_spec(walk.run.seed))
     speeds = []
     with simulation:
         command = VelocityCommand(walk.speed, 0.0, 0.0)
-        world = World(simulation, walk.run.parameters, fault, command, START)
+        harness = Harness(simulation, walk.run.parameters, fault, command, START)
         for _ in range(round((START + walk.seconds) / PERIOD)):
-            world.step()
-            if world.fallen:
+            harness.step()
+            if harness.fallen:
                 break
-            if world.seconds() > START + SETTLED:
-                speeds.append(float(world.truth.torso_linear_velocity_in_torso[0]))
-        judge = world.judge
-        violations = tuple(f"{kind}: {text}" for kind, text in judge.violations.items())
-        mean = math.nan if judge.fell_at is not None or not speeds else float(np.mean(speeds))
-        return LossVerdict(walk, judge.fell_at, mean, violations)
+            if harness.seconds() > START + SETTLED:
+                speeds.append(float(harness.truth.torso_linear_velocity_in_torso[0]))
+        invariants = harness.invariants
+        mean = math.nan if invariants.fell_at is not None or not speeds else float(np.mean(speeds))
+        return LossResult(walk, invariants.fell_at, mean, invariants.listed())
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
-    """The process after some walking."""
+class SoakSample:
+    """State of the process during a soak test.
+
+    Attributes:
+        seconds: Simulated time [s].
+        memory: Resident memory [bytes].
+        objects: Number of objects that the garbage collector tracks.
+        falls: Falls so far.
+        steps: Steps so far.
+        violations: Violated invariants as `kind: evidence`.
+    """
 
     seconds: float
-    """Simulated."""
     memory: int
-    """[bytes] resident."""
     objects: int
-    """That the garbage collector knows."""
     falls: int
     steps: int
     violations: tuple[str, ...]
 
 
-def soak(run: FaultRun, minutes: float, every: float = 10.0) -> Iterator[Sample]:
-    """Random commands for so long in one process; a robot that fell is put back to its start."""
-    simulation, _ = make_pair(rollout_spec(run))
+def soak(run: FaultRun, minutes: float, every: float = 10.0) -> Iterator[SoakSample]:
+    """Walk with random commands in one process; reset the robot after each fall.
+
+    Args:
+        run: Engine, plant and gait; its seed is the seed of the robot and of the commands.
+        minutes: Simulated time [min].
+        every: Simulated time between two samples [s].
+
+    Yields:
+        The state of the process.
+    """
+    simulation, _ = make_pair(run.rollout_spec(run.seed))
     commands = RandomCommands((max(0, run.seed), 1))
     falls = steps = last = 0
     with simulation:
         fault = Fault(np.random.default_rng(0))
-        world = World(simulation, run.parameters, fault, commands.at(0.0))
+        harness = Harness(simulation, run.parameters, fault, commands.at(0.0))
         down = 0
         for tick in range(1, round(minutes * 60.0 / PERIOD) + 1):
-            asked = commands.at(world.seconds())
-            # Half the full speeds: it is the process that shall be worn out, not the robot.
-            world.command = VelocityCommand(0.5 * asked.x, 0.5 * asked.y, 0.5 * asked.yaw)
-            world.step()
-            status = world.gaits[0].entry.last_status
+            asked = commands.at(harness.seconds())
+            # Half the full speeds: the test is about the process, not about falls.
+            harness.command = VelocityCommand(0.5 * asked.x, 0.5 * asked.y, 0.5 * asked.yaw)
+            harness.step()
+            status = harness.gaits[0].entry.last_status
             count = 0 if status is None else status.step_count
             steps += max(0, count - last)
             last = count
-            down = down + 1 if world.fallen else 0
+            down = down + 1 if harness.fallen else 0
             if down == 100:
                 falls += 1
-                world.reset_robot()
+                harness.reset_robot()
             if tick % round(every / PERIOD) == 0:
                 gc.collect()
-                violations = world.judge.violations.items()
-                yield Sample(
-                    world.seconds(), resident(), len(gc.get_objects()), falls, steps,
-                    tuple(f"{kind}: {text}" for kind, text in violations),
-                )  # fmt: skip
+                objects = len(gc.get_objects())
+                violations = harness.invariants.listed()
+                yield SoakSample(
+                    harness.seconds(), resident_memory(), objects, falls, steps, violations
+                )
 
 
-def resident() -> int:
-    """[bytes] of memory that this process holds."""
+def resident_memory() -> int:
+    """Return the resident memory of this process [bytes]."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE")

@@ -1,65 +1,71 @@
-"""Faults of the way between robot and gait, in both directions."""
+"""Faults of the transport between robot and gait: loss, latency, late processing."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
-from gait_lab.faults.channel import Command, Message
-from gait_lab.faults.fault import Fault, Late, LateCommand, Spell
-from gait_lab.faults.harness import Harness
+from gait_lab.faults.channel import Command, Delivery, Message
+from gait_lab.faults.harness import Fault, Harness, TemporaryFault
 
 
 class Loss(Fault):
-    """Each message may be lost, whatever it is and wherever it goes."""
+    """Every message is lost with a constant probability, in both directions.
+
+    Attributes:
+        share: Probability of the loss of a message.
+    """
 
     summary = "messages are lost, 1 to 20 % of them, in both directions"
-    why = "feedback comes in pieces."
+    why = "the feedback has gaps."
     most = 0.2
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self.share = float(random.uniform(0.01, self.most))
 
-    def _lost(self, stage: Harness) -> bool:
-        return self.now(stage) and self.random.uniform() < self.share
+    def _lost(self, harness: Harness) -> bool:
+        return self.active(harness) and self.random.uniform() < self.share
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
-        if not self._lost(stage):
-            yield 0, message
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Drop some sensor messages."""
+        if not self._lost(harness):
+            yield Delivery(0, message)
 
-    def drive(self, stage: Harness, message: Message) -> Iterable[Late]:
-        if not self._lost(stage):
-            yield 0, message
+    def on_velocity(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Drop some velocity commands."""
+        if not self._lost(harness):
+            yield Delivery(0, message)
 
-    def commands(self, stage: Harness, command: Command) -> Iterable[LateCommand]:
-        if not self._lost(stage):
-            yield 0, command
+    def on_command(self, harness: Harness, command: Command) -> Iterable[Delivery[Command]]:
+        """Drop some joint commands."""
+        if not self._lost(harness):
+            yield Delivery(0, command)
 
 
 class Bursts(Loss):
-    """Nothing gets through for a moment, again and again."""
+    """Repeated intervals in which every message is lost."""
 
-    summary = "bursts of 20 to 150 ms, 0.3 to 1 s apart, in which nothing gets through"
-    why = "feedback comes in pieces."
+    summary = "all messages are lost for 20 to 150 ms, every 0.3 to 1 s"
+    why = "the feedback has gaps."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._length = float(random.uniform(0.02, 0.15))
         self._apart = float(random.uniform(0.3, 1.0))
 
-    def _lost(self, stage: Harness) -> bool:
-        since = stage.seconds() - self.begin
+    def _lost(self, harness: Harness) -> bool:
+        since = harness.seconds() - self.begin
         return since >= 0.0 and since % self._apart < self._length
 
 
 class Latency(Fault):
-    """Sensors and commands come later than the plant's delay, by a time that changes.
+    """Sensor messages and commands arrive late, in addition to the plant's delay.
 
-    Messages of one topic do not overtake each other.
+    Messages of one topic keep their order.
     """
 
-    summary = "sensors and commands up to 60 ms later, by a time that wanders"
-    why = "up to 120 ms are added to a loop that bridges 60 ms."
+    summary = "sensor messages and commands arrive up to 60 ms late, constant or random"
+    why = "up to 120 ms are added to a loop that predicts over 60 ms."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -67,26 +73,28 @@ class Latency(Fault):
         self._jitter = bool(random.integers(2))
         self._arrival = {"": 0}
 
-    def _delay(self, stage: Harness, way: str) -> int:
-        if not self.now(stage):
+    def _delay(self, harness: Harness, topic: str) -> int:
+        if not self.active(harness):
             return 0
         delay = int(self.random.integers(0, self._most + 1)) if self._jitter else self._most
-        arrival = max(stage.tick + delay, self._arrival.get(way, 0))
-        self._arrival[way] = arrival
-        return arrival - stage.tick
+        arrival = max(harness.tick + delay, self._arrival.get(topic, 0))
+        self._arrival[topic] = arrival
+        return arrival - harness.tick
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
-        yield self._delay(stage, message.topic), message
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Delay the message."""
+        yield Delivery(self._delay(harness, message.topic), message)
 
-    def commands(self, stage: Harness, command: Command) -> Iterable[LateCommand]:
-        yield self._delay(stage, "commands"), command
+    def on_command(self, harness: Harness, command: Command) -> Iterable[Delivery[Command]]:
+        """Delay the joint command."""
+        yield Delivery(self._delay(harness, "commands"), command)
 
 
 class LateController(Fault):
-    """The gait's answers come one to five control periods late."""
+    """The gait's commands arrive one to five control periods late."""
 
-    summary = "the gait answers 1 to 5 ticks late, now and then or always"
-    why = "the loop is up to 50 ms later than the 60 ms that it bridges."
+    summary = "5, 30 or 100 % of the gait's commands are 1 to 5 ticks late"
+    why = "up to 50 ms are added to a loop that predicts over 60 ms."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -94,30 +102,32 @@ class LateController(Fault):
         self._share = float(random.choice((0.05, 0.3, 1.0)))
         self._arrival = 0
 
-    def commands(self, stage: Harness, command: Command) -> Iterable[LateCommand]:
+    def on_command(self, harness: Harness, command: Command) -> Iterable[Delivery[Command]]:
+        """Delay some joint commands, in order."""
         delay = 0
-        if self.now(stage) and self.random.uniform() < self._share:
+        if self.active(harness) and self.random.uniform() < self._share:
             delay = self._ticks
-        self._arrival = max(self._arrival, stage.tick + delay)
-        yield self._arrival - stage.tick, command
+        self._arrival = max(self._arrival, harness.tick + delay)
+        yield Delivery(self._arrival - harness.tick, command)
 
 
-class StarvedProcessor(Spell):
-    """The gait gets no processor for a while, then works off what has come in."""
+class StarvedProcessor(TemporaryFault):
+    """The gait gets no processor time for a while, then processes what has arrived."""
 
-    summary = "the gait gets no processor for 20 to 300 ms, again and again"
-    why = "as silence."
+    summary = "the gait repeatedly gets no processor time for 20 to 300 ms"
+    why = "as for silence."
     shortest, longest = 0.02, 0.3
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._apart = float(random.uniform(0.4, 1.5)) + self.duration
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
-        since = stage.seconds() - self.begin
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Drop or delay what arrives while the gait does not run."""
+        since = harness.seconds() - self.begin
         left = self.duration - since % self._apart
-        # Best effort with a queue of five: what is older is thrown away.
+        # A best-effort queue of depth 5 drops what is older than 50 ms.
         if since < 0.0 or left <= 0.0:
-            yield 0, message
+            yield Delivery(0, message)
         elif left <= 0.05:
-            yield round(left * 100.0), message
+            yield Delivery(round(left * 100.0), message)

@@ -1,13 +1,12 @@
-"""Faults in the life of the two processes, and of those who command."""
+"""Faults of the two processes, of their parameters, and of the senders of commands."""
 
 import math
 from collections.abc import Iterable
 
 import numpy as np
 
-from gait_lab.faults.channel import Message
-from gait_lab.faults.fault import Fault, Late
-from gait_lab.faults.harness import Harness
+from gait_lab.faults.channel import Delivery, Message
+from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.stamp_faults import shifted
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS
@@ -16,26 +15,27 @@ from nao_lipm_gait.runtime.inputs import TwistInput
 
 
 class GaitRestart(Fault):
-    """`kill -9` of the gait at speed; another one is there within a second."""
+    """The gait is killed while the robot walks, and restarts within a second."""
 
-    summary = "the gait is killed at speed and started again 0.1 to 1 s later"
-    why = "the robot stands on one leg with the last targets until the new gait is there."
+    summary = "the gait is killed while walking and restarts 0.1 to 1 s later"
+    why = "until the new gait runs, the robot holds the last targets, on one leg."
     end = 8.0
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._back = self.begin + float(random.uniform(0.1, 1.0))
 
-    def act(self, stage: Harness) -> None:
-        time = stage.seconds()
-        if self.begin <= time < self._back and stage.gaits:
-            stage.kill_gait()
-        elif time >= self._back and not stage.gaits:
-            stage.start_gait()
+    def before_physics(self, harness: Harness) -> None:
+        """Kill the gait, and start it again."""
+        time = harness.seconds()
+        if self.begin <= time < self._back and harness.gaits:
+            harness.kill_gait()
+        elif time >= self._back and not harness.gaits:
+            harness.start_gait()
 
 
 class BridgeReset(Fault):
-    """The simulated robot is put back to its start while it walks."""
+    """The simulated robot is reset while it walks."""
 
     summary = "the simulated robot is reset while it walks"
     end = 8.0
@@ -44,93 +44,101 @@ class BridgeReset(Fault):
         super().__init__(random)
         self._done = False
 
-    def act(self, stage: Harness) -> None:
-        if self.now(stage) and not self._done:
+    def before_physics(self, harness: Harness) -> None:
+        """Reset the robot once."""
+        if self.active(harness) and not self._done:
             self._done = True
-            stage.reset_robot()
+            harness.reset_robot()
 
 
 class BridgeRestart(Fault):
-    """`kill -9` of the simulated robot; another one is there within a second, its clock at zero."""
+    """The bridge is killed and restarts within a second; its clock restarts at zero."""
 
-    summary = "the simulated robot is killed and started again 0.1 to 1 s later, at time zero"
+    summary = "the bridge is killed and restarts 0.1 to 1 s later, its clock at zero"
     end = 8.0
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._silence = int(random.integers(10, 100))
-        self._born: int | None = None
+        self._restarted_at: int | None = None
 
-    def act(self, stage: Harness) -> None:
-        if self.now(stage) and self._born is None:
-            self._born = stage.simulation.time
-            stage.restart_robot(self._silence)
+    def before_physics(self, harness: Harness) -> None:
+        """Restart the bridge once."""
+        if self.active(harness) and self._restarted_at is None:
+            self._restarted_at = harness.simulation.time
+            harness.restart_robot(self._silence)
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
-        yield 0, message if self._born is None else shifted(message, -self._born)
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Shift the stamps to the clock of the new bridge."""
+        began = self._restarted_at
+        yield Delivery(0, message if began is None else shifted(message, -began))
 
 
 class TwoDrivers(Fault):
-    """Somebody else sends other velocities to the same robot."""
+    """A second operator sends different velocity commands to the same robot."""
 
-    summary = "a second sender on cmd_vel asks for something else, at 2 to 50 Hz"
+    summary = "a second sender on cmd_vel commands other velocities, at 2 to 50 Hz"
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._every = int(random.integers(2, 50))
-        self._asked = random.uniform((-0.2, -0.1, -0.8), (0.3, 0.1, 0.8)).tolist()
+        self._velocity = random.uniform((-0.2, -0.1, -0.8), (0.3, 0.1, 0.8)).tolist()
         self._stop = random.uniform() < 0.3
 
-    def act(self, stage: Harness) -> None:
-        if self.now(stage):
-            stage.others = Others(cmd_vel=2)
-            if stage.tick % self._every == 0:
-                x, y, yaw = (0.0, 0.0, 0.0) if self._stop else self._asked
+    def before_physics(self, harness: Harness) -> None:
+        """Send the velocity commands of the second operator."""
+        if self.active(harness):
+            harness.others = Others(cmd_vel=2)
+            if harness.tick % self._every == 0:
+                x, y, yaw = (0.0, 0.0, 0.0) if self._stop else self._velocity
                 twist = TwistInput((x, y, 0.0), (0.0, 0.0, yaw))
-                for gait in stage.gaits:
+                for gait in harness.gaits:
                     gait.receive(Message("cmd_vel", twist))
 
 
 class TwoGaits(Fault):
-    """A second gait is started by mistake, while the first one walks."""
+    """A second gait is started by mistake while the first one walks."""
 
     summary = "a second gait commands the same robot"
-    why = "where the first gait ends, the second one takes over in mid-step, from a stand."
+    why = "when the first gait ends, the second takes over in mid-step with a standing posture."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._first_ends = random.uniform() < 0.3
 
-    def act(self, stage: Harness) -> None:
-        if self.now(stage) and stage.others.joint_command == 1:
-            stage.start_gait()
-            stage.others = Others(joint_command=2)
-        if self._first_ends and stage.seconds() > self.begin + 1.0 and len(stage.gaits) > 1:
-            stage.kill_gait()
+    def before_physics(self, harness: Harness) -> None:
+        """Start the second gait, and perhaps end the first."""
+        if self.active(harness) and harness.others.joint_command == 1:
+            harness.start_gait()
+            harness.others = Others(joint_command=2)
+        if self._first_ends and harness.seconds() > self.begin + 1.0 and len(harness.gaits) > 1:
+            harness.kill_gait()
 
 
 class Parameters(Fault):
-    """Parameters are changed while the robot walks: good ones, bad ones, several at once."""
+    """Parameters change while the robot walks: valid and invalid values, several at once."""
 
-    summary = "every 50 to 500 ms a parameter is set: within 10 % of its value, or a bad value"
+    summary = "every 50 to 500 ms a parameter changes, by up to 10 % or to an invalid value"
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._every = int(random.integers(5, 50))
 
-    def act(self, stage: Harness) -> None:
-        if not self.now(stage) or stage.tick % self._every:
+    def before_physics(self, harness: Harness) -> None:
+        """Change parameters of each gait; refusals must name what is allowed."""
+        if not self.active(harness) or harness.tick % self._every:
             return
-        for gait in stage.gaits:
+        for gait in harness.gaits:
             before = gait.entry.parameters
             changes = self._changes(before.as_dict())
             try:
                 gait.entry.with_changes(changes)
             except NaoGaitError as error:
                 if not (error.field and error.allowed):
-                    stage.judge.violate("parameters", f"refused without a reason: {changes}")
+                    evidence = f"refusal without allowed values: {changes}"
+                    harness.invariants.violate("parameters", evidence)
                 if gait.entry.parameters != before:
-                    stage.judge.violate("parameters", f"refused and taken: {changes}")
+                    harness.invariants.violate("parameters", f"refused, but applied: {changes}")
                 continue
             gait.entry.change_parameters(changes)
 
@@ -151,25 +159,27 @@ class Parameters(Fault):
         return changes
 
 
-class Silent(Fault):
-    """The operator's messages stop coming."""
+class NoCommands(Fault):
+    """The operator stops sending."""
 
-    summary = "cmd_vel falls silent: the robot has to stop"
+    summary = "no more cmd_vel: the robot must stop"
 
-    def drive(self, stage: Harness, message: Message) -> Iterable[Late]:
-        if not self.now(stage):
-            yield 0, message
+    def on_velocity(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Drop every velocity command."""
+        if not self.active(harness):
+            yield Delivery(0, message)
 
 
 class BadCommands(Fault):
-    """The operator's sender is broken."""
+    """The operator also sends invalid velocity commands."""
 
-    summary = "cmd_vel with NaN, absurd and jumping values"
+    summary = "cmd_vel with NaN, infinity, huge and jumping values"
 
-    def drive(self, stage: Harness, message: Message) -> Iterable[Late]:
-        yield 0, message
-        if self.now(stage):
+    def on_velocity(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Add an invalid velocity command."""
+        yield Delivery(0, message)
+        if self.active(harness):
             pick = (math.nan, math.inf, 1e9, -1e9, 9.9, -9.9, 0.0)
             x, y, yaw = (pick[self.random.integers(len(pick))] for _ in range(3))
             bad = Message("cmd_vel", TwistInput((x, y, 0.0), (0.0, 0.0, yaw)))
-            yield int(self.random.integers(0, 5)), bad
+            yield Delivery(int(self.random.integers(0, 5)), bad)

@@ -1,15 +1,14 @@
-"""Faults of the robot's body and of the floor."""
+"""Faults of the robot's motors and of its contact with the floor."""
 
 import numpy as np
 
-from gait_lab.faults.fault import Fault, Spell
-from gait_lab.faults.harness import Harness
+from gait_lab.faults.harness import Fault, Harness, TemporaryFault
 from nao_lipm_gait.robot import RobotDescription
 from sim_bridge.vectors import rotation_matrix
 
 
 def motor_of(robot: RobotDescription, number: int) -> str:
-    """A joint of the legs with a motor: of two that share one only the leader."""
+    """Return a leg joint that has its own motor; `number` selects one, modulo their count."""
     followers = {follower for _, follower in robot.coupled_joints}
     legs = (*robot.left_leg.names, *robot.right_leg.names)
     driven = [name for name in legs if name not in followers]
@@ -17,10 +16,14 @@ def motor_of(robot: RobotDescription, number: int) -> str:
 
 
 class WeakMotor(Fault):
-    """A leg motor gets hot and gives 20 to 80 % of its torque."""
+    """A hot leg motor gives 20 to 80 % of its torque.
+
+    Attributes:
+        share: Lower and upper limit of the remaining share of the torque.
+    """
 
     summary = "a leg motor gives 20 to 80 % of its torque from now on"
-    why = "a leg no longer carries what the step asks for."
+    why = "a leg can no longer carry the load of a step."
     share = (0.2, 0.8)
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -29,25 +32,26 @@ class WeakMotor(Fault):
         self._share = float(random.uniform(*self.share))
         self._done = False
 
-    def act(self, stage: Harness) -> None:
-        if self.now(stage) and not self._done:
+    def before_physics(self, harness: Harness) -> None:
+        """Weaken the motor once."""
+        if self.active(harness) and not self._done:
             self._done = True
-            stage.simulation.weaken(motor_of(stage.robot, self._leg_joint), self._share)
+            harness.simulation.weaken(motor_of(harness.robot, self._leg_joint), self._share)
 
 
 class LimpMotor(WeakMotor):
-    """A leg motor loses its stiffness altogether."""
+    """A leg motor loses its stiffness completely."""
 
     summary = "a leg motor loses its stiffness from now on"
-    why = "a leg without a joint does not carry."
+    why = "a leg with a limp joint cannot carry the robot."
     share = (0.0, 0.0)
 
 
-class SlipperyPatch(Spell):
-    """The robot walks over something slippery."""
+class SlipperyPatch(TemporaryFault):
+    """The floor is slippery for a while."""
 
     summary = "friction 0.05 to 0.3 under both soles for 0.2 to 2 s"
-    why = "nothing holds the feet."
+    why = "the soles slip."
     shortest, longest = 0.2, 2.0
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -55,43 +59,48 @@ class SlipperyPatch(Spell):
         self._friction = float(random.uniform(0.05, 0.3))
         self._slippery = False
 
-    def act(self, stage: Harness) -> None:
-        slippery = self.now(stage)
+    def before_physics(self, harness: Harness) -> None:
+        """Set the friction when it changes."""
+        slippery = self.active(harness)
         if slippery != self._slippery:
             self._slippery = slippery
-            stage.simulation.set_friction(self._friction if slippery else None)
+            harness.simulation.set_friction(self._friction if slippery else None)
 
 
-class PickedUp(Spell):
-    """Somebody takes the robot by its shoulders, holds it in the air and puts it down again."""
+class PickedUp(TemporaryFault):
+    """The robot is lifted by its torso, held in the air and put down again.
 
-    summary = "picked up by the torso for 1 to 3 s, held in the air, put down gently"
-    why = "the steps in the air do not end where the ground is."
+    Attributes:
+        LIFT: Height above the floor [m].
+        RAMP: Duration of lifting and of putting down [s], each.
+    """
+
+    summary = "lifted by the torso, held in the air for 1 to 3 s, put down gently"
+    why = "the steps in the air do not end at the height of the floor."
     shortest, longest = 1.0, 3.0
     end = 9.0
     LIFT = 0.08
-    """[m]"""
     RAMP = 0.5
-    """[s] up, and down."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
-        self._place: np.ndarray | None = None
+        self._start: np.ndarray | None = None
 
-    def act(self, stage: Harness) -> None:
-        since = stage.seconds() - self.begin
+    def before_physics(self, harness: Harness) -> None:
+        """Pull the torso towards its height with a spring and a damper."""
+        since = harness.seconds() - self.begin
         whole = 2.0 * self.RAMP + self.duration
         if not 0.0 <= since < whole:
             return
-        position = np.array(stage.truth.torso_position)
-        if self._place is None:
-            self._place = position
+        position = np.array(harness.truth.torso_position)
+        if self._start is None:
+            self._start = position
         share = min(1.0, since / self.RAMP, (whole - since) / self.RAMP)
-        wanted = self._place.copy()
-        wanted[2] = stage.height + self.LIFT * share
-        turn = rotation_matrix(stage.truth.torso_quaternion)
-        velocity = turn @ stage.truth.torso_linear_velocity_in_torso
-        mass = sum(link.mass for link in stage.simulation.body.links)
+        wanted = self._start.copy()
+        wanted[2] = harness.height + self.LIFT * share
+        turn = rotation_matrix(harness.truth.torso_quaternion)
+        velocity = turn @ harness.truth.torso_linear_velocity_in_torso
+        mass = sum(link.mass for link in harness.simulation.body.links)
         hold = mass * (150.0 * (wanted - position) - 24.0 * velocity)
         hold[2] += mass * 9.81 * share
-        stage.disturb_robot(hold)
+        harness.push_robot(hold)

@@ -1,4 +1,4 @@
-"""Faults of the robot's sensors."""
+"""Faults of the joint encoders and of the IMU."""
 
 import math
 from collections.abc import Iterable
@@ -6,57 +6,61 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.faults.channel import Message
-from gait_lab.faults.fault import Fault, Late, Spell
-from gait_lab.faults.harness import Harness
+from gait_lab.faults.channel import Delivery, Message
+from gait_lab.faults.harness import Fault, Harness, TemporaryFault
 from nao_lipm_gait.runtime.controller import Settings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
 
 JOINTS = 1000
-"""More than a robot has: a joint is drawn before its robot is known."""
+"""Range of drawn joint numbers; taken modulo the number of joints, unknown when drawn."""
 
 
-class Silence(Spell):
+class Silence(TemporaryFault):
+    """No sensor message arrives."""
+
     summary = "no sensor message at all for 0.05 to 2 s"
     why = (
-        "the robot stands on one leg with its last targets for longer than a step, "
-        "and nobody computes."
+        "the robot holds its last targets, on one leg, for longer than a step, and the gait "
+        "does not tick."
     )
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
-        if not self.now(stage):
-            yield 0, message
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Drop every sensor message."""
+        if not self.active(harness):
+            yield Delivery(0, message)
 
 
-class Frozen(Spell):
-    """All numbers stay as they are, or those of the joints, or those of the IMU."""
+class Frozen(TemporaryFault):
+    """The values of the joints, of the IMU or of both freeze; the stamps continue."""
 
-    summary = "numbers of joints, IMU or both stand still for 0.05 to 2 s, stamps go on"
+    summary = "values of joints, IMU or both freeze for 0.05 to 2 s, stamps continue"
     why = (
-        "an IMU that is stuck while the robot turns is believed until joints have "
-        "moved by 0.02 rad and it has said the same ten times."
+        "a frozen IMU is detected only after ten equal values during which the joints "
+        "moved by 0.02 rad."
     )
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
-        self._kinds = ((JointInput,), (ImuInput,), (JointInput, ImuInput))[random.integers(3)]
-        self._kept: dict[type, JointInput | ImuInput] = {}
+        self._frozen = ((JointInput,), (ImuInput,), (JointInput, ImuInput))[random.integers(3)]
+        self._values: dict[type, JointInput | ImuInput] = {}
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Replace the values by the first ones of the fault."""
         content = message.content
-        if not isinstance(content, self._kinds) or not self.now(stage):
-            self._kept.pop(type(content), None)
-            yield 0, message
+        if not isinstance(content, self._frozen) or not self.active(harness):
+            self._values.pop(type(content), None)
+            yield Delivery(0, message)
             return
-        kept = self._kept.setdefault(type(content), content)
-        yield 0, replace(message, content=replace(kept, sec=content.sec, nanosec=content.nanosec))
+        frozen = self._values.setdefault(type(content), content)
+        frozen = replace(frozen, sec=content.sec, nanosec=content.nanosec)
+        yield Delivery(0, replace(message, content=frozen))
 
 
-class JointDropout(Spell):
-    """One joint is missing, or reads zero, or stays where it was."""
+class JointDropout(TemporaryFault):
+    """One joint is missing, reads zero, or freezes."""
 
-    summary = "one joint is left out, reads 0 or stands still for 0.05 to 2 s"
-    why = "a single leg joint that is stuck is believed."
+    summary = "one joint is missing, reads 0 or freezes for 0.05 to 2 s"
+    why = "a single frozen leg joint is not detected."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -64,10 +68,11 @@ class JointDropout(Spell):
         self._kind = ("missing", "zero", "stuck")[random.integers(3)]
         self._value: float | None = None
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Remove or replace the values of the joint."""
         content = message.content
-        if not isinstance(content, JointInput) or not self.now(stage):
-            yield 0, message
+        if not isinstance(content, JointInput) or not self.active(harness):
+            yield Delivery(0, message)
             return
         names, position, velocity = (
             list(content.names), list(content.position), list(content.velocity)
@@ -80,24 +85,25 @@ class JointDropout(Spell):
             if self._value is None:
                 self._value = 0.0 if self._kind == "zero" else position[place]
             position[place], velocity[place] = self._value, 0.0
-        yield 0, replace(message, content=replace(
-            content, names=names, position=position, velocity=velocity))  # fmt: skip
+        content = replace(content, names=names, position=position, velocity=velocity)
+        yield Delivery(0, replace(message, content=content))
 
 
-class NotANumber(Spell):
-    """NaN or infinity in one field, in some messages."""
+class NotANumber(TemporaryFault):
+    """NaN or infinity in one field of some messages."""
 
-    summary = "NaN or infinity in joints or IMU, in 5 to 100 % of the messages for 0.05 to 2 s"
-    why = "without a gyro for most of a second, while the walk comes to its end."
+    summary = "NaN or infinity in 5 to 100 % of the joint or IMU messages for 0.05 to 2 s"
+    why = "no gyro for most of a second, while the robot stops."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._share = float(random.uniform(0.05, 1.0))
         self._joints = bool(random.integers(2))
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Replace one value in some messages."""
         content = message.content
-        hit = self.now(stage) and self.random.uniform() < self._share
+        hit = self.active(harness) and self.random.uniform() < self._share
         bad = (math.nan, math.inf, -math.inf)[self.random.integers(3)]
         if hit and isinstance(content, JointInput) and self._joints:
             position = list(content.position)
@@ -106,22 +112,23 @@ class NotANumber(Spell):
         elif hit and isinstance(content, ImuInput) and not self._joints:
             x, y, _ = content.angular_velocity
             message = replace(message, content=replace(content, angular_velocity=(x, y, bad)))
-        yield 0, message
+        yield Delivery(0, message)
 
 
 class Spikes(Fault):
-    """Single wrong numbers, large and small ones, that are no NaN."""
+    """Single wrong but finite values, small and large."""
 
-    summary = "joints wrong by 0.1 to 2 rad, gyro and acceleration too, in 1 to 10 % of messages"
-    why = "wrong numbers below the limits of belief reach the ankles by the gyro's feedback."
+    summary = "1 to 10 % of the messages with a joint, gyro and acceleration error (0.1 to 2 rad)"
+    why = "errors below the validation limits reach the ankles through the gyro feedback."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
         self._share = float(random.uniform(0.01, 0.1))
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Add an error to some messages."""
         content = message.content
-        if self.now(stage) and self.random.uniform() < self._share:
+        if self.active(harness) and self.random.uniform() < self._share:
             size = float(self.random.choice((-1.0, 1.0)) * self.random.uniform(0.1, 2.0))
             if isinstance(content, JointInput):
                 position = list(content.position)
@@ -134,14 +141,14 @@ class Spikes(Fault):
                 forced = (a + 40.0 * size, b, c + 40.0 * size)
                 message = replace(message, content=replace(
                     content, angular_velocity=turned, linear_acceleration=forced))  # fmt: skip
-        yield 0, message
+        yield Delivery(0, message)
 
 
 class BiasJump(Fault):
-    """An encoder slips, or the gyro gets another offset, and stays so."""
+    """An encoder slips, or the bias of the gyro jumps, for good."""
 
-    summary = "from now on one leg joint is off by up to 3 deg, or the gyro by up to 0.1 rad/s"
-    why = "degrees at a hip or an ankle, or of the gyro, tilt the robot faster than is learned."
+    summary = "a permanent error of one joint (up to 3 deg) or of the gyro (up to 0.1 rad/s)"
+    why = "the error tilts the robot faster than the estimators adapt."
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -150,9 +157,10 @@ class BiasJump(Fault):
         self._rate = random.uniform(-0.1, 0.1, 2).tolist()
         self._gyro = bool(random.integers(2))
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Add the constant error."""
         content = message.content
-        if self.now(stage):
+        if self.active(harness):
             if isinstance(content, JointInput) and not self._gyro:
                 position = list(content.position)
                 position[self._joint % len(position)] += self._angle
@@ -161,30 +169,34 @@ class BiasJump(Fault):
                 x, y, z = content.angular_velocity
                 rate = (x + self._rate[0], y + self._rate[1], z)
                 message = replace(message, content=replace(content, angular_velocity=rate))
-        yield 0, message
+        yield Delivery(0, message)
 
 
-class ImuOutage(Spell):
-    """Shorter and longer ones, and half of them without end."""
+class ImuOutage(TemporaryFault):
+    """No IMU messages for a while; half of the outages last to the end."""
 
-    summary = "no IMU message for 0.05 s to the end"
+    summary = "no IMU message for 0.05 s or longer, up to the end"
     longest = 20.0
 
-    def sensors(self, stage: Harness, message: Message) -> Iterable[Late]:
-        if not (isinstance(message.content, ImuInput) and self.now(stage)):
-            yield 0, message
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Drop every IMU message."""
+        if not (isinstance(message.content, ImuInput) and self.active(harness)):
+            yield Delivery(0, message)
 
 
 class ImuGone(ImuOutage):
-    summary = "no IMU from now on; 9 s"
+    """No IMU messages from `begin` on."""
+
+    summary = "no IMU message for the last 9 s"
     end = 12.0
 
-    def now(self, stage: Harness) -> bool:
-        return stage.seconds() >= self.begin
+    def active(self, harness: Harness) -> bool:
+        """Whether the fault acts: from `begin` on."""
+        return harness.seconds() >= self.begin
 
 
 class ImuIgnored(ImuGone):
-    """Not the gait as it is: what it would be to walk on."""
+    """As `ImuGone`, with the IMU watchdog of the gait switched off."""
 
-    summary = "the same, and the gait is told to walk on"
+    summary = "the same, with a gait that does not stop without an IMU"
     settings = Settings(imu_patience=1e6)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_lab.analysis.metrics import yaw_of
-from gait_lab.faults.classes import CLASSES
-from gait_lab.faults.fault_trial import World
+from gait_lab.faults.catalogue import FAULTS
+from gait_lab.faults.harness import Harness
 from gait_lab.trials.ball_spot import spot_in_world
 from gait_lab.trials.rollout import CONTROL_PERIOD, Push, loaded_robot, parallel_map, walk
 from nao_lipm_gait.gait import Gait
@@ -103,7 +103,7 @@ def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
                 if any(map(motion.begins_from, STARTS)):
                     yield Case(engine, robot, f"motion/{robot}/{name}")
         if engine == "mujoco":
-            for fault in CLASSES:
+            for fault in FAULTS:
                 yield Case(engine, "nao_h21_v33", f"fault/{fault}")
 
 
@@ -192,8 +192,8 @@ def _fault(case: Case, name: str) -> Iterator[tuple[GroundTruth, GaitStatus | No
         robot, load_plant("reference"), robot_seed=SEED, noise_seed=SEED, engine=case.engine,
         control_period=CONTROL_PERIOD,
     ) as simulation:  # fmt: skip
-        fault = CLASSES[name](np.random.default_rng(SEED))
-        world = World(simulation, load_preset("default"), fault, VelocityCommand(0.2, 0.0, 0.0))
+        fault = FAULTS[name](np.random.default_rng(SEED))
+        harness = Harness(simulation, load_preset("default"), fault, VelocityCommand(0.2, 0.0, 0.0))
         for _ in range(round(fault.end / CONTROL_PERIOD)):
-            world.step()
-            yield world.truth, world.gaits[0].entry.last_status if world.gaits else None
+            harness.step()
+            yield harness.truth, harness.gaits[0].entry.last_status if harness.gaits else None

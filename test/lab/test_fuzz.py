@@ -1,4 +1,4 @@
-"""A short slice of the long fuzzing; `nao_gait bench fuzz` runs a million ticks of it."""
+"""A short part of the fuzzing; `nao_gait bench fuzz` runs a million ticks."""
 
 import math
 from typing import Any
@@ -8,9 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from gait_lab.faults.files import fuzz_files
-from gait_lab.faults.fuzz import FLOATS, NAMES, Fuzzer
+from gait_lab.faults.fuzz_files import fuzz_files
+from gait_lab.faults.fuzz_messages import FLOATS, NAMES, Fuzzer
 from nao_lipm_gait.errors import NaoGaitError, is_number
+from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.head_input import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
@@ -51,7 +52,7 @@ def test_no_message_is_an_exception_or_a_bad_command(messages: list[tuple[str, A
     for _ in range(3):
         fuzzer.tick()
     for topic, message in messages:
-        fuzzer._send(topic, message)
+        fuzzer.send(topic, message)
     fuzzer.tick()
     assert not fuzzer.violations
 
@@ -59,12 +60,12 @@ def test_no_message_is_an_exception_or_a_bad_command(messages: list[tuple[str, A
 @settings(max_examples=50, deadline=None, derandomize=True,
           suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
 @given(st.integers(0, 2**62), st.lists(TITLES, max_size=30), COLUMNS, COLUMNS)
-def test_the_robot_takes_only_what_it_can_do(
+def test_accepted_joint_commands_are_within_the_limits(
     stamp: int, names: list[str], position: list[float], effort: list[float]
 ) -> None:
-    ear = CommandInput(ROBOT)
+    bridge = CommandInput(ROBOT)
     try:
-        targets, _ = ear.read("gait", 0.0, stamp, names, position, effort)
+        targets, _ = bridge.read("gait", 0.0, stamp, names, position, effort)
     except NaoGaitError as error:
         assert error.field
         assert error.allowed
@@ -106,25 +107,25 @@ def test_no_motion_and_no_goal_of_the_head_is_an_exception(
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_a_thousand_ticks_of_spoilt_messages(seed: int) -> None:
+def test_a_thousand_ticks_of_invalid_messages(seed: int) -> None:
     found = Fuzzer(seed, ROBOT).run(1000)
     assert not found.violations
-    assert found.answers > 500, "it goes on answering"
-    assert found.refused > 200, "and much of it was bad"
+    assert found.answers > 500, "the gait continues to answer"
+    assert found.refused > 200, "many messages were invalid"
 
 
-def test_the_fuzzer_finds_a_gait_that_raises() -> None:
+def test_the_fuzzer_finds_a_gait_that_raises(monkeypatch: pytest.MonkeyPatch) -> None:
     fuzzer = Fuzzer(0, ROBOT)
     fuzzer.run(10)
 
     def fails(*_: Any) -> Any:
         raise ZeroDivisionError("on purpose")
 
-    fuzzer.entry._gait.step = fails  # type: ignore[method-assign]
+    monkeypatch.setattr(Gait, "step", fails)
     assert any("on purpose" in text for text in fuzzer.run(10).violations)
 
 
-def test_broken_files_are_read_or_refused_with_a_reason() -> None:
+def test_corrupt_files_are_read_or_refused_with_a_reason() -> None:
     found = fuzz_files(0, 180)
     assert not found.violations
     assert found.refused > 60
@@ -132,5 +133,5 @@ def test_broken_files_are_read_or_refused_with_a_reason() -> None:
 
 
 @pytest.mark.parametrize("value", [10**400, math.nan, math.inf, True, "1", None, [1.0]])
-def test_what_no_float_can_hold_is_no_number(value: Any) -> None:
+def test_values_that_are_not_finite_floats_are_not_numbers(value: Any) -> None:
     assert not is_number(value)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
-from gait_lab.faults.campaign import FELL, OUTCOMES, VIOLATED, FaultRun, Verdict, run_fault
-from gait_lab.faults.classes import ALL, CLASSES
+from gait_lab.faults.campaign import FELL, OUTCOMES, VIOLATED, FaultResult, FaultRun, run_fault
+from gait_lab.faults.catalogue import ALL_FAULTS, FAULTS
 from gait_lab.trials.rollout import parallel_map
 from nao_lipm_gait.errors import NaoGaitError
 
@@ -18,9 +18,9 @@ _EVIDENCE = 20
 def classes_of(names: Sequence[str]) -> tuple[str, ...]:
     """The classes to run: those that are named, or all."""
     for name in names:
-        if name not in ALL:
-            raise NaoGaitError("fault", name, f"one of {', '.join(ALL)}")
-    return tuple(dict.fromkeys(names)) or tuple(CLASSES)
+        if name not in ALL_FAULTS:
+            raise NaoGaitError("fault", name, f"one of {', '.join(ALL_FAULTS)}")
+    return tuple(dict.fromkeys(names)) or tuple(FAULTS)
 
 
 def runs_of(options: BenchOptions) -> list[FaultRun]:
@@ -46,7 +46,7 @@ def faults(options: BenchOptions) -> Report:
         run_fault, runs_of(options), jobs=options.jobs, show=options.show, label="faults",
         note=lambda verdict: f"{verdict.run.fault}: {verdict.outcome}",
     )  # fmt: skip
-    by_class: dict[str, list[Verdict]] = {}
+    by_class: dict[str, list[FaultResult]] = {}
     for verdict in verdicts:
         by_class.setdefault(verdict.run.fault, []).append(verdict)
     rows = [row for name, found in by_class.items() for row in _rows(name, found)]
@@ -54,12 +54,12 @@ def faults(options: BenchOptions) -> Report:
     return Report(tuple(rows), _text(by_class, verdicts, options), one_set_of_robots=False)
 
 
-def _rows(name: str, verdicts: Sequence[Verdict]) -> list[Row]:
+def _rows(name: str, verdicts: Sequence[FaultResult]) -> list[Row]:
     count = Counter(verdict.outcome for verdict in verdicts)
     return [Row(SUITE, f"{name}_{outcome}", "runs", count[outcome]) for outcome in OUTCOMES]
 
 
-def _line(name: str, verdicts: Sequence[Verdict], what: str) -> tuple[str, ...]:
+def _line(name: str, verdicts: Sequence[FaultResult], what: str) -> tuple[str, ...]:
     count = Counter(verdict.outcome for verdict in verdicts)
     silent = sum(v.outcome == FELL and not v.down_known for v in verdicts)
     return (
@@ -69,13 +69,13 @@ def _line(name: str, verdicts: Sequence[Verdict], what: str) -> tuple[str, ...]:
 
 
 def _text(
-    by_class: dict[str, list[Verdict]], verdicts: Sequence[Verdict], options: BenchOptions
+    by_class: dict[str, list[FaultResult]], verdicts: Sequence[FaultResult], options: BenchOptions
 ) -> str:
     lines: list[tuple[str, ...]] = [
         ("fault", "runs", *OUTCOMES, "fell unknown", "what happens to the robot"),
         ("",) * 8,
     ]
-    lines += [_line(name, found, ALL[name].summary) for name, found in by_class.items()]
+    lines += [_line(name, found, ALL_FAULTS[name].summary) for name, found in by_class.items()]
     lines.append(_line("all", verdicts, ""))
     title = (
         f"{len(verdicts)} runs with a fault in the middle of a walk; plant "
@@ -88,9 +88,9 @@ def _text(
         "exception; a hang; a stop without a word; after a fall, a stiff command of a gait that",
         "knows of no fall.",
     ]
-    notes += [f"Falls, {name.replace('_', ' ')}: {ALL[name].why}"
+    notes += [f"Falls, {name.replace('_', ' ')}: {ALL_FAULTS[name].why}"
               for name, found in by_class.items()
-              if ALL[name].why and any(v.outcome == FELL for v in found)]  # fmt: skip
+              if ALL_FAULTS[name].why and any(v.outcome == FELL for v in found)]  # fmt: skip
     broken = [verdict for verdict in verdicts if verdict.outcome == VIOLATED]
     notes += [
         f"VIOLATED {verdict.run.fault}, seed {verdict.run.seed}: {'; '.join(verdict.violations)}"

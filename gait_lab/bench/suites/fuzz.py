@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row
-from gait_lab.faults.files import fuzz_files
-from gait_lab.faults.fuzz import Found, Fuzzer
+from gait_lab.faults.fuzz_files import fuzz_files
+from gait_lab.faults.fuzz_messages import Fuzzer, FuzzResult
 from gait_lab.trials.rollout import parallel_map
 
 SUITE = "fuzz"
@@ -63,5 +63,5 @@ def fuzz(options: BenchOptions) -> Report:
     return Report(rows, text, one_set_of_robots=False)
 
 
-def _run(stretch: _Stretch) -> Found:
+def _run(stretch: _Stretch) -> FuzzResult:
     return Fuzzer(stretch.seed).run(stretch.ticks)

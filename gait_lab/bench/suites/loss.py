@@ -8,7 +8,7 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, finite, number, table
 from gait_lab.bench.score import tasks_of
 from gait_lab.bench.suites.faults import fault_run
-from gait_lab.faults.long_walks import LossVerdict, LossWalk, walk_with_loss
+from gait_lab.faults.long_walks import LossResult, LossWalk, walk_with_loss
 from gait_lab.trials.rollout import parallel_map
 from gait_lab.trials.tasks import Task
 from nao_lipm_gait.errors import NaoGaitError
@@ -70,7 +70,7 @@ def _walks(options: BenchOptions, task: Task) -> list[LossWalk]:
     ]
 
 
-def _evidence(found: Sequence[LossVerdict]) -> list[str]:
+def _evidence(found: Sequence[LossResult]) -> list[str]:
     falls = [
         f"robot {each.walk.run.seed} fell at {each.fell_at:.1f} s"
         for each in found if each.fell_at is not None
@@ -82,6 +82,6 @@ def _evidence(found: Sequence[LossVerdict]) -> list[str]:
     return falls + broken
 
 
-def _note(verdict: LossVerdict) -> str:
+def _note(verdict: LossResult) -> str:
     fate = "upright" if verdict.fell_at is None else f"fell at {verdict.fell_at:.1f} s"
     return f"robot {verdict.walk.run.seed}: {fate}"

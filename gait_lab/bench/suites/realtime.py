@@ -19,11 +19,8 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
 from gait_lab.bench.suites.faults import fault_run
-from gait_lab.faults.channel import Message
-from gait_lab.faults.fault import Fault, Late
-from gait_lab.faults.fault_trial import World
-from gait_lab.faults.harness import PERIOD, Harness
-from gait_lab.faults.long_walks import rollout_spec
+from gait_lab.faults.channel import Delivery, Message
+from gait_lab.faults.harness import PERIOD, Fault, Harness
 from gait_lab.trials.rollout import make_pair
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.robot import load_robot
@@ -61,11 +58,11 @@ class _Ear(Fault):
         super().__init__(np.random.default_rng(0))
         self.heard: dict[int, list[Message]] = {}
 
-    def _write(self, stage: Harness, message: Message) -> Iterator[Late]:
-        self.heard.setdefault(stage.tick, []).append(message)
-        yield 0, message
+    def _write(self, harness: Harness, message: Message) -> Iterator[Delivery[Message]]:
+        self.heard.setdefault(harness.tick, []).append(message)
+        yield Delivery(0, message)
 
-    sensors = drive = _write
+    on_sensor = on_velocity = _write
 
 
 def realtime(options: BenchOptions) -> Report:
@@ -103,11 +100,11 @@ def realtime(options: BenchOptions) -> Report:
 def _record(options: BenchOptions) -> list[list[Message]]:
     """What the robot says in each tick of a walk."""
     ear = _Ear()
-    spec = rollout_spec(fault_run(options, "none", options.seed))
+    spec = fault_run(options, "none", options.seed).rollout_spec(options.seed)
     simulation, _ = make_pair(spec)
     ticks = round((1.0 + options.window) / PERIOD)
     with simulation:
-        World(simulation, options.parameters, ear, SPEED).run(ticks)
+        Harness(simulation, options.parameters, ear, SPEED).run(ticks)
     return [ear.heard.get(tick, []) for tick in range(1, ticks + 1)]
 
 

@@ -5,7 +5,7 @@ from tqdm import tqdm
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row
 from gait_lab.bench.suites.faults import fault_run
-from gait_lab.faults.long_walks import Sample, soak
+from gait_lab.faults.long_walks import SoakSample, soak
 
 SUITE = "soak"
 WARM_UP = 0.2
@@ -14,7 +14,7 @@ WARM_UP = 0.2
 
 def soak_suite(options: BenchOptions) -> Report:
     """Memory of one process over so many minutes of simulated walking."""
-    samples: list[Sample] = []
+    samples: list[SoakSample] = []
     run = fault_run(options, "none", options.seed)
     with tqdm(
         total=options.minutes * 60.0, unit="s", disable=None if options.show else True, leave=False

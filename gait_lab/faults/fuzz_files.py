@@ -1,4 +1,4 @@
-"""Broken files into every loader: each one reads them, or refuses them with a NaoGaitError."""
+"""Corrupt files for every loader, which must read them or raise NaoGaitError."""
 
 import tempfile
 from collections.abc import Callable
@@ -24,7 +24,7 @@ VALUES: tuple[Any, ...] = (
     None, True, "", "x", -1, 0, 1e308, float("nan"), float("inf"), [], {}, [1, "a"], {"a": {}},
     "!!python/object/apply:os.system ['true']", 10**400,
 )  # fmt: skip
-"""Put where something else was."""
+"""Values that replace a value of the file."""
 
 
 def _load_robot(path: Path) -> Any:
@@ -51,16 +51,22 @@ YAML_FILES: tuple[tuple[str, str, Load], ...] = (
 
 
 @dataclass(frozen=True, slots=True)
-class FilesFound:
-    """What broken files did."""
+class FileFuzzResult:
+    """Result of loading corrupt files.
+
+    Attributes:
+        read: Files that were still valid.
+        refused: Files that were refused with a NaoGaitError.
+        violations: Any other exception, and refusals without field or allowed values.
+    """
 
     read: int
     refused: int
     violations: tuple[str, ...]
 
 
-def fuzz_files(seed: int, count: int) -> FilesFound:
-    """Break and read so many files, all kinds in turn."""
+def fuzz_files(seed: int, count: int) -> FileFuzzResult:
+    """Corrupt and load `count` files, all kinds in turn."""
     random = np.random.default_rng(seed)
     read = refused = 0
     violations: list[str] = []
@@ -71,41 +77,41 @@ def fuzz_files(seed: int, count: int) -> FilesFound:
             kind = index % kinds
             if kind < len(YAML_FILES):
                 name, source, load = YAML_FILES[kind]
-                path = Path(folder, "broken.yaml")
-                path.write_bytes(_broken_yaml(random, share(*source.split("/"))))
+                path = Path(folder, "corrupt.yaml")
+                path.write_bytes(_corrupt_yaml(random, share(*source.split("/"))))
             elif kind == len(YAML_FILES):
                 name, load = "urdf", load_robot
-                path = Path(folder, "broken.urdf")
-                path.write_bytes(_broken_bytes(random, share("urdf", "nao_h21_v33.urdf")))
+                path = Path(folder, "corrupt.urdf")
+                path.write_bytes(_corrupt_bytes(random, share("urdf", "nao_h21_v33.urdf")))
             else:
                 name, load = "bag", open_bag
-                path = Path(folder, "broken.mcap")
-                path.write_bytes(_broken_bytes(random, bag))
+                path = Path(folder, "corrupt.mcap")
+                path.write_bytes(_corrupt_bytes(random, bag))
             try:
                 load(path)
                 read += 1
             except NaoGaitError as error:
                 refused += 1
                 if not (error.field and error.allowed):
-                    violations.append(f"{name} {index}: refused without a reason: {error}")
+                    violations.append(f"{name} {index}: refusal without allowed values: {error}")
             except Exception as error:
                 violations.append(f"{name} {index}: {type(error).__name__}: {error}"[:300])
-    return FilesFound(read, refused, tuple(violations))
+    return FileFuzzResult(read, refused, tuple(violations))
 
 
 def _small_bag(folder: Path) -> Path:
     writer = BagWriter(folder)
     writer.add_topic("/gait/support", "std_msgs/msg/String")
     for index in range(50):
-        # A CDR string: header, length with the final zero, text.
+        # A string in CDR: header, length including the final zero, text.
         writer.write("/gait/support", index * 10_000_000, b"\0\1\0\0\6\0\0\0stand\0")
     writer.close()
     (path,) = folder.glob("*.mcap")
     return path
 
 
-def _broken_bytes(random: np.random.Generator, path: Path) -> bytes:
-    """Bytes changed, cut out, doubled or cut off."""
+def _corrupt_bytes(random: np.random.Generator, path: Path) -> bytes:
+    """Change, remove, repeat or truncate bytes of a file."""
     data = bytearray(path.read_bytes())
     for _ in range(int(random.integers(1, 6))):
         begin = int(random.integers(len(data)))
@@ -124,10 +130,10 @@ def _broken_bytes(random: np.random.Generator, path: Path) -> bytes:
     return bytes(data[: int(random.integers(len(data)))] if random.uniform() < 0.2 else data)
 
 
-def _broken_yaml(random: np.random.Generator, path: Path) -> bytes:
-    """Broken as text, or well-formed with something else in some places."""
+def _corrupt_yaml(random: np.random.Generator, path: Path) -> bytes:
+    """Corrupt the bytes of a YAML file, or replace some of its values."""
     if random.uniform() < 0.4:
-        return _broken_bytes(random, path)
+        return _corrupt_bytes(random, path)
     document = yaml.safe_load(path.read_text(encoding="utf-8"))
     for _ in range(int(random.integers(1, 4))):
         _change(random, document)
@@ -135,7 +141,7 @@ def _broken_yaml(random: np.random.Generator, path: Path) -> bytes:
 
 
 def _change(random: np.random.Generator, node: Any) -> None:
-    """Walk down at random and put, take away or rename something there."""
+    """Replace, remove or rename a random entry of a nested document."""
     while isinstance(node, dict | list) and node:
         keys: list[Any] = list(node) if isinstance(node, dict) else list(range(len(node)))
         key = keys[int(random.integers(len(keys)))]

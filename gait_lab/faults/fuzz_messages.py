@@ -1,4 +1,4 @@
-"""Messages that nobody would send, a million ticks of them, into every entry of both nodes."""
+"""Random valid and invalid messages into every input of the gait and of the bridge."""
 
 import math
 import time
@@ -19,23 +19,30 @@ from nao_lipm_gait.types import GaitStatus, JointTargets
 from sim_bridge.command_input import CommandInput, read_push
 
 PERIOD = 10_000_000
-"""[ns]"""
+"""Control period [ns]."""
 FLOATS = (
     math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, 1e-300, 1.7976931348623157e308, -1e308, 1e9,
     -1e9, 1e3, -1e3, math.pi, -math.pi, 0.1, -0.1,
 )  # fmt: skip
 SECONDS = (-(2**31), -1, 0, 1, 2**31 - 1)
-"""An int32 in ROS."""
+"""Limits and special values of the seconds of a stamp, an int32."""
 NANOSECONDS = (0, 1, 999_999_999, 1_000_000_000, 2**32 - 1)
-"""A uint32 in ROS."""
+"""Limits and special values of the nanoseconds of a stamp, a uint32."""
 NAMES = ("", "Tail", "LKneePitch", "x" * 1000, "\u0000", "%s%n", "../../etc", "\U0001f916")
 BAD_SHARE = 0.3
-"""Of the messages that are spoilt."""
+"""Share of the messages with invalid content."""
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """What a fuzzed stretch found."""
+class FuzzResult:
+    """Result of a fuzzing run.
+
+    Attributes:
+        ticks: Number of control ticks.
+        answers: Joint commands that the gait sent.
+        refused: Messages, parameters and commands that were refused.
+        violations: Violated invariants, the first 20.
+    """
 
     ticks: int
     answers: int
@@ -44,7 +51,20 @@ class Found:
 
 
 class Fuzzer:
-    """A robot that follows its targets, and senders that cannot be trusted."""
+    """A robot that follows its targets exactly, and senders of valid and invalid messages.
+
+    Args:
+        seed: Seed of all random choices.
+        robot: The robot; by default the NAO.
+
+    Attributes:
+        entry: The gait under test.
+        violations: Violated invariants, the first 20.
+        ticks: Control ticks so far.
+        answers: Joint commands that the gait sent.
+        refused: Messages, parameters and commands that were refused.
+        random: The random generator.
+    """
 
     def __init__(self, seed: int, robot: RobotDescription | None = None) -> None:
         self.random = np.random.default_rng(seed)
@@ -53,7 +73,7 @@ class Fuzzer:
         self._pose = self._robot.stand_pose.tolist()
         self._stamp = 1_000_000_000
         self._now = 0.0
-        self._ear = CommandInput(self._robot)
+        self._command_input = CommandInput(self._robot)
         self.violations: list[str] = []
         self.answers = self.refused = self.ticks = 0
         self._make_entry()
@@ -64,21 +84,24 @@ class Fuzzer:
         )
         self._check = CommandCheck(self._robot)
 
-    # -- what the entry lets out -------------------------------------------------------------------
+    # -- output of the gait -----------------------------------------------------------------------
 
     def command(self, targets: JointTargets) -> None:
+        """Check a joint command; the robot follows it."""
         self.answers += 1
-        found = self._check.see(targets)
+        found = self._check.check(targets)
         if found is not None:
             self._violate(f"command: {found}")
         self._pose = np.asarray(targets.position).tolist()
 
     def status(self, status: GaitStatus) -> None:
+        """Check that the published status is finite."""
         values = (*status.com_estimated_in_q, *status.velocity, *status.base_footprint_in_odom)
         if not all(math.isfinite(value) for value in values):
             self._violate(f"status: {values}")
 
     def log(self, level: Level, text: str) -> None:
+        """Check the length of a log message."""
         if len(text) > 2000:
             self._violate(f"log: a line of {len(text)} characters")
 
@@ -86,10 +109,10 @@ class Fuzzer:
         if len(self.violations) < 20:
             self.violations.append(f"tick {self.ticks}: {text}")
 
-    # -- the senders -------------------------------------------------------------------------------
+    # -- input of the gait -------------------------------------------------------------------------
 
-    def run(self, ticks: int) -> Found:
-        """So many ticks of good and bad messages."""
+    def run(self, ticks: int) -> FuzzResult:
+        """Send valid and invalid messages for a number of ticks."""
         for _ in range(ticks):
             before = time.thread_time()
             try:
@@ -99,9 +122,10 @@ class Fuzzer:
             if time.thread_time() - before > HANG:
                 self._violate("hang")
         self.refused += sum(self.entry.rejected.values())
-        return Found(self.ticks, self.answers, self.refused, tuple(self.violations))
+        return FuzzResult(self.ticks, self.answers, self.refused, tuple(self.violations))
 
     def tick(self) -> None:
+        """Send the messages of one control period, call services, and check the robot's side."""
         self.ticks += 1
         self._stamp += PERIOD
         self._now += 0.01
@@ -117,13 +141,14 @@ class Fuzzer:
             if self._chance(0.02):
                 continue
             if self._chance(BAD_SHARE):
-                self._send(topic, self._spoilt(message))
+                self.send(topic, self._invalid(message))
             if not self._chance(0.2):
-                self._send(topic, message)
+                self.send(topic, message)
         self._services()
         self._robot_side()
 
-    def _send(self, topic: str, message: Input) -> None:
+    def send(self, topic: str, message: Input) -> None:
+        """Send one message; an exception of the gait is a violation."""
         unexpected, crashes = self.entry.unexpected, len(self.entry.crashes)
         self.entry.receive(topic, lambda: message)
         if self.entry.unexpected > unexpected:
@@ -148,24 +173,26 @@ class Fuzzer:
             reports(entry.health())
         if self._chance(0.0005):
             self.refused += sum(entry.rejected.values())
-            self._make_entry()  # a gait that was started again
+            self._make_entry()  # a restarted gait
         if self._chance(0.001):
             self._stamp += int(self.random.integers(-(10**9), 10**10))
             self._stamp = max(0, self._stamp)
 
     def _robot_side(self) -> None:
-        """What the simulated robot takes from whoever sends."""
+        """Send a joint command and a push to the bridge."""
         names, position = list(self._names), list(self._pose)
         effort = [1.0] * len(names)
         if self._chance(BAD_SHARE):
-            names, position, effort = self._spoilt_lists(names, position, effort)
+            names, position, effort = self._invalid_lists(names, position, effort)
         sender, now = self._pick(NAMES), self._now
-        self._quietly(lambda: self._ear.admit(sender, now))
-        self._quietly(lambda: self._ear.read(sender, now, self._stamp, names, position, effort))
+        bridge, stamp = self._command_input, self._stamp
+        self._count_refusal(lambda: bridge.admit(sender, now))
+        self._count_refusal(lambda: bridge.read(sender, now, stamp, names, position, effort))
         force = [self._number(1.0) for _ in range(3)]
-        self._quietly(lambda: read_push(force, (0.0, 0.0, 0.0), self._pick(("", "world", "x"))))
+        frame = self._pick(("", "world", "x"))
+        self._count_refusal(lambda: read_push(force, (0.0, 0.0, 0.0), frame))
 
-    def _quietly(self, work: Callable[[], Any]) -> None:
+    def _count_refusal(self, work: Callable[[], Any]) -> None:
         try:
             result = work()
         except NaoGaitError:
@@ -173,7 +200,7 @@ class Fuzzer:
             return
         targets = result[0] if isinstance(result, tuple) else None
         if targets is not None and not np.isfinite(targets.position).all():
-            self._violate("robot: targets that are not finite")
+            self._violate("robot: accepted targets that are not finite")
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -196,7 +223,7 @@ class Fuzzer:
         sec, nanosec = divmod(self._stamp, 1_000_000_000)
         return LoadInput(sec, nanosec, side, float(self.random.uniform(0.0, 50.0)))
 
-    def _spoilt(self, message: Input) -> Input:
+    def _invalid(self, message: Input) -> Input:
         if isinstance(message, TwistInput):
             return replace(message, linear=self._triple(0.3), angular=self._triple(0.3))
         if self._chance(0.3):
@@ -214,12 +241,12 @@ class Fuzzer:
                 orientation_covariance=self._number(1.0),
                 angular_velocity_covariance=self._pick((-1.0, 0.0, math.nan)),
             )
-        names, position, velocity = self._spoilt_lists(
+        names, position, velocity = self._invalid_lists(
             list(message.names), list(message.position), list(message.velocity)
         )
         return replace(message, names=names, position=position, velocity=velocity)
 
-    def _spoilt_lists(
+    def _invalid_lists(
         self, names: list[str], *columns: list[float]
     ) -> tuple[list[str], list[float], list[float]]:
         position, other = columns
