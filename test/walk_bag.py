@@ -1,6 +1,5 @@
 """A rollout as a bag: what both nodes would publish in lockstep, without the nodes."""
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import islice
@@ -14,7 +13,8 @@ from std_msgs.msg import String
 
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.metrics import Metrics, measure
-from gait_lab.trials.rollout import CONTROL_PERIOD, Recorder, RolloutSpec, make_pair, walk
+from gait_lab.trials.rollout import Recorder, RolloutSpec, make_pair, task_ticks
+from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.ros.diagnostics import diagnostics
 from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
 from nao_lipm_gait.runtime.diagnostics import Health, TickStatistics
@@ -75,10 +75,12 @@ def write_walk(
             readings = ReadingWriter(robot, load_plant(spec.plant).sensors)
             truths = TruthWriter(robot)
             answers = _overheard(gait)
-            ticks = walk(simulation, gait, task.command_at, push=spec.push)
+            pushes = () if spec.push is None else (spec.push,)
+            policy = TimedCommands(task.command_at, pushes, ahead=False)
+            ticks = run(simulation, gait, policy)
             pushed = spec.push is None
             sent = -1
-            for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
+            for tick in islice(ticks, task_ticks(task)):
                 recorder.add(tick.truth, tick.command, tick.status)
                 now = tick.truth.stamp
                 out.write("/clock", now, truths.clock(now))

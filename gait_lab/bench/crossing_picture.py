@@ -9,7 +9,7 @@ from gait_lab.analysis.figures import pyplot, save
 from gait_lab.analysis.render import Camera, Harness
 from gait_lab.bench.suites.rough import WALKERS
 from gait_lab.trials.crossing import CrossingResult, CrossingSpec, cross, plant_of
-from gait_lab.trials.rollout import Tick, loaded_robot
+from gait_lab.trials.trial import Tick, loaded_robot
 from nao_lipm_gait.presets import preset_for
 from sim_bridge.individual import draw_individual
 from sim_bridge.terrain import prisms
@@ -22,7 +22,7 @@ def draw(spec: CrossingSpec, path: Path, frames: int = FRAMES) -> CrossingResult
     """Let a robot cross and write `frames` pictures of it, side by side, to `path`."""
     ticks: list[Tick] = []
     result = cross(spec, ticks.append)
-    robot, plant = loaded_robot(spec.walker.urdf), plant_of(spec)
+    robot, plant = loaded_robot(spec.robot.urdf), plant_of(spec)
     figure, panels = pyplot().subplots(
         1, frames, figsize=(3.3 * frames, 3.7), layout="constrained", squeeze=False
     )
@@ -53,7 +53,10 @@ def main(args: Sequence[str] | None = None) -> int:
     walker = known[asked.experiment]
     parameters = preset_for(loaded_robot(walker.urdf), walker.preset)
     result = draw(
-        CrossingSpec(walker, parameters, asked.robot_seed, engine=asked.engine), asked.out
+        CrossingSpec(
+            walker, parameters=parameters, robot_seed=asked.robot_seed, engine=asked.engine
+        ),
+        asked.out,
     )
     sys.stdout.write(f"{asked.out}: robot {asked.robot_seed} {result.end}\n")
     return 0

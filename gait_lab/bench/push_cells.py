@@ -19,16 +19,10 @@ import numpy as np
 from gait_lab.analysis.metrics import LEFT, Metrics, Trace
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
-from gait_lab.trials.rollout import (
-    Push,
-    RolloutResult,
-    RolloutSpec,
-    Walker,
-    parallel_map,
-    rollout,
-    run_all,
-)
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
 from gait_lab.trials.tasks import STAND_TIME, Task, find_task
+from gait_lab.trials.trial import Push, Walker
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import STANDSTILL

@@ -13,8 +13,9 @@ from itertools import islice
 from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Row, number
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec, Walker, run_all
+from gait_lab.trials.rollout import RolloutResult, RolloutSpec, run_all
 from gait_lab.trials.tasks import AXES, Task, find_task
+from gait_lab.trials.trial import Walker
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription

@@ -13,15 +13,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gait_lab.bench.options import BenchOptions
-from gait_lab.trials.rollout import (
-    CONTROL_PERIOD,
-    Recorder,
-    RolloutSpec,
-    make_pair,
-    rollout,
-    walk,
-)
+from gait_lab.trials.rollout import Recorder, RolloutSpec, make_pair, rollout
 from gait_lab.trials.tasks import Task
+from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
@@ -85,7 +79,7 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
     gait = _TimedGait(Gait(robot, options.parameters))
     recorder, timing = Recorder(), WalkTiming()
     try:
-        walked = walk(walking, gait, task.command_at, ahead=True)
+        walked = run(walking, gait, TimedCommands(task.command_at))
         next(walked)  # the robot at rest, before the first control period
         targets = walking.targets
 
@@ -131,7 +125,7 @@ def _ticks(options: BenchOptions, task: Task) -> tuple[int, ...]:
     simulation, gait = make_pair(spec)
     clocked = _ClockedGait(gait)
     try:
-        ticks = walk(simulation, clocked, spec.task.command_at)
+        ticks = run(simulation, clocked, TimedCommands(spec.task.command_at, ahead=False))
         for _ in islice(ticks, round(spec.task.end / CONTROL_PERIOD)):
             pass
     finally:
@@ -142,7 +136,7 @@ def _ticks(options: BenchOptions, task: Task) -> tuple[int, ...]:
 def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
     return RolloutSpec(
         task.lasting(options.window),
-        options.seed,
+        robot_seed=options.seed,
         parameters=options.parameters,
         plant=options.plant,
         plant_options=options.plant_options,

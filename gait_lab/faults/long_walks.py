@@ -12,8 +12,8 @@ import numpy as np
 from gait_lab.faults.campaign import FaultRun
 from gait_lab.faults.harness import PERIOD, Fault, Harness
 from gait_lab.faults.network_faults import Loss
-from gait_lab.trials.random_commands import RandomCommands
 from gait_lab.trials.rollout import make_pair
+from gait_lab.trials.tasks import RandomCommands
 from nao_lipm_gait.types import VelocityCommand
 
 START = 1.0

@@ -10,22 +10,37 @@ import hashlib
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice, pairwise
+from typing import Any
 
 import numpy as np
 
 from gait_lab.analysis.metrics import yaw_of
 from gait_lab.faults.catalogue import FAULTS
 from gait_lab.faults.harness import Harness
-from gait_lab.trials.ball_spot import spot_in_world
-from gait_lab.trials.rollout import CONTROL_PERIOD, Push, loaded_robot, parallel_map, walk
+from gait_lab.trials.motions import spot_in_world
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.trial import (
+    CONTROL_PERIOD,
+    Policy,
+    Push,
+    Tick,
+    TimedCommands,
+    TrialSpec,
+    loaded_robot,
+    make_gait,
+    make_world,
+    run,
+)
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.keyframes import Posture
+from nao_lipm_gait.motion.keyframes import Motion, Posture
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import load_preset
-from nao_lipm_gait.types import STANDSTILL, GaitStatus, JointTargets, VelocityCommand
+from nao_lipm_gait.types import STANDSTILL, GaitStatus, VelocityCommand
 from sim_bridge.ball import Ball
-from sim_bridge.plant import load_plant, with_options
 from sim_bridge.simulation import GroundTruth, Simulation
+
+State = tuple[GroundTruth, GaitStatus | None]
 
 ENGINES = ("mujoco", "pybullet")
 SEED = 3
@@ -146,54 +161,61 @@ def _command_at(time: float, share: float) -> VelocityCommand:
     return VelocityCommand(x, y, yaw)
 
 
-def _walk(case: Case, preset: str) -> Iterator[tuple[GroundTruth, GaitStatus | None]]:
-    urdf, plant, options, share = PRESETS[preset]
-    robot = loaded_robot(urdf)
-    with Simulation(
-        robot, with_options(load_plant(plant), options), robot_seed=SEED, noise_seed=SEED,
-        engine=case.engine, control_period=CONTROL_PERIOD,
-    ) as simulation:  # fmt: skip
-        gait = Gait(robot, load_preset(preset))
-        ticks = walk(
-            simulation, gait, lambda time: _command_at(time, share), push=PUSH, ahead=True
-        )
-        for tick, _ in zip(ticks, range(round(COURSE_TIME / CONTROL_PERIOD)), strict=False):
+def _spec(case: Case, preset: str, **options: Any) -> TrialSpec:
+    return TrialSpec(
+        robot_seed=SEED,
+        noise_seed=SEED,
+        parameters=load_preset(preset),
+        urdf=case.robot,
+        engine=case.engine,
+        **options,
+    )
+
+
+def _walk(case: Case, preset: str) -> Iterator[State]:
+    _, plant, options, share = PRESETS[preset]
+    spec = _spec(case, preset, plant=plant, plant_options=options)
+    policy = TimedCommands(lambda time: _command_at(time, share), (PUSH,))
+    with make_world(spec) as world:
+        ticks = run(world, make_gait(spec), policy)
+        for tick in islice(ticks, round(COURSE_TIME / CONTROL_PERIOD)):
             yield tick.truth, tick.status
 
 
-def _motion(case: Case, name: str) -> Iterator[tuple[GroundTruth, GaitStatus | None]]:
+class _OneMotion(Policy):
+    """Requests a motion of a standing robot; a kick gets a ball."""
+
+    def __init__(self, world: Simulation, gait: Gait, motion: Motion) -> None:
+        self._world, self._gait, self._motion = world, gait, motion
+
+    def command(self, time: float, tick: Tick | None) -> VelocityCommand:
+        if round(time / CONTROL_PERIOD) == round(MOTION_AT / CONTROL_PERIOD):
+            if (kick := self._motion.kick) is not None:
+                x, y = spot_in_world(self._world.truth(), kick.x, kick.y)
+                self._world.put_ball(float(x), float(y))
+            self._gait.request_motion(self._motion)
+        return STANDSTILL
+
+
+def _motion(case: Case, name: str) -> Iterator[State]:
     robot = loaded_robot(case.robot)
-    library = shipped_library(robot)
-    motion = library.find(name)
+    motion = shipped_library(robot).find(name)
     start = next(state for posture, state in STARTS.items() if motion.begins_from(posture))
-    with Simulation(
-        robot, load_plant("reference"), robot_seed=SEED, noise_seed=SEED, engine=case.engine,
-        control_period=CONTROL_PERIOD, start_state=start, ball=Ball(-5.0, 5.0),
-    ) as simulation:  # fmt: skip
-        gait = Gait(robot, load_preset(robot.preset))
-        targets: JointTargets | None = None
-        status: GaitStatus | None = None
-        for tick in range(round((MOTION_AT + motion.time + MOTION_REST) / CONTROL_PERIOD)):
-            if tick == round(MOTION_AT / CONTROL_PERIOD):
-                if motion.kick is not None:
-                    x, y = spot_in_world(simulation.truth(), motion.kick.x, motion.kick.y)
-                    simulation.put_ball(float(x), float(y))
-                gait.request_motion(motion)
-            frame = simulation.sense()
-            if frame is not None:
-                targets, status = gait.step(frame, STANDSTILL), gait.status
-            simulation.step(targets)
-            yield simulation.truth(), status
+    spec = _spec(case, robot.preset)
+    with make_world(spec, start_state=start, ball=Ball(-5.0, 5.0)) as world:
+        gait = make_gait(spec)
+        ticks = run(world, gait, _OneMotion(world, gait, motion), past_falls=True)
+        count = round((MOTION_AT + motion.time + MOTION_REST) / CONTROL_PERIOD)
+        for before, tick in pairwise(islice(ticks, count + 1)):
+            # The state after a control period, with the status of the frame answered before it.
+            yield tick.truth, before.status
 
 
-def _fault(case: Case, name: str) -> Iterator[tuple[GroundTruth, GaitStatus | None]]:
-    robot = loaded_robot(case.robot)
-    with Simulation(
-        robot, load_plant("reference"), robot_seed=SEED, noise_seed=SEED, engine=case.engine,
-        control_period=CONTROL_PERIOD,
-    ) as simulation:  # fmt: skip
+def _fault(case: Case, name: str) -> Iterator[State]:
+    spec = _spec(case, "default")
+    with make_world(spec) as world:
         fault = FAULTS[name](np.random.default_rng(SEED))
-        harness = Harness(simulation, load_preset("default"), fault, VelocityCommand(0.2, 0.0, 0.0))
+        harness = Harness(world, spec.parameters, fault, VelocityCommand(0.2, 0.0, 0.0))
         for _ in range(round(fault.end / CONTROL_PERIOD)):
             harness.step()
             yield harness.truth, harness.gaits[0].entry.last_status if harness.gaits else None

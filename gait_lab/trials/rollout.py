@@ -1,16 +1,13 @@
-"""One walk in one process: the simulation and the gait in lockstep, without ROS, deterministic.
+"""A walk of a timed task: one robot walks it, and `Metrics` say how well.
 
-The same classes as behind the two nodes are called in the same order, so what is measured here is
-what walks over ROS. A result depends on its `RolloutSpec` alone.
+A result depends on its `RolloutSpec` alone. The classes behind the two ROS nodes are called in the
+same order as over ROS, so what is measured here is what walks there.
 """
 
 import math
-import os
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from itertools import count, islice
-from typing import Any
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -20,75 +17,63 @@ from gait_lab.analysis.metrics import (
     SUPPORT_CODES,
     Metrics,
     Trace,
-    has_fallen,
     measure,
-    yaw_of,
 )
-from gait_lab.compiled import check_fresh
-from gait_lab.trials.answers import Answers, Walker
-from gait_lab.trials.asked_motions import MotionOutcome, MotionWatch, ball_for
+from gait_lab.trials.motions import MotionOutcome, MotionWatch, ball_for
+from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import Task
+from gait_lab.trials.trial import (
+    CONTROL_PERIOD,
+    Push,
+    TimedCommands,
+    TrialSpec,
+    Walker,
+    loaded_robot,
+    make_gait,
+    make_world,
+    run,
+)
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import GaitStatus, JointTargets, VelocityCommand
-from sim_bridge.plant import PlantOption, load_plant, with_options
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import GaitStatus, VelocityCommand
 from sim_bridge.simulation import GroundTruth, Simulation
 
-CONTROL_PERIOD = 0.01
-"""[s] between two ticks of the gait."""
 UNKNOWN = (math.nan, math.nan, math.nan)
-PUSH_DURATION = 0.1
-"""[s] for which the force of a push acts."""
 
 
 @dataclass(frozen=True, slots=True)
-class Push:
-    """A push at the torso."""
+class RolloutSpec(TrialSpec):
+    """Everything that a rollout depends on.
 
-    time: float
-    """[s] since the start."""
-    impulse: float
-    """[N s]; the force is this over `PUSH_DURATION`."""
-    direction: float
-    """[rad] of the force, counter-clockwise from the robot's heading at that moment."""
-
-    def force(self, heading: float) -> np.ndarray:
-        """(3,) [N] in the world, for a robot that looks along `heading` [rad]."""
-        size, angle = self.impulse / PUSH_DURATION, heading + self.direction
-        return np.array((size * math.cos(angle), size * math.sin(angle), 0.0))
-
-
-@dataclass(frozen=True, slots=True)
-class RolloutSpec:
-    """Everything that a rollout depends on; small and picklable."""
+    Attributes:
+        task: The commands over time and the measured window.
+        keep_trace: Return the trace with the result.
+        push: A push on the way.
+        walker: Makes what walks in the gait's place, for a robot, a task and a control period [s].
+    """
 
     task: Task
-    robot_seed: int = 0
-    """The individual; -1 is the nominal robot."""
-    noise_seed: int = 0
-    parameters: GaitParameters = field(default_factory=GaitParameters)
-    plant: str = "reference"
-    urdf: str = "nao_h21_v33"
-    engine: str = "pybullet"
     keep_trace: bool = False
-    plant_options: tuple[PlantOption, ...] = ()
-    """Options of the plant that are replaced: (("motor.play", 0.035), ...)."""
     push: Push | None = None
-    urdf_effort: bool = False
-    """Motors whose stall torque is the effort limit of the URDF, instead of their own."""
     walker: Callable[[RobotDescription, Task, float], Walker] | None = None
-    """Makes what walks in the gait's place, for a robot, a task and a control period [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class RolloutResult:
+    """What came of a rollout.
+
+    Attributes:
+        spec: What was asked for.
+        metrics: Of the task's window.
+        trace: If the specification keeps it.
+        motions: What became of the motions of the task that were due.
+    """
+
     spec: RolloutSpec
     metrics: Metrics
     trace: Trace | None = None
     motions: tuple[MotionOutcome, ...] = ()
-    """What became of the motions of the task, as far as they were due."""
 
 
 _COLUMNS = {
@@ -182,148 +167,38 @@ def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
     return cos * dx + sin * dy, cos * dy - sin * dx, sole[5] - q_yaw
 
 
-@lru_cache(maxsize=4)
-def loaded_robot(urdf: str) -> RobotDescription:
-    return load_robot(urdf)
-
-
-def with_urdf_effort(robot: RobotDescription) -> RobotDescription:
-    motors = {
-        name: replace(motor, stall_torque=robot.limits[name].effort)
-        for name, motor in robot.motors.items()
-    }
-    return replace(robot, motors=motors)
-
-
 def make_pair(spec: RolloutSpec) -> tuple[Simulation, Gait]:
-    """The robot of a rollout and its gait; the simulation is the caller's to close."""
-    check_fresh()
-    robot = loaded_robot(spec.urdf)
-    simulation = Simulation(
-        with_urdf_effort(robot) if spec.urdf_effort else robot,
-        with_options(load_plant(spec.plant), spec.plant_options),
-        robot_seed=spec.robot_seed,
-        noise_seed=spec.noise_seed,
-        engine=spec.engine,
-        control_period=CONTROL_PERIOD,
-        ball=ball_for(spec.task.motions),
-    )
-    return simulation, Gait(robot, spec.parameters)
+    """The world of a rollout, which the caller closes, and the robot's gait."""
+    return make_world(spec, ball=ball_for(spec.task.motions)), make_gait(spec)
+
+
+def task_ticks(task: Task) -> int:
+    """Ticks of a task that nothing ends early, the one at rest included."""
+    return math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1
 
 
 def rollout(spec: RolloutSpec) -> RolloutResult:
     """Run one task on one robot, until its end or a fall."""
     task = spec.task
-    walker: Walker
     if spec.walker is not None and task.motions:
         raise NaoGaitError("walker", task.name, "a task without motions, which only the gait has")
-    simulation, gait = make_pair(spec)
-    walker = gait
+    world, gait = make_pair(spec)
+    walker: Walker = gait
     recorder = Recorder()
-    try:
-        watch = MotionWatch(simulation, gait, task.motions)
+    with world:
+        watch = MotionWatch(world, gait, task.motions)
         if spec.walker is not None:
             walker = spec.walker(loaded_robot(spec.urdf), task, CONTROL_PERIOD)
-        # A motion is asked for between two ticks, so that they have to come one by one.
-        ahead = not task.motions
-        ticks = walk(simulation, walker, task.command_at, push=spec.push, ahead=ahead)
-        for tick in islice(ticks, math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1):
+        pushes = () if spec.push is None else (spec.push,)
+        # A motion is requested between two ticks.
+        policy = TimedCommands(task.command_at, pushes, ahead=not task.motions)
+        for tick in islice(run(world, walker, policy), task_ticks(task)):
             recorder.add(tick.truth, tick.command, tick.status)
             if task.motions:
                 watch.tick()
-    finally:
-        simulation.close()
     trace = recorder.trace()
     metrics = measure(trace, task.start, task.end, loaded_robot(spec.urdf).sole_outline)
     return RolloutResult(spec, metrics, trace if spec.keep_trace else None, watch.outcomes)
-
-
-@dataclass(frozen=True, slots=True)
-class Tick:
-    """One control period of a walk."""
-
-    truth: GroundTruth
-    command: VelocityCommand
-    status: GaitStatus | None
-    """None as long as the gait has not seen a frame."""
-    fallen: bool
-
-
-def walk(
-    simulation: Simulation,
-    gait: Walker,
-    command_at: Callable[[float], VelocityCommand],
-    *,
-    push: Push | None = None,
-    ahead: bool = False,
-) -> Iterator[Tick]:
-    """The robot at rest, then one control period after the other, up to and with a fall.
-
-    `command_at`: the command by time since the start [s]; `ahead`: it depends on the time alone,
-    and nobody asks the gait for anything else, so that it may go ahead of the simulation.
-    """
-    answers = Answers(simulation, gait, command_at, ahead=ahead)
-    targets: JointTargets | None = None
-    push_tick = None if push is None else round(push.time / CONTROL_PERIOD)
-
-    truth = simulation.truth()
-    height = float(truth.torso_position[2])
-    yield Tick(truth, command_at(0.0), None, False)
-    for tick in count():
-        if push is not None and tick == push_tick:
-            force = push.force(float(yaw_of(truth.torso_quaternion)))
-            simulation.push(force, PUSH_DURATION)
-        simulation.step(targets)
-        command, targets, status = answers.next()
-        truth = simulation.truth()
-        fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
-        yield Tick(truth, command, status, fallen)
-        if fallen:
-            return
-
-
-def workers(asked: int | None = None) -> int:
-    """Number of worker processes: what was asked for, or all cores this process may use."""
-    if asked is not None:
-        if asked < 1:
-            raise NaoGaitError("jobs", asked, "a number of processes, at least 1")
-        return asked
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def parallel_map(
-    function: Callable[[Any], Any],
-    items: Iterable[Any],
-    *,
-    jobs: int | None = None,
-    label: str = "rollouts",
-    show: bool = True,
-    note: Callable[[Any], str] | None = None,
-) -> list[Any]:
-    """`function` of every item, over all cores, in the order of the items, with a progress bar.
-
-    joblib runs it: on a cluster, another joblib backend takes the same call.
-    """
-    from joblib import Parallel, delayed
-    from tqdm import tqdm
-
-    items = list(items)
-    processes = min(workers(jobs), max(1, len(items)))
-    done: Iterable[Any]
-    if processes == 1:
-        done = map(function, items)
-    else:
-        # Not unordered: joblib knows that from 1.4 on, Ubuntu 24.04 ships 1.3.
-        parallel = Parallel(n_jobs=processes, return_as="generator")
-        done = parallel(delayed(function)(item) for item in items)
-    results = []
-    with tqdm(total=len(items), desc=label, disable=None if show else True, leave=False) as bar:
-        for result in done:
-            results.append(result)
-            if note is not None:
-                bar.set_postfix_str(note(result), refresh=False)
-            bar.update()
-    return results
 
 
 def run_all(
@@ -333,11 +208,21 @@ def run_all(
     show: bool = True,
     label: str = "rollouts",
 ) -> list[RolloutResult]:
-    """All rollouts, over all cores; results in the order of the specs."""
+    """All rollouts, over all cores.
+
+    Args:
+        specs: The rollouts.
+        jobs: Number of processes; None for all cores.
+        show: Show a progress bar on a terminal.
+        label: Of the progress bar.
+
+    Returns:
+        The results in the order of the specs.
+    """
     return parallel_map(rollout, specs, jobs=jobs, label=label, show=show, note=_note)
 
 
 def _note(result: RolloutResult) -> str:
     spec, metrics = result.spec, result.metrics
-    fate = f"fell at {metrics.fall_time:.1f} s" if metrics.fell else "upright"
-    return f"{spec.task.name} robot {spec.robot_seed}: {fate}"
+    end = f"fell at {metrics.fall_time:.1f} s" if metrics.fell else "upright"
+    return f"{spec.task.name} robot {spec.robot_seed}: {end}"

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gait_lab.trials.rollout import workers as worker_count
+from gait_lab.trials.parallel import workers as worker_count
 from gait_lab.tune import pictures, report
 from gait_lab.tune.confirm import Comparison, compare
 from gait_lab.tune.finals import Candidate, finals

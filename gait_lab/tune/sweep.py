@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_lab.analysis.metrics import LEFT, RIGHT, Trace
-from gait_lab.trials.rollout import RolloutSpec, parallel_map, rollout
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import walk as walk_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from gait_lab.bench.suites.posture import soccer_task
-from gait_lab.trials.asked_motions import MotionOutcome, MotionWatch
 from gait_lab.trials.get_up import GetUpSpec, get_up
 from gait_lab.trials.kick import KickSpec, kick
-from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout, walk
+from gait_lab.trials.motions import MotionOutcome, MotionWatch
+from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
 from gait_lab.trials.tasks import AskedMotion, Task, find_task
+from gait_lab.trials.trial import HeldCommand, run
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.keyframes import Posture
 from nao_lipm_gait.motion.library import shipped_library
@@ -150,7 +151,7 @@ def test_what_is_asked_of_a_fallen_robot_stays_undone() -> None:
     asked = (AskedMotion(0.2, "kick_front_right"),)
     with simulation:
         watch = MotionWatch(simulation, gait, asked)
-        for tick in walk(simulation, gait, lambda _: STANDSTILL):
+        for tick in run(simulation, gait, HeldCommand()):
             if tick.status is not None:
                 gait.believe_fallen()
             watch.tick()

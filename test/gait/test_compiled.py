@@ -35,13 +35,16 @@ class Reach(NamedTuple):
 WALKS = """
 import hashlib, sys
 from gait_lab.compiled import is_compiled
-from gait_lab.trials.rollout import Push, RolloutSpec, rollout
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.trial import Push
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 
 def run(task, parameters=GaitParameters(), end=5.0, push=None):
     task = find_task(task).measured(1.0, end)
-    trace = rollout(RolloutSpec(task, 3, 0, parameters, push=push, keep_trace=True)).trace
+    trace = rollout(
+        RolloutSpec(task, robot_seed=3, parameters=parameters, push=push, keep_trace=True)
+    ).trace
     bits = hashlib.md5(trace.com.tobytes() + trace.com_estimated_in_q.tobytes())
     print(task.name, len(trace), trace.alarm[-1], bits.hexdigest())
 

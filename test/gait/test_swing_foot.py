@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.rollout import walk as walked
 from gait_lab.trials.tasks import walk
+from gait_lab.trials.trial import TimedCommands, run
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.swing_foot import SwingFoot
 
@@ -102,12 +102,12 @@ def test_only_a_way_forward_lifts_the_toes(landing: tuple[float, float, float]) 
 def lowest_toes(toe_lift: float) -> float:
     """[m] above the floor, of feet that are well in the air; mean over the strides of a walk."""
     parameters = GaitParameters(swing_toe_lift=toe_lift)
-    spec = RolloutSpec(walk("forward", x=0.35, axis="x"), 3, parameters=parameters)
+    spec = RolloutSpec(walk("forward", x=0.35, axis="x"), robot_seed=3, parameters=parameters)
     simulation, gait = make_pair(spec)
     toe = np.array((0.1, 0.0, 0.0))
     lowest = [math.inf]
     try:
-        for tick in islice(walked(simulation, gait, spec.task.command_at), 700, 1000):
+        for tick in islice(run(simulation, gait, TimedCommands(spec.task.command_at)), 700, 1000):
             assert not tick.fallen
             left = tick.truth.soles[0]
             if left.position[2] < 0.01:

@@ -4,8 +4,9 @@ import math
 
 import pytest
 
-from gait_lab.trials.rollout import Push, RolloutSpec, rollout
+from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import STAND_TIME, find_task
+from gait_lab.trials.trial import Push
 from nao_lipm_gait.estimation.tipping import Tipping
 from nao_lipm_gait.parameters import GaitParameters
 

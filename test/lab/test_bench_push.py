@@ -13,8 +13,9 @@ from gait_lab.bench import BenchOptions, push_search, running
 from gait_lab.bench.push_cells import DIRECTIONS, Cell, Kind, cycle_after, push_task, survives
 from gait_lab.bench.push_search import LADDER
 from gait_lab.bench.suites import push
-from gait_lab.trials.rollout import Push, RolloutResult, RolloutSpec
+from gait_lab.trials.rollout import RolloutResult, RolloutSpec
 from gait_lab.trials.tasks import find_task
+from gait_lab.trials.trial import Push
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 

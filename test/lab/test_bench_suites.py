@@ -18,9 +18,8 @@ from gait_lab.bench.suites import endurance, robust, speed, start
 from gait_lab.bench.suites.delay import DELAYS, MOTOR_LAG, Late
 from gait_lab.bench.suites.endurance import Stretch, Total, Way
 from gait_lab.bench.suites.robust import PLANTS
-from gait_lab.trials.random_commands import RandomCommands
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout
-from gait_lab.trials.tasks import TASKS, find_task
+from gait_lab.trials.tasks import TASKS, RandomCommands, find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 

@@ -19,8 +19,9 @@ from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.invariants import FALL_GRACE, SILENT_STOP, CommandCheck, Invariants
 from gait_lab.faults.robot_faults import motor_of
 from gait_lab.faults.sensor_faults import ImuOutage
-from gait_lab.trials.rollout import RolloutSpec, make_pair, walk
+from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import TASKS
+from gait_lab.trials.trial import TimedCommands, run
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
@@ -51,7 +52,8 @@ def test_without_a_fault_the_harness_walks_as_a_rollout_does_bit_by_bit() -> Non
     simulation, gait = make_pair(spec)
     with harness.simulation, simulation:
         # The operator sends from 1 s on; a command arrives after the sensors of its tick.
-        ticks = walk(simulation, gait, lambda t: FORWARD if t > 1.005 else VelocityCommand())
+        policy = TimedCommands(lambda t: FORWARD if t > 1.005 else VelocityCommand())
+        ticks = run(simulation, gait, policy)
         next(ticks)
         for _ in range(400):
             harness.step()

@@ -16,18 +16,17 @@ from gait_lab.bench import running
 from gait_lab.bench.settings import overridden
 from gait_lab.bench.suites.compute import compute
 from gait_lab.bench.suites.speed import _rows
+from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rollout import (
-    Push,
     Recorder,
     RolloutResult,
     RolloutSpec,
     make_pair,
-    parallel_map,
     rollout,
     run_all,
 )
-from gait_lab.trials.rollout import walk as walk_on
 from gait_lab.trials.tasks import Task, find_task, walk
+from gait_lab.trials.trial import Push, TimedCommands, run
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters, load_preset
@@ -100,16 +99,13 @@ def test_a_fall_ends_the_rollout() -> None:
 def test_answers_ahead_of_time_change_nothing(delay: float) -> None:
     def walked(ahead: bool) -> Trace:
         options = (("sensors.delay", delay),)
-        spec = RolloutSpec(find_task("diagonal"), 5, plant_options=options)
+        spec = RolloutSpec(find_task("diagonal"), robot_seed=5, plant_options=options)
         simulation, gait = make_pair(spec)
         recorder, push = Recorder(), Push(4.0, 6.0, 1.0)
-        try:
-            command_at = spec.task.command_at
-            ticks = walk_on(simulation, gait, command_at, push=push, ahead=ahead)
-            for tick in itertools.islice(ticks, 500):
+        policy = TimedCommands(spec.task.command_at, (push,), ahead=ahead)
+        with simulation:
+            for tick in itertools.islice(run(simulation, gait, policy), 500):
                 recorder.add(tick.truth, tick.command, tick.status)
-        finally:
-            simulation.close()
         return recorder.trace()
 
     one_by_one, in_a_row = walked(False), walked(True)
@@ -139,14 +135,12 @@ class Faltering:
 def test_answers_come_in_a_row_and_what_is_raised_in_its_period() -> None:
     simulation, gait = make_pair(RolloutSpec(find_task("forward")))
     calls: list[str] = []
-    try:
-        command_at, walker = find_task("forward").command_at, Faltering(gait, calls)
-        ticks = walk_on(simulation, walker, command_at, ahead=True)
+    policy = TimedCommands(find_task("forward").command_at)
+    with simulation:
+        ticks = run(simulation, Faltering(gait, calls), policy)
         with pytest.raises(RuntimeError, match="broken down"):
             for _ in ticks:
                 calls.append("tick")
-    finally:
-        simulation.close()
     # at rest; then all that is known: nothing for three periods, the first frame, and the second
     assert calls == ["tick", "gait", "gait", "tick", "tick", "tick", "tick"]
 

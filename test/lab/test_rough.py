@@ -12,7 +12,7 @@ from gait_lab.bench import running
 from gait_lab.bench.crossing_picture import draw
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
-from gait_lab.trials.crossing import STEERING_MAX, CrossingSpec, Walker, cross, plant_of
+from gait_lab.trials.crossing import STEERING_MAX, CrossingRobot, CrossingSpec, cross, plant_of
 from gait_lab.trials.tasks import STAND_TIME
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
@@ -22,16 +22,18 @@ LEVEL: tuple[PlantOption, ...] = (
     ("terrain.kind", "flat"), ("terrain.start", 0.1), ("terrain.length", 0.3),
 )  # fmt: skip
 """Nothing in the way, and a short way."""
-BRUNO = Walker("bruno", "bruno", "bruno", "own", 0.24)
+BRUNO = CrossingRobot("bruno", "bruno", "bruno", "own", 0.24)
 
 
-def spec_of(walker: Walker, *options: PlantOption) -> CrossingSpec:
-    preset = load_preset("bruno")
-    return CrossingSpec(walker, preset, 1, plant_options=(*LEVEL, *options), engine="mujoco")
+def spec_of(walker: CrossingRobot, *options: PlantOption) -> CrossingSpec:
+    return CrossingSpec(
+        walker, parameters=load_preset("bruno"), robot_seed=1, plant_options=(*LEVEL, *options),
+        engine="mujoco",
+    )  # fmt: skip
 
 
 def test_a_command_has_pauses_and_steers() -> None:
-    walker = Walker("w", "bruno", "bruno", "own", 0.1, steps=4.0, pause=1.0)
+    walker = CrossingRobot("w", "bruno", "bruno", "own", 0.1, steps=4.0, pause=1.0)
     times = (-0.5, 0.5, 2.0, 4.5, 5.5, 9.5, 10.5)
     speeds = [walker.command_at(STAND_TIME + time, 0.0).x for time in times]
     assert speeds == pytest.approx([0.0, 0.05, 0.1, 0.0, 0.1, 0.0, 0.1])
@@ -65,8 +67,8 @@ def test_who_falls_or_goes_aside_has_not_crossed(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_field_belongs_to_the_walker_unless_the_options_say_otherwise() -> None:
-    sponge = Walker("w", "bruno", "bruno", "sponge", 0.1)
-    plant = plant_of(CrossingSpec(sponge, load_preset("bruno")))
+    sponge = CrossingRobot("w", "bruno", "bruno", "sponge", 0.1)
+    plant = plant_of(CrossingSpec(sponge))
     assert (plant.terrain.kind, plant.sole.kind) == ("hexagons", "sponge")
     plant = plant_of(spec_of(sponge, ("sole.kind", "own")))
     assert (plant.terrain.kind, plant.sole.kind) == ("flat", "own")

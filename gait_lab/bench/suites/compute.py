@@ -6,8 +6,8 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
 from gait_lab.bench.timing import WalkTiming, time_walk
 from gait_lab.compiled import is_compiled
-from gait_lab.trials.rollout import CONTROL_PERIOD
 from gait_lab.trials.tasks import find_task
+from gait_lab.trials.trial import CONTROL_PERIOD
 from sim_bridge.plant import load_plant, with_options
 
 SUITE = "compute"

@@ -15,9 +15,10 @@ from gait_lab.analysis.metrics import ALARM_STATES
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
-from gait_lab.trials.random_commands import STOP_SHARE, RandomCommands
-from gait_lab.trials.rollout import CONTROL_PERIOD, RolloutSpec, make_pair, parallel_map, walk
-from gait_lab.trials.tasks import TASKS
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.rollout import RolloutSpec, make_pair
+from gait_lab.trials.tasks import STOP_SHARE, TASKS, RandomCommands
+from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 
 SUITE = "endurance"
 FALLS_MAX = 100
@@ -118,7 +119,7 @@ def _stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) -> S
     walked, alarm, time, fell = 0.0, None, 0.0, False
     corner: np.ndarray | None = None
     try:
-        for index, tick in enumerate(walk(simulation, gait, commands.at, ahead=True)):
+        for index, tick in enumerate(run(simulation, gait, TimedCommands(commands.at))):
             time = index * CONTROL_PERIOD
             fell = tick.fallen
             if alarm is None and tick.status is not None:

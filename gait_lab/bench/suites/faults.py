@@ -7,7 +7,7 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, table
 from gait_lab.faults.campaign import FELL, OUTCOMES, VIOLATED, FaultResult, FaultRun, run_fault
 from gait_lab.faults.catalogue import ALL_FAULTS, FAULTS
-from gait_lab.trials.rollout import parallel_map
+from gait_lab.trials.parallel import parallel_map
 from nao_lipm_gait.errors import NaoGaitError
 
 SUITE = "faults"

@@ -7,7 +7,7 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row
 from gait_lab.faults.fuzz_files import fuzz_files
 from gait_lab.faults.fuzz_messages import Fuzzer, FuzzResult
-from gait_lab.trials.rollout import parallel_map
+from gait_lab.trials.parallel import parallel_map
 
 SUITE = "fuzz"
 STRETCH = 10_000

@@ -8,7 +8,8 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, number, table
 from gait_lab.trials.get_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
-from gait_lab.trials.rollout import loaded_robot, parallel_map
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.trial import loaded_robot
 
 SUITE = "getup"
 
@@ -17,7 +18,7 @@ def getup(options: BenchOptions) -> Report:
     """`options.attempts` attempts from each side with every robot."""
     specs = [
         GetUpSpec(
-            side=side, robot_seed=seed, attempt=attempt, parameters=options.parameters,
+            side=side, robot_seed=seed, noise_seed=attempt, parameters=options.parameters,
             plant=options.plant, plant_options=options.plant_options, urdf=options.urdf,
             engine=options.engine,
         )

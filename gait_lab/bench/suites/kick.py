@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, number, table
 from gait_lab.trials.kick import AFTERWARDS, PLACEMENT, KickResult, KickSpec, kick
-from gait_lab.trials.rollout import loaded_robot, parallel_map
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.library import shipped_library
 
@@ -28,7 +29,7 @@ def kicks(options: BenchOptions) -> Report:
     names = kicks_of(options.urdf)
     specs = [
         KickSpec(
-            motion=name, robot_seed=seed, attempt=attempt, parameters=options.parameters,
+            motion=name, robot_seed=seed, noise_seed=attempt, parameters=options.parameters,
             plant=options.plant, plant_options=options.plant_options, urdf=options.urdf,
             engine=options.engine,
         )

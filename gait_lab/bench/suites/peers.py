@@ -17,8 +17,8 @@ from gait_lab.bench.push_cells import Cell, push_cells
 from gait_lab.bench.report import Report, Row, finite, number, table
 from gait_lab.bench.score import Score, Variant, tasks_of, walk_all
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo
-from gait_lab.trials.rollout import Walker
 from gait_lab.trials.tasks import AXES, Task
+from gait_lab.trials.trial import Walker
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.robot import NAO, RobotDescription, load_robot

@@ -14,9 +14,9 @@ from typing import NamedTuple
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, number, table
 from gait_lab.bench.score import Score, Variant, walk_all
-from gait_lab.trials.asked_motions import MotionOutcome
-from gait_lab.trials.rollout import loaded_robot
+from gait_lab.trials.motions import MotionOutcome
 from gait_lab.trials.tasks import STAND_TIME, AskedMotion, Task, find_task
+from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand

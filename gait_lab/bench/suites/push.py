@@ -20,7 +20,7 @@ from gait_lab.bench.push_cells import (
 )
 from gait_lab.bench.push_search import search_largest
 from gait_lab.bench.report import Report, Row, loop_name, number, table
-from gait_lab.trials.rollout import PUSH_DURATION
+from gait_lab.trials.trial import PUSH_DURATION
 from nao_lipm_gait.errors import NaoGaitError
 
 SUITE = "push"

@@ -8,9 +8,10 @@ import statistics
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.report import Report, Row, loop_name, number, table
-from gait_lab.trials.crossing import CrossingResult, CrossingSpec, Walker, cross
-from gait_lab.trials.rollout import loaded_robot, parallel_map
+from gait_lab.trials.crossing import CrossingResult, CrossingRobot, CrossingSpec, cross
+from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import find_task
+from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import preset_for
@@ -20,10 +21,10 @@ PAPER_SLOW, PAPER_FAST = 45.0, 7.5
 """[s] published, over 1 m; how often it succeeded is not."""
 WALKERS = (
     # sequences of 8 short steps with a pause after each; low and fast
-    Walker("bruno_slow", "bruno", "rough_slow", "spring", 0.0714, 5.6, 1.5, PAPER_SLOW),
-    Walker("bruno_fast", "bruno", "rough_fast", "sponge", 0.20, paper=PAPER_FAST),
-    Walker("bruno_level", "bruno", "bruno", "own", 0.24),
-    Walker("nao_level", "nao_h21_v33", "default", "own", 0.20),
+    CrossingRobot("bruno_slow", "bruno", "rough_slow", "spring", 0.0714, 5.6, 1.5, PAPER_SLOW),
+    CrossingRobot("bruno_fast", "bruno", "rough_fast", "sponge", 0.20, paper=PAPER_FAST),
+    CrossingRobot("bruno_level", "bruno", "bruno", "own", 0.24),
+    CrossingRobot("nao_level", "nao_h21_v33", "default", "own", 0.20),
 )
 """`level`: the walk of the level floor."""
 GIVEN = "given"
@@ -38,8 +39,8 @@ def rough(options: BenchOptions) -> Report:
     kinds = [(walker, closed) for walker in walkers for closed in options.loops]
     specs = [
         CrossingSpec(
-            walker, parameters_of(walker, options, closed), seed, closed, options.plant,
-            options.plant_options, options.engine,
+            walker, closed, parameters=parameters_of(walker, options, closed), robot_seed=seed,
+            plant=options.plant, plant_options=options.plant_options, engine=options.engine,
         )
         for walker, closed in kinds
         for seed in options.seeds
@@ -53,7 +54,7 @@ def rough(options: BenchOptions) -> Report:
     ]
     rows: list[Row] = []
     for walker, closed in kinds:
-        mine = [each for each in results if (each.spec.walker, each.spec.closed_loop)
+        mine = [each for each in results if (each.spec.robot, each.spec.closed_loop)
                 == (walker, closed)]  # fmt: skip
         rows += _rows(walker, closed, mine)
         lines.append(_line(walker, closed, mine))
@@ -72,7 +73,7 @@ def rough(options: BenchOptions) -> Report:
     return Report(tuple(rows), "\n".join((title, "", table(lines), "", *notes)))
 
 
-def walkers_of(options: BenchOptions) -> tuple[Walker, ...]:
+def walkers_of(options: BenchOptions) -> tuple[CrossingRobot, ...]:
     """The walkers that are asked for; the shipped ones if none is."""
     known = {walker.name: walker for walker in WALKERS}
     names = options.experiments or tuple(known)
@@ -80,14 +81,14 @@ def walkers_of(options: BenchOptions) -> tuple[Walker, ...]:
         task = find_task(options.tasks[0])
         if len(options.tasks) != 1 or task.axis != "x" or task.asked <= 0.0:
             raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, as forward=20")
-        known[GIVEN] = Walker(GIVEN, options.urdf, "given", "own", task.asked)
+        known[GIVEN] = CrossingRobot(GIVEN, options.urdf, "given", "own", task.asked)
     for name in names:
         if name not in known:
             raise NaoGaitError("experiment", name, f"one of {', '.join(known)}, {GIVEN}")
     return tuple(known[name] for name in names)
 
 
-def parameters_of(walker: Walker, options: BenchOptions, closed: bool) -> GaitParameters:
+def parameters_of(walker: CrossingRobot, options: BenchOptions, closed: bool) -> GaitParameters:
     """Those of its preset, or the given ones; in open loop without feedback."""
     parameters = options.parameters
     if walker.name != GIVEN:
@@ -95,7 +96,7 @@ def parameters_of(walker: Walker, options: BenchOptions, closed: bool) -> GaitPa
     return parameters.replace(feedback=parameters.feedback and closed)
 
 
-def _rows(walker: Walker, closed: bool, results: list[CrossingResult]) -> list[Row]:
+def _rows(walker: CrossingRobot, closed: bool, results: list[CrossingResult]) -> list[Row]:
     name = walker.name if closed else f"{walker.name}_open_loop"
     times = _times(results)
     ends = [result.end for result in results]
@@ -110,7 +111,7 @@ def _rows(walker: Walker, closed: bool, results: list[CrossingResult]) -> list[R
     ]  # fmt: skip
 
 
-def _line(walker: Walker, closed: bool, results: list[CrossingResult]) -> tuple[str, ...]:
+def _line(walker: CrossingRobot, closed: bool, results: list[CrossingResult]) -> tuple[str, ...]:
     times = _times(results)
     ends = [result.end for result in results]
     return (
@@ -134,4 +135,4 @@ def _share(results: list[CrossingResult]) -> float:
 
 
 def _note(result: CrossingResult) -> str:
-    return f"{result.spec.walker.name} robot {result.spec.robot_seed}: {result.end}"
+    return f"{result.spec.robot.name} robot {result.spec.robot_seed}: {result.end}"

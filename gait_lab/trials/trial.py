@@ -1,0 +1,420 @@
+"""The loop behind every trial: a simulated robot and its gait in lockstep, in one process.
+
+A trial has three parts:
+
+- a world (`make_world`): the robot on its floor, stepped by control periods;
+- a `Walker`: the gait, or what walks in its place;
+- a `Policy`: what is commanded when, what is disturbed, and when the trial ends.
+
+`run` joins them and yields one `Tick` per control period, the first one at rest:
+
+    with make_world(spec) as world:
+        for tick in run(world, make_gait(spec), TimedCommands(task.command_at)):
+            ...
+
+One period, from t to t + T, has this order:
+
+1. `policy.disturb(world, tick)`: pushes, faults, a ball. `tick` is the last one, of time t.
+2. The world advances to t + T with the last targets.
+3. `policy.command(t + T, tick)`: the command for the gait; None ends the trial here.
+4. The walker answers the newest frame that has passed the sensor delay; a `JointTargets` in place
+   of a command goes to the motors directly, and the walker is not called.
+5. The tick of t + T is yielded. The caller may act on the world or the gait before the next one,
+   and changes the command of a `HeldCommand`.
+
+A trial whose robot is not driven by one gait on fresh frames (several processes, lossy channels)
+implements `Controller` and calls `run_controller`, which is the loop itself.
+
+No ROS, no clock, no threads: a trial depends on its specification alone.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from gait_lab.analysis.metrics import has_fallen, yaw_of
+from gait_lab.compiled import check_fresh
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.types import (
+    STANDSTILL,
+    GaitStatus,
+    JointTargets,
+    SensorFrame,
+    VelocityCommand,
+)
+from sim_bridge.ball import Ball
+from sim_bridge.plant import Plant, PlantOption, load_plant, with_options
+from sim_bridge.simulation import GroundTruth, Simulation
+
+CONTROL_PERIOD = 0.01
+"""[s] between two ticks of the gait."""
+PUSH_DURATION = 0.1
+"""[s] for which the force of a push acts."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialSpec:
+    """The robot, its plant and its gait: what every trial depends on. Small and picklable.
+
+    Attributes:
+        robot_seed: The individual; -1 is the nominal robot.
+        noise_seed: Of the sensor noise, and of what else a trial draws at random.
+        parameters: Of the gait.
+        plant: Name or file of the plant.
+        plant_options: Replaced options of the plant: (("motor.play", 0.035), ...).
+        urdf: Name or file of the robot.
+        engine: `pybullet` or `mujoco`.
+        urdf_effort: Use the effort limits of the URDF as stall torques, not the motors' own.
+    """
+
+    robot_seed: int = 0
+    noise_seed: int = 0
+    parameters: GaitParameters = field(default_factory=GaitParameters)
+    plant: str = "reference"
+    plant_options: tuple[PlantOption, ...] = ()
+    urdf: str = "nao_h21_v33"
+    engine: str = "pybullet"
+    urdf_effort: bool = False
+
+
+@lru_cache(maxsize=4)
+def loaded_robot(urdf: str) -> RobotDescription:
+    """The robot of a URDF, read once per process."""
+    return load_robot(urdf)
+
+
+def make_world(
+    spec: TrialSpec,
+    *,
+    start_state: str = "stand",
+    ball: Ball | None = None,
+    plant: Plant | None = None,
+) -> Simulation:
+    """The simulated robot of a trial; the caller closes it.
+
+    Args:
+        spec: The trial.
+        start_state: `stand`, `lying_front` or `lying_back`.
+        ball: A ball on the floor; None for none.
+        plant: In place of the plant of the specification.
+
+    Returns:
+        The robot at rest, at time 0.
+    """
+    robot = loaded_robot(spec.urdf)
+    return Simulation(
+        _with_urdf_effort(robot) if spec.urdf_effort else robot,
+        with_options(load_plant(spec.plant), spec.plant_options) if plant is None else plant,
+        robot_seed=spec.robot_seed,
+        noise_seed=spec.noise_seed,
+        engine=spec.engine,
+        control_period=CONTROL_PERIOD,
+        start_state=start_state,
+        ball=ball,
+    )
+
+
+def make_gait(spec: TrialSpec) -> Gait:
+    """The gait of a trial; NaoGaitError if its compiled form is out of date."""
+    check_fresh()
+    return Gait(loaded_robot(spec.urdf), spec.parameters)
+
+
+def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
+    motors = {
+        name: replace(motor, stall_torque=robot.limits[name].effort)
+        for name, motor in robot.motors.items()
+    }
+    return replace(robot, motors=motors)
+
+
+class Walker(Protocol):
+    """The gait, or what walks in its place."""
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        """The targets that answer a frame."""
+        ...
+
+    @property
+    def status(self) -> GaitStatus:
+        """As of the last step."""
+        ...
+
+
+class Tick(NamedTuple):
+    """The state at the end of one control period.
+
+    Attributes:
+        truth: Ground truth.
+        command: What the gait was commanded in this period.
+        status: Of the gait; None before its first frame.
+        fallen: The torso is tilted too far or too low.
+    """
+
+    truth: GroundTruth
+    command: VelocityCommand
+    status: GaitStatus | None
+    fallen: bool
+
+
+Action = VelocityCommand | JointTargets | None
+"""A command for the gait, or targets for the motors without the gait, or None: the trial ends."""
+
+
+class Policy:
+    """What happens to a robot in a trial; this base class lets it stand for ever.
+
+    Attributes:
+        timed: `command` depends on the time alone, and nothing else is asked of the gait. The
+            walker may then answer several frames in a row before the world follows, which is
+            faster and changes no bit: frames that the sensor delay still holds back cannot change.
+    """
+
+    timed = False
+
+    def disturb(self, world: Simulation, tick: Tick) -> None:
+        """Act on the world at the beginning of a control period; `tick` ended the last one."""
+
+    def command(self, time: float, tick: Tick | None) -> Action:
+        """What is commanded.
+
+        Args:
+            time: [s] since the start, at rising times.
+            tick: The last complete control period, of `time` - T; None at the start, and always
+                None if the policy is `timed`.
+
+        Returns:
+            The command; None ends the trial.
+        """
+        return STANDSTILL
+
+
+class HeldCommand(Policy):
+    """A command that the caller changes between two ticks."""
+
+    def __init__(self, action: Action = STANDSTILL) -> None:
+        self.action = action
+
+    def command(self, time: float, tick: Tick | None) -> Action:
+        """The present command."""
+        return self.action
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """A push at the torso, for `PUSH_DURATION`.
+
+    Attributes:
+        time: [s] since the start.
+        impulse: [N s]; the force is this over `PUSH_DURATION`.
+        direction: [rad] of the force, counter-clockwise from the robot's heading at that moment.
+    """
+
+    time: float
+    impulse: float
+    direction: float
+
+    def force(self, heading: float) -> np.ndarray:
+        """(3,) [N] in the world, for a robot with this heading [rad]."""
+        size, angle = self.impulse / PUSH_DURATION, heading + self.direction
+        return np.array((size * math.cos(angle), size * math.sin(angle), 0.0))
+
+
+class TimedCommands(Policy):
+    """Commands by the time alone, and pushes.
+
+    Args:
+        command_at: The command by time since the start [s]; called at rising times.
+        pushes: In any order.
+        ahead: Whether the walker may answer frames in a row; False if the caller asks the gait for
+            anything between two ticks.
+    """
+
+    def __init__(
+        self,
+        command_at: Callable[[float], VelocityCommand],
+        pushes: Sequence[Push] = (),
+        *,
+        ahead: bool = True,
+    ) -> None:
+        self.timed = ahead
+        self._command_at = command_at
+        self._pushes = {_nanoseconds(push.time): push for push in pushes}
+        self._began: int | None = None
+
+    def disturb(self, world: Simulation, tick: Tick) -> None:
+        """Begin the push that is due."""
+        if self._began is None:
+            self._began = tick.truth.stamp
+        push = self._pushes.get(tick.truth.stamp - self._began)
+        if push is not None:
+            heading = float(yaw_of(tick.truth.torso_quaternion))
+            world.push(push.force(heading), PUSH_DURATION)
+
+    def command(self, time: float, tick: Tick | None) -> Action:
+        """The command of this time."""
+        return self._command_at(time)
+
+
+def _nanoseconds(seconds: float) -> int:
+    """[ns] of the nearest control period."""
+    return round(seconds / CONTROL_PERIOD) * round(CONTROL_PERIOD * 1e9)
+
+
+class Controller(Protocol):
+    """What drives the robot: a gait on its frames, or gait processes behind lossy channels.
+
+    Attributes:
+        command: What was commanded last.
+        targets: For the next control period; None holds the last ones.
+        status: Of the gait; None before its first frame.
+    """
+
+    command: VelocityCommand
+    targets: JointTargets | None
+    status: GaitStatus | None
+
+    def respond(self, tick: Tick) -> bool:
+        """Renew command, targets and status after the world has advanced.
+
+        Args:
+            tick: The last complete control period, before the advance.
+
+        Returns:
+            False if the trial ends here.
+        """
+        ...
+
+
+def run(
+    world: Simulation, walker: Walker, policy: Policy, *, past_falls: bool = False
+) -> Iterator[Tick]:
+    """Step a world and its walker by control periods.
+
+    Args:
+        world: The robot; time counts from now.
+        walker: Answers its sensor frames.
+        policy: Commands the walker and disturbs the world.
+        past_falls: Go on after a fall.
+
+    Yields:
+        The state at rest, then one tick per control period, up to and with a fall, or until the
+        policy ends it. Endless otherwise.
+    """
+    controller = _GaitController(world, walker, policy)
+    return run_controller(world, controller, policy.disturb, past_falls=past_falls)
+
+
+def run_controller(
+    world: Simulation,
+    controller: Controller,
+    disturb: Callable[[Simulation, Tick], None],
+    *,
+    past_falls: bool = False,
+) -> Iterator[Tick]:
+    """The loop of `run` with any controller; see there.
+
+    Args:
+        world: The robot.
+        controller: Drives it.
+        disturb: Called at the beginning of each control period with the last tick.
+        past_falls: Go on after a fall.
+
+    Yields:
+        As `run`.
+    """
+    truth = world.truth()
+    height = float(truth.torso_position[2])
+    tick = Tick(truth, controller.command, controller.status, False)
+    yield tick
+    while past_falls or not tick.fallen:
+        disturb(world, tick)
+        world.step(controller.targets)
+        if not controller.respond(tick):
+            return
+        truth = world.truth()
+        fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
+        tick = Tick(truth, controller.command, controller.status, fallen)
+        yield tick
+
+
+class _Answer(NamedTuple):
+    """Of the walker to one control period; an error is raised in its period."""
+
+    command: VelocityCommand
+    targets: JointTargets | None = None
+    status: GaitStatus | None = None
+    error: Exception | None = None
+
+
+class _GaitController:
+    """A walker on the frames of its world, one by one or ahead of it (see `Policy.timed`).
+
+    Ahead, the walker answers all frames that have been sampled already and the world follows with
+    as many control periods. Each then works from caches that the other has not emptied.
+    """
+
+    def __init__(self, world: Simulation, walker: Walker, policy: Policy) -> None:
+        self._world = world
+        self._walker = walker
+        self._policy = policy
+        self._began = world.time
+        self._answers: deque[_Answer] = deque()
+        self.command = STANDSTILL
+        self.targets: JointTargets | None = None
+        self.status: GaitStatus | None = None
+        # The first frame is answered after the first control period.
+        action = policy.command(0.0, None)
+        if isinstance(action, JointTargets):
+            self.targets = action
+        elif action is not None:
+            self.command = action
+
+    def respond(self, tick: Tick) -> bool:
+        """See `Controller`."""
+        if self._policy.timed:
+            if not self._answers:
+                self._answer_ahead()
+            answer = self._answers.popleft()
+            if answer.error is not None:
+                raise answer.error
+            self.command, self.targets, self.status, _ = answer
+            return True
+        action = self._policy.command((self._world.time - self._began) * 1e-9, tick)
+        if action is None:
+            return False
+        if isinstance(action, JointTargets):
+            self.targets = action
+            return True
+        self.command = action
+        frame = self._world.sense()
+        if frame is None:
+            self.targets = None
+        else:
+            self.targets = self._walker.step(frame, action)
+            self.status = self._walker.status
+        return True
+
+    def _answer_ahead(self) -> None:
+        time, period = self._world.time - self._began, self._world.control_period
+        for frame in self._world.coming():
+            command = self._policy.command(time * 1e-9, None)
+            if not isinstance(command, VelocityCommand):
+                raise TypeError("a timed policy gives velocity commands only")
+            if frame is None:
+                self._answers.append(_Answer(command))
+            else:
+                try:
+                    targets = self._walker.step(frame, command)
+                    self._answers.append(_Answer(command, targets, self._walker.status))
+                except Exception as error:
+                    self._answers.append(_Answer(command, error=error))
+                    break
+            time += period
