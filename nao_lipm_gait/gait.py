@@ -1,10 +1,8 @@
-"""The gait: one sensor frame in, joint targets out, a straight line of stages.
+"""The gait: one sensor frame in, joint targets out.
 
-    SensorFrame -> torso orientation -> measured CoM -> CoM observer (10-14) -> prediction (21)
-     -> corrected pendulum (15-20) -> support change and step plan (3-9) -> body targets
-     -> inverse kinematics -> posture feedback -> joint limits -> JointTargets
-
-Deterministic: no clock, no I/O, no globals; the same frames give the same targets.
+`Gait.step` is the whole tick, one stage after the other. It is deterministic: it uses no clock, no
+I/O and no globals, so the same frames give the same targets. Equation numbers are those of Graf and
+Röfer.
 """
 
 from collections.abc import Sequence
@@ -13,35 +11,31 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
+from nao_lipm_gait.geometry import ORIGIN
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.head.head_control import HeadControl
+from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
 from nao_lipm_gait.motion.groups import BODY, joint_groups
-from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
+from nao_lipm_gait.motion.keyframes import Motion
 from nao_lipm_gait.motion.library import MotionLibrary
-from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
+from nao_lipm_gait.motion.scheduler import MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.rate_limiter import EasedPose, HeadingLean
+from nao_lipm_gait.rate_limiter import RateLimiter
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.status import snapshot
+from nao_lipm_gait.status import make_status
 from nao_lipm_gait.types import (
-    BUSY,
     DOWN,
-    FALLEN,
-    GETTING_UP,
     IN_MOTION,
     MOTION,
     ON_THE_WAY,
-    RELAXED,
     STAND,
     STANDSTILL,
-    STOP,
     WALK,
     FloatArray,
     GaitState,
     GaitStatus,
     JointTargets,
-    Pose2,
     SensorFrame,
     VelocityCommand,
 )
@@ -57,16 +51,25 @@ from nao_lipm_gait.whole_body.stand_blend import StandBlend
 from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
 
 MISSED_TICKS_MAX = 20
-"""A longer gap between two frames is a time jump: the gait starts anew."""
-UPRIGHT_TILT = 0.2
-"""[rad] below which a fallen robot counts as put back on its feet."""
-UPRIGHT_TIME = 0.5
-"""[s] for which it must stay there."""
-NOWHERE: Pose2 = (0.0, 0.0, 0.0)
+"""Longest gap between two frames that the gait bridges; after a longer one it begins anew."""
+HEIGHT_RATE = 0.05
+"""Rate [m/s] at which the CoM height follows its parameter."""
+PITCH_RATE = 0.1
+"""Rate [rad/s] at which the torso's pitch follows its parameters."""
 
 
 class Gait:
-    """Makes one robot walk; see the module for its stages."""
+    """Makes one robot walk.
+
+    Args:
+        robot: Robot to walk with.
+        parameters: Parameters of the gait.
+        control_period: Time [s] between two sensor frames.
+        motions: Motions of this robot; None = the shipped ones, read when one is first requested.
+
+    Attributes:
+        robot: Robot to walk with.
+    """
 
     def __init__(
         self,
@@ -74,419 +77,342 @@ class Gait:
         parameters: GaitParameters,
         control_period: float = 0.01,
         motions: MotionLibrary | None = None,
-    ):
-        """control_period [s]: the distance of two sensor frames; motions: None = the shipped ones
-        of this robot, which are read when the first of them is asked for.
-        """
+    ) -> None:
         self.robot = robot
-        self._motions = motions
+        self._library = motions
         self._parameters = parameters
-        self._dt = self._passed = control_period
+        self._pending: GaitParameters | None = None
+        self._dt = self._elapsed = control_period
         self._period = round(control_period * 1e9)
         self._body = BodyModel(robot)
         self._limits = JointLimits(robot)
-        self._pending: GaitParameters | None = None
-        self._stand_requested = self._relax_requested = self._fall_told = self._resumes = False
         self._head = HeadControl(robot)
+        self._requests = Requests()
         self.reset()
 
-    # -- what the world may ask --------------------------------------------------------------------
-
     def reset(self) -> None:
-        """Forget everything; the next frame begins a stand from whatever pose it shows."""
+        """Forget everything but the requests; the next frame begins a stand from its pose."""
         p = self._parameters = self._pending or self._parameters
         self._pending = None
         self._walk = make_walk(p, self._dt)
-        self._placement = ComPlacement(self.robot, self._body, make_legs(self.robot))
-        self._senses = StateEstimator(self._body, p, self._dt)
-        self._posture = PostureFeedback(self.robot)
-        self._tilt = TiltCompensation()
+        self._estimator = StateEstimator(self._body, p, self._dt)
+        motions = MotionScheduler(self.robot, self._library)
+        self._modes = Modes(self._requests, motions, self._estimator, self._walk)
         self._heading_hold = HeadingHold()
-        self._heading_lean = HeadingLean()
         self._speed_hold = SpeedHold()
-        self._pose = EasedPose()
-        self._conductor = MotionScheduler(self.robot, self._motions)
-        self._head.rest()
-        self._last_position: FloatArray | None = None
-        self._state = STAND
-        self._stamp: int | None = None
+        self._height = RateLimiter(HEIGHT_RATE)
+        self._pitch = RateLimiter(PITCH_RATE)
+        self._heading_lean = RateLimiter(PITCH_RATE, 0.0)
+        self._tilt_compensation = TiltCompensation()
+        self._placement = ComPlacement(self.robot, self._body, make_legs(self.robot))
         self._blend = StandBlend()
-        self._upright_time = 0.0
+        self._posture = PostureFeedback(self.robot)
+        self._head.rest()
+        self._last_command = STANDSTILL
+        self._last_position: FloatArray | None = None
+        self._targets: BodyTargets | None = None
+        self._stamp: int | None = None
         self._residual = 0.0
         self._clipped = 0
-        self._targets: BodyTargets | None = None
-        self._last_command = STANDSTILL
-
-    def begin_again(self) -> None:
-        """Forget what was sensed, as after a gap; the next frame begins anew. Nobody is made stiff
-        by it: who is limp or lies stays so, who is getting up tries again, who sits remains seated.
-        """
-        state, conductor, position = self._state, self._conductor, self._last_position
-        self.reset()
-        if state is RELAXED:
-            self.request_relax()
-        elif self._fall_told or state in (FALLEN, GETTING_UP):
-            self.believe_fallen()
-            self._conductor.get_up_wanted = conductor.get_up_wanted
-        elif self._resumes or (state is MOTION and conductor.finished):
-            # Also once more before the next frame, when the state already reads STAND.
-            self._conductor, self._last_position = conductor, position
-            self._resumes = True
-
-    def go_on_at(self, stamp: int) -> None:
-        """The clock of the frames has changed and nothing else: the next one is of this stamp."""
-        if self._stamp is not None:
-            self._stamp = stamp - self._period
-
-    def believe_fallen(self) -> None:
-        """Somebody else knows: the next tick is that of a fallen robot."""
-        self._fall_told = True  # outlives a beginning anew, which that tick may be
-
-    def request_stand(self) -> None:
-        """Stop if walking; get stiff and stand if relaxed."""
-        self._stand_requested = True
-
-    def request_relax(self) -> None:
-        """Take the torque off all joints at the next tick."""
-        self._relax_requested = True
-
-    def request_motion(self, motion: str | Motion) -> None:
-        """Run a motion by its name, or `get_up`, or a motion that is in no library: at once, or
-        when the walk or another motion has ended.
-
-        NaoGaitError, with what is possible, for a motion that is unknown or cannot begin here.
-        """
-        self._conductor.request(motion, self._posture_ahead)
-
-    def request_look(self, goal: Goal | None) -> None:
-        """Turn the head, whatever the body does; None gives it back to the gait.
-
-        NaoGaitError for a robot without a head to turn.
-        """
-        if not self._head.exists:
-            raise NaoGaitError("head", "none", f"{PAN} and {TILT} in the robot's joints")
-        self._head.ask(goal)
-
-    def set_parameters(self, parameters: GaitParameters) -> None:
-        """Change parameters, of a walk where it next changes its support foot.
-
-        `NEEDS_RESET` ones take effect at the next reset.
-        """
-        if self._state in ON_THE_WAY:
-            self._pending = parameters
-        else:
-            self._take_over(parameters)
-
-    def _take_over(self, parameters: GaitParameters) -> None:
-        self._pending = None
-        self._parameters = parameters
-        self._walk.set_parameters(parameters)
-        self._senses.set_parameters(parameters)
 
     # -- the tick ----------------------------------------------------------------------------------
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
-        """One control tick. Frames must be finite; a stamp that goes back starts the gait anew."""
+        """One control tick: SensorFrame -> JointTargets.
+
+        Args:
+            frame: Sensors of one instant, all values finite. A stamp that goes back, or a gap of
+                more than `MISSED_TICKS_MAX` periods, resets the gait.
+            command: Commanded velocity.
+
+        Returns:
+            Joint targets inside the joint limits.
+        """
+        # Missed ticks: the robot moved on while frames were lost, and so does the pendulum.
         missed = self._missed_ticks(frame)
         for _ in range(missed):
-            # What was lost on the way still happened: the pendulum swings on unobserved.
             self._walk.expect()
             self._walk.plan(self._last_command)
-        self._stamp = frame.stamp
-        self._passed = (missed + 1) * self._dt
+        dt = self._elapsed = (missed + 1) * self._dt
 
+        # Expectation: support leg, sole and CoM at the time of the measurement.
         expected = self._walk.expect()
-        self._senses.update(
-            frame,
-            expected.support,
-            expected.sole_in_q,
-            self._state,
-            self._passed,
-            settled=self._settled,
-        )
-        self._change_state(frame, command)
-        if self._is_down:
-            return self._relaxed(frame)
-        if self._state in IN_MOTION:
-            return self._moved(frame)
 
-        x, y, _ = self._senses.com_in_q
-        self._walk.observe(x, y, self._senses.acceleration_in_q)
-        walking = self._state is not STAND and not self._stops
-        before = self._walk.predicted.support
-        self._last_command = self._steered(command) if walking else STANDSTILL
-        planned = self._pose.towards(self._walk.plan(self._last_command), self._passed)
-        self._targets = self._leaned(planned, walking)
+        # State estimation: torso orientation, measured CoM (11), odometry.
+        settled = self._modes.state is STAND and not self._blend.active
+        self._estimator.update(frame, expected, self._modes.state, dt, settled=settled)
+
+        # Modes.
+        gets_up = self._parameters.get_up
+        transition = self._modes.update(ModeInputs(command, settled, gets_up, dt))
+        if transition is not None:
+            self._carry_out(transition, frame, command)
+        state = self._modes.state
+        if state is not STAND:
+            self._estimator.reset_tipping()
+        if self._modes.fell:
+            self._heading_hold.release()
+        if state in DOWN:
+            return self._limp_targets(frame)
+        if state in IN_MOTION:
+            return self._motion_targets(frame)
+
+        # Observation: CoM observer (10)-(14).
+        x, y, _ = self._estimator.com_in_q
+        self._walk.observe(x, y, self._estimator.acceleration_in_q)
+
+        # Plan: prediction by the delay (21), pendulum (15)-(20), support change, steps (3)-(9).
+        walking = state is not STAND and not self._modes.must_stop
+        support_before = self._walk.predicted.support
+        self._last_command = self._corrected(command) if walking else STANDSTILL
+        planned = self._walk.plan(self._last_command)
+
+        # Targets of CoM, soles and torso.
+        targets = self._limited(planned, walking)
         if self._pending is not None and (
-            self._walk.predicted.support != before or self._state not in ON_THE_WAY
+            self._walk.predicted.support != support_before or state not in ON_THE_WAY
         ):
-            self._take_over(self._pending)
-        if self._parameters.feedback and self._state in ON_THE_WAY:
+            self._apply_parameters(self._pending)
+
+        # Compensation of the torso's tilt by the feet.
+        p, support = self._parameters, self._walk.predicted.support
+        if p.feedback and state in ON_THE_WAY:
             unwanted = (0.0, 0.0)
-            if self._state is WALK:
-                unwanted = self._senses.unwanted_tilt(self._targets.torso_pitch)
-            self._targets = self._tilt.apply(
-                self._targets,
-                self._walk.predicted.support,
-                unwanted,
-                self._parameters,
-                self._passed,
-            )
-        placed = self._placement.place(self._targets, self._parameters.arm_swing)
-        position = self._blend.apply(
-            placed.position, self._passed, self._parameters.stand_time
-        )
-        if self._parameters.feedback and self._state is WALK:
-            self._posture.apply(
-                position,
-                self._walk.predicted.support,
-                self._senses.angular_velocity,
-                self._parameters,
-                self._passed,
-            )
+            if state is WALK:
+                unwanted = self._estimator.tilt_error(targets.torso_pitch)
+            targets = self._tilt_compensation.apply(targets, support, unwanted, p, dt)
+        self._targets = targets
+
+        # Placement: inverse kinematics that put the whole body's CoM at its target.
+        placed = self._placement.place(targets, p.arm_swing)
         self._residual = placed.residual
+
+        # Blending from the pose in which a stand began.
+        position = self._blend.apply(placed.position, dt, p.stand_time)
+
+        # Posture feedback by the gyro, eq (7) of Friedmann et al.
+        if p.feedback and state is WALK:
+            self._posture.apply(position, support, self._estimator.angular_velocity, p, dt)
+
+        # Head, joint limits.
         self._turn_head(position)
-        self._clipped = self._limits.cut(position)
-        self._last_position = position
+        self._clip(position)
         return JointTargets(frame.stamp, position)
+
+    # -- parts of the tick -------------------------------------------------------------------------
+
+    def _missed_ticks(self, frame: SensorFrame) -> int:
+        """Number of frames lost since the last one; begins anew with the first frame or a jump."""
+        last, self._stamp = self._stamp, frame.stamp
+        ticks = 0 if last is None else round((frame.stamp - last) / self._period)
+        if 1 <= ticks <= MISSED_TICKS_MAX:
+            return ticks - 1
+        if last is not None:
+            self.reset()
+            self._stamp = frame.stamp
+        self._begin_stand(frame.joint_position)
+        self._modes.begin(lies=self._estimator.begin(frame))
+        if self._modes.state is MOTION:
+            self._estimator.reset_lying_side()
+        return 0
+
+    def _carry_out(
+        self, transition: Transition, frame: SensorFrame, command: VelocityCommand
+    ) -> None:
+        before, after, motion = transition.before, transition.after, transition.motion
+        if after in IN_MOTION and motion is not None:
+            self._begin_motion(motion, frame)
+        elif after is WALK and before is STAND:
+            self._begin_walk(transition, command)
+        elif after is STAND and before not in ON_THE_WAY:
+            start = frame.joint_position if self._last_position is None else self._last_position
+            # A motion that kept its feet ends in the stand; after a get-up the robot must settle.
+            in_place = motion is not None and not motion.gets_up
+            self._begin_stand(start, joint_groups(self.robot)[BODY] if in_place else ())
+
+    def _begin_stand(self, start: FloatArray, watched: Sequence[int] = ()) -> None:
+        """Begin to stand up from joint angles (n,) [rad]; watched: see `StandBlend.begin`."""
+        self._walk.stand_at(ORIGIN)
+        self._height.reset()
+        self._pitch.reset()
+        self._blend.begin(start, watched)
+
+    def _begin_walk(self, transition: Transition, command: VelocityCommand) -> None:
+        if transition.tipping_com is None:
+            self._walk.start(command)
+        else:
+            self._walk.catch(*transition.tipping_com)
+        self._tilt_compensation = TiltCompensation()
+        self._speed_hold.begin()
+
+    def _begin_motion(self, motion: Motion, frame: SensorFrame) -> None:
+        self._walk.stand_at(ORIGIN)
+        for _ in range(2):  # the placement extrapolates the CoM; the second time it is at rest
+            placed = self._placement.place(self._walk.plan(STANDSTILL))
+        self._limits.cut(placed.position)
+        start = self._last_position
+        self._modes.motions.begin(
+            motion, self._measured_position(frame) if start is None else start, placed.position
+        )
+        self._estimator.reset_lying_side()
+
+    def _corrected(self, command: VelocityCommand) -> VelocityCommand:
+        """The command with the corrections that hold speed and heading."""
+        p, odometry = self._parameters, self._estimator.odometry
+        if p.feedback and p.speed_time > 0.0:
+            command = self._speed_hold.correct(
+                command, odometry.velocity, self._walk.reserve, p.speed_time, self._elapsed
+            )
+        # Also called without feedback, which releases the heading held until then.
+        gain = p.heading_gain if p.feedback else 0.0
+        heading = odometry.base_footprint_in_odom[2]
+        return self._heading_hold.correct(command, heading, gain, self._elapsed)
+
+    def _limited(self, planned: BodyTargets, walking: bool) -> BodyTargets:
+        """The planned targets with CoM height and torso pitch limited in rate.
+
+        Without a yaw gyro a turn shows in the roll gyro only as far as the torso leans (see
+        `estimation/yaw_slip.py`). It therefore leans further forward while a heading is held.
+        """
+        p, dt = self._parameters, self._elapsed
+        x, y, height = planned.com_in_q
+        height = self._height.update(height, dt)
+        pitch = self._pitch.update(planned.torso_pitch, dt)
+        leans = p.yaw_from_lean and not p.yaw_gyro and self._heading_hold.holds and walking
+        lean = self._heading_lean.update(p.heading_lean if leans else 0.0, dt)
+        return planned.posed((x, y, height), pitch + lean)
 
     def _turn_head(self, position: FloatArray) -> None:
         if not self._head.is_free:
-            self._head.apply(position, self._senses.place, self._passed)
+            self._head.apply(position, self._estimator.torso_place, self._elapsed)
 
-    def _steered(self, command: VelocityCommand) -> VelocityCommand:
-        p, odometry = self._parameters, self._senses.odometry
-        if p.feedback and p.speed_time > 0.0:
-            command = self._speed_hold.steered(
-                command, odometry.velocity, self._walk.reserve, p.speed_time, self._passed
-            )
-        # Also called without feedback: a heading from before it was switched off is forgotten.
-        gain = p.heading_gain if p.feedback else 0.0
-        heading = odometry.base_footprint_in_odom[2]
-        return self._heading_hold.steered(command, heading, gain, self._passed)
+    def _clip(self, position: FloatArray) -> None:
+        """Clip joint targets (n,) [rad] at the joint limits, in place."""
+        self._clipped = self._limits.cut(position)
+        self._last_position = position
 
-    def _leaned(self, targets: BodyTargets, walking: bool) -> BodyTargets:
-        p = self._parameters
-        needed = p.yaw_from_lean and not p.yaw_gyro and self._heading_hold.holds and walking
-        lean = self._heading_lean.towards(p.heading_lean if needed else 0.0, self._passed)
-        return targets.posed(targets.com_in_q, targets.torso_pitch + lean)
-
-    def _missed_ticks(self, frame: SensorFrame) -> int:
-        """Ticks without a frame since the last one; begins anew at a start or a time jump."""
-        ticks = 0 if self._stamp is None else round((frame.stamp - self._stamp) / self._period)
-        if self._stamp is not None and 1 <= ticks <= MISSED_TICKS_MAX:
-            return ticks - 1
-        if self._stamp is not None:
-            self.reset()
-        resumes, self._resumes = self._resumes, False
-        wanted = self._conductor.get_up_wanted
-        self._begin_stand(frame.joint_position)
-        if self._senses.begin(frame) or self._fall_told:
-            self._state = FALLEN
-            self._conductor.forget_if_upright()
-            self._conductor.get_up_wanted = wanted
-        elif resumes:
-            self._state = MOTION
-            self._senses.watch_lying()
-        return 0
-
-    # -- motions -----------------------------------------------------------------------------------
-
-    @property
-    def _posture_ahead(self) -> Posture | None:
-        """The robot's posture once the running motion has ended; None while it falls or is limp."""
-        running = self._conductor.running
-        if self._state in IN_MOTION and running is not None:
-            return running.ends
-        return self._senses.lying_side if self._is_down else Posture.STANDING
-
-    @property
-    def _stops(self) -> bool:
-        return self._stand_requested or self._conductor.waiting is not None
-
-    def _begin_motion(self, motion: Motion, start: FloatArray) -> None:
-        self._walk.stand_at(NOWHERE)
-        for _ in range(2):  # the placement leads the CoM by its last way; the second time at rest
-            placed = self._placement.place(self._walk.plan(STANDSTILL))
-        self._limits.cut(placed.position)
-        self._conductor.begin(motion, start, placed.position)
-        self._state = GETTING_UP if motion.gets_up else MOTION
-        self._senses.watch_lying()
-
-    def _moved(self, frame: SensorFrame) -> JointTargets:
+    def _motion_targets(self, frame: SensorFrame) -> JointTargets:
         """Targets of the running motion."""
-        targets = self._conductor.advance(self._passed, self._senses.angular_velocity)
-        if self._conductor.turns_head:
+        motions = self._modes.motions
+        targets = motions.advance(self._elapsed, self._estimator.angular_velocity)
+        if motions.turns_head:
             self._head.yield_to(targets.position)
         else:
             self._turn_head(targets.position)
         self._residual = 0.0
-        self._clipped = self._limits.cut(targets.position)
-        self._last_position = targets.position
+        self._clip(targets.position)
         lowest = float(np.min(targets.stiffness))
         uniform = lowest == float(np.max(targets.stiffness))
         return JointTargets(
             frame.stamp, targets.position, lowest, None if uniform else targets.stiffness
         )
 
-    def _change_in_motion(self, frame: SensorFrame) -> None:
-        conductor = self._conductor
-        running, position = conductor.running, self._last_position
-        if running is None or position is None or not conductor.finished:
-            return
-        if running.ends in LYING or (running.gets_up and self._senses.lies_after_motion()):
-            conductor.end()
-            # Who lies down because he was asked to does not get up unasked.
-            self._state = FALLEN if running.gets_up else RELAXED
-            self._upright_time = 0.0
-        elif conductor.waiting is not None:
-            self._begin_motion(conductor.waiting, position)
-        elif running.ends is Posture.STANDING:
-            conductor.stop()
-            # What kept its feet has left the robot in its stand; what got up has to settle.
-            watched = () if running.gets_up else joint_groups(self.robot)[BODY]
-            self._begin_stand(position, watched)
-        elif self._stand_requested:
-            way_up = conductor.library.between(running.ends, Posture.STANDING)
-            if way_up is not None:
-                self._begin_motion(way_up, position)
-
-    def _get_up_motion(self) -> Motion | None:
-        """What a fallen robot begins now, if anything."""
-        conductor = self._conductor
-        if conductor.waiting is not None:
-            return conductor.waiting
-        wanted = conductor.get_up_wanted or (self._parameters.get_up and not self._relaxed_by_hand)
-        side = self._senses.lying_side
-        if side is None or not wanted or conductor.attempts >= ATTEMPTS:
-            return None
-        conductor.attempts += 1
-        return conductor.get_up_from(side)
-
-    # -- states ------------------------------------------------------------------------------------
-
-    @property
-    def _lies_down(self) -> bool:
-        """A motion runs that ends on the floor: a tilt is then no fall."""
-        running = self._conductor.running
-        return running is not None and not running.upright
-
-    @property
-    def _relaxed_by_hand(self) -> bool:
-        return self._state is RELAXED
-
-    @property
-    def _settled(self) -> bool:
-        """It stands in its stand pose."""
-        return self._state is STAND and not self._blend.active
-
-    @property
-    def _is_down(self) -> bool:
-        return self._state in DOWN
-
-    def _falls(self) -> bool:
-        """Told by somebody else, or felt; once per tick."""
-        told, self._fall_told = self._fall_told, False
-        return told or self._senses.falls()
-
-    def _change_state(self, frame: SensorFrame, command: VelocityCommand) -> None:
-        if self._relax_requested:
-            self._state = RELAXED
-            self._conductor.stop()
-        elif self._state is GETTING_UP:
-            self._change_in_motion(frame)
-        elif self._is_down and (motion := self._get_up_motion()) is not None:
-            self._begin_motion(motion, self._measured_pose(frame))
-        elif self._falls() and not self._lies_down:
-            self._conductor.forget_if_upright()
-            if self._state is not RELAXED or self._stand_requested:
-                # A lying robot that shall stand does so once it is upright again.
-                self._state = FALLEN
-            self._upright_time = 0.0
-            self._heading_hold.release()
-        elif self._state is RELAXED:
-            if self._stand_requested:
-                self._begin_stand(frame.joint_position)
-        elif self._state is FALLEN:
-            upright = self._senses.orientation.tilt < UPRIGHT_TILT
-            self._upright_time = self._upright_time + self._passed if upright else 0.0
-            if self._upright_time > UPRIGHT_TIME:
-                self._begin_stand(frame.joint_position)
-        elif self._state is MOTION:
-            self._change_in_motion(frame)
-        elif self._state is STAND:
-            waiting = self._conductor.waiting
-            if waiting is not None and self._settled:
-                position = self._last_position
-                self._begin_motion(
-                    waiting, self._measured_pose(frame) if position is None else position
-                )
-            elif self._settled and (tipping := self._senses.tipping_com()) is not None:
-                self._walk.catch(*tipping)
-                self._set_out()
-            elif not command.is_zero and self._settled and not self._stops:
-                self._conductor.attempts = 0
-                self._walk.start(command)
-                self._set_out()
-        elif self._walk.finished:
-            self._state = STAND
-        else:
-            self._state = STOP if self._walk.stopping else WALK
-        self._relax_requested = False
-        if self._state is not STAND:
-            self._senses.forget_stand()
-        if self._state not in BUSY:
-            self._stand_requested = False
-
-    def _set_out(self) -> None:
-        self._tilt = TiltCompensation()
-        self._speed_hold.begin()
-        self._state = WALK
-
-    def _measured_pose(self, frame: SensorFrame) -> FloatArray:
-        pose = np.array(frame.joint_position, dtype=float)
-        self._limits.cut(pose)
-        return pose
-
-    def _begin_stand(self, position: FloatArray, watched: Sequence[int] = ()) -> None:
-        """From this pose (n,) [rad]; watched: see `StandBlend.begin`."""
-        self._state = STAND
-        self._conductor.get_up_wanted = False
-        self._walk.stand_at(NOWHERE)
-        self._pose.begin_anew()
-        self._blend.begin(position, watched)
-        self._upright_time = 0.0
-
-    def _relaxed(self, frame: SensorFrame) -> JointTargets:
+    def _limp_targets(self, frame: SensorFrame) -> JointTargets:
+        """The measured pose without torque."""
         self._head.rest()
-        position = np.array(frame.joint_position, dtype=float)
-        self._limits.cut(position)
         self._residual = 0.0
         self._clipped = 0
-        return JointTargets(frame.stamp, position, stiffness=0.0)
+        self._last_position = None
+        return JointTargets(frame.stamp, self._measured_position(frame), stiffness=0.0)
 
-    # -- what is shown -----------------------------------------------------------------------------
+    def _measured_position(self, frame: SensorFrame) -> FloatArray:
+        """Measured joint angles (n,) [rad], clipped at the joint limits."""
+        position = np.array(frame.joint_position, dtype=float)
+        self._limits.cut(position)
+        return position
+
+    # -- restarts and parameters -------------------------------------------------------------------
+
+    def restart(self) -> None:
+        """Reset after a gap in the frames, but keep the robot limp, fallen or sitting if it is so.
+
+        A robot that was getting up tries again.
+        """
+        before, position = self._modes, self._last_position
+        self.reset()
+        self._modes.continue_from(before)
+        if self._modes.resumes:
+            self._last_position = position
+
+    def continue_at(self, stamp: int) -> None:
+        """Go on without a reset although the clock was set; stamp [ns]: of the next frame."""
+        if self._stamp is not None:
+            self._stamp = stamp - self._period
+
+    def set_parameters(self, parameters: GaitParameters) -> None:
+        """Change the parameters; a walk takes them over at its next support change.
+
+        `NEEDS_RESET` ones take effect at the next reset.
+        """
+        if self._modes.state in ON_THE_WAY:
+            self._pending = parameters
+        else:
+            self._apply_parameters(parameters)
+
+    def _apply_parameters(self, parameters: GaitParameters) -> None:
+        self._pending = None
+        self._parameters = parameters
+        self._walk.set_parameters(parameters)
+        self._estimator.set_parameters(parameters)
+
+    # -- requests ----------------------------------------------------------------------------------
+
+    def request_stand(self) -> None:
+        """Stop walking, or leave a sitting or relaxed pose, and stand."""
+        self._requests.stand = True
+
+    def request_relax(self) -> None:
+        """Take the torque off all joints in the next tick."""
+        self._requests.relax = True
+
+    def report_fall(self) -> None:
+        """Another sensor has detected a fall: the robot counts as fallen in the next tick."""
+        self._requests.fall = True
+
+    def request_motion(self, motion: str | Motion) -> None:
+        """Run a motion at once, or when the walk or another motion has ended.
+
+        Args:
+            motion: Name of a motion, `get_up`, or a motion that is in no library.
+
+        Raises:
+            NaoGaitError: The motion is unknown or cannot begin from the robot's posture.
+        """
+        self._modes.motions.request(motion, self._modes.next_posture)
+
+    def request_look(self, goal: Goal | None) -> None:
+        """Turn the head towards a goal, in any mode; None ends it.
+
+        Raises:
+            NaoGaitError: The robot has no head joints.
+        """
+        if not self._head.exists:
+            raise NaoGaitError("head", "none", f"{PAN} and {TILT} in the robot's joints")
+        self._head.ask(goal)
+
+    # -- status ------------------------------------------------------------------------------------
 
     @property
     def mass(self) -> float:
-        """[kg] of the robot."""
+        """Mass [kg] of the robot."""
         return self._body.total_mass
 
     @property
     def state(self) -> GaitState:
-        return self._state
+        """Current mode."""
+        return self._modes.state
 
     @property
     def status(self) -> GaitStatus:
-        """A snapshot of the last tick."""
-        running = self._conductor.running
-        return snapshot(
+        """State of the gait after the last tick."""
+        running = self._modes.motions.running
+        return make_status(
             self._stamp or 0,
-            self._state,
+            self._modes.state,
             self._walk,
-            self._senses,
+            self._estimator,
             self._targets,
-            self._parameters.com_height,
+            com_height=self._parameters.com_height,
             ik_residual=self._residual,
             clipped_joints=self._clipped,
             motion="" if running is None else running.name,

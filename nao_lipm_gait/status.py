@@ -1,43 +1,54 @@
-"""The snapshot of a gait that topics, bags and figures show."""
+"""The state of the gait as one record, for topics, bags and figures."""
 
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
-from nao_lipm_gait.geometry import compose, relative
+from nao_lipm_gait.geometry import ORIGIN, compose, relative
 from nao_lipm_gait.types import LEFT, GaitState, GaitStatus, Pose2, Pose6
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, Walk
 
-_NOWHERE: Pose2 = (0.0, 0.0, 0.0)
-_UNPLACED: Pose6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+_NO_POSE: Pose6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def snapshot(
+def make_status(
     stamp: int,
     state: GaitState,
     walk: Walk,
-    senses: StateEstimator,
+    estimator: StateEstimator,
     targets: BodyTargets | None,
-    com_height: float,
     *,
+    com_height: float,
     ik_residual: float,
     clipped_joints: int,
     motion: str,
 ) -> GaitStatus:
-    """`targets`: of the last tick, None before any; com_height [m]: as the pendulum has it."""
-    expected, estimated, odometry = walk.expected, walk.estimated, senses.odometry
-    # The walk's own chain of Qs only orders them; where they are is the odometry's to say.
-    q_in_odom = compose(odometry.support_sole_in_odom, relative(_NOWHERE, estimated.sole_in_q))
-    left = right = _UNPLACED
+    """The status after a tick.
+
+    Args:
+        stamp: Stamp [ns] of the sensor frame of the tick.
+        state: Mode of the gait.
+        walk: The walk, also while it stands.
+        estimator: State of the robot.
+        targets: Targets of the last tick that had some; None before.
+        com_height: Height [m] of the pendulum's mass.
+        ik_residual: Largest distance [m] of a sole from its target.
+        clipped_joints: Number of targets that were clipped at a joint limit.
+        motion: Name of the running motion, or empty.
+    """
+    expected, estimated, odometry = walk.expected, walk.estimated, estimator.odometry
+    # The walk only knows its Qs relative to each other; the odometry places them in odom.
+    q_in_odom = compose(odometry.support_sole_in_odom, relative(ORIGIN, estimated.sole_in_q))
+    left = right = _NO_POSE
     if targets is not None:
-        ahead = relative(targets.q_in_odom, estimated.q_in_odom)
-        command_q_in_odom = compose(q_in_odom, ahead)
-        left = _in_odom(command_q_in_odom, targets.left_sole)
-        right = _in_odom(command_q_in_odom, targets.right_sole)
+        predicted = relative(targets.q_in_odom, estimated.q_in_odom)
+        predicted_q_in_odom = compose(q_in_odom, predicted)
+        left = _in_odom(predicted_q_in_odom, targets.left_sole)
+        right = _in_odom(predicted_q_in_odom, targets.right_sole)
     single = "left" if estimated.support == LEFT else "right"
     return GaitStatus(
         stamp=stamp,
         state=state,
         support="double" if walk.stopping else single,
         com_expected_in_q=(expected.x, expected.y, com_height),
-        com_measured_in_q=senses.com_in_q,
+        com_measured_in_q=estimator.com_in_q,
         com_estimated_in_q=(estimated.x, estimated.y, com_height),
         pendulum_origin_in_q=walk.origin_in_q,
         step_size=walk.step_size,
@@ -48,8 +59,8 @@ def snapshot(
         velocity=odometry.velocity,
         left_sole_in_odom=left,
         right_sole_in_odom=right,
-        torso_roll=senses.orientation.roll,
-        torso_pitch=senses.orientation.pitch,
+        torso_roll=estimator.orientation.roll,
+        torso_pitch=estimator.orientation.pitch,
         ik_residual=ik_residual,
         clipped_joints=clipped_joints,
         motion=motion,

@@ -1,136 +1,160 @@
-"""Speeds kept as commanded: what the odometry constantly lacks is asked for on top.
-
-A robot whose joints are bent by a few tenths of a degree leans, and its pendulum answers with steps
-a little shorter or longer than planned: some cm/s, nearly the same at every speed. So the error is
-learned as an offset of the velocity, and only where the walk has had time to follow the command.
-
-Straight walks kept straight: while no turn is commanded, the heading is held by small turns.
-"""
+"""Holds heading and speed: small corrections of the velocity command from the odometry."""
 
 from math import remainder, tau
 
 from nao_lipm_gait.types import Pose2, VelocityCommand
 
 SETTLING_TIME = 0.5
-"""[s] after the last commanded turn for which its steps still turn the robot."""
-RATE_MAX = 0.3
-"""[rad/s] that the hold may add."""
+"""Time [s] after the last commanded turn in which its steps still turn the robot."""
+YAW_RATE_MAX = 0.3
+"""Largest yaw rate [rad/s] that the heading hold commands."""
 
 
 class HeadingHold:
-    """Remembers the heading at which turning ended, and steers back to it."""
+    """Keeps straight walks straight: holds the heading while no turn is commanded."""
 
     def __init__(self) -> None:
         self.release()
 
     def release(self) -> None:
-        """Take the next heading as the wanted one."""
-        self._wanted: float | None = None
+        """Forget the heading; hold the one at which the robot next walks straight."""
+        self._heading: float | None = None
         self._straight_time = 0.0
 
     @property
     def holds(self) -> bool:
-        """Whether there is a heading to be held."""
-        return self._wanted is not None
+        """Whether a heading is held."""
+        return self._heading is not None
 
-    def steered(
+    def correct(
         self, command: VelocityCommand, heading: float, gain: float, dt: float
     ) -> VelocityCommand:
-        """The command with the turn [rad/s] that brings the heading [rad] back.
+        """The command with the yaw rate that turns the robot back to the held heading.
 
-        gain [1/s]: turning rate per error; 0 leaves every command as it is.
+        Args:
+            command: Commanded velocity.
+            heading: Heading [rad] by odometry.
+            gain: Yaw rate per heading error [1/s]; 0 leaves the command unchanged.
+            dt: Time [s] since the last tick.
         """
         if gain <= 0.0 or command.yaw != 0.0 or command.is_zero:
             self.release()
             return command
         self._straight_time += dt
-        if self._wanted is None:
+        if self._heading is None:
             if self._straight_time < SETTLING_TIME:
                 return command
-            self._wanted = heading
-        rate = gain * remainder(self._wanted - heading, tau)
-        return VelocityCommand(command.x, command.y, min(max(rate, -RATE_MAX), RATE_MAX))
+            self._heading = heading
+        rate = gain * remainder(self._heading - heading, tau)
+        limited = min(max(rate, -YAW_RATE_MAX), YAW_RATE_MAX)
+        return VelocityCommand(command.x, command.y, limited)
 
 
 RESPONSE_TIME = 0.3
-"""[s] of each of two lags in which odometry follows a command: the steps, and its own smoothing."""
-STEADY = 0.02
-"""[m/s] up to which a command and its lagged self count as the same."""
+"""Time constant [s] of each of two lags from command to odometry: the steps and its smoothing."""
+STEADY_DIFFERENCE = 0.02
+"""Largest difference [m/s] between a command and its lagged value in a steady walk."""
 ERROR_MAX = 0.05
-"""[m/s] of the error that is believed at most: a push is no error of the walk."""
+"""Largest speed error [m/s] that is learned from: a push is no error of the walk."""
 OFFSET_MAX = 0.04
-"""[m/s] that the hold may add to each axis."""
-RESERVE = 0.25
-"""Share of the step limits below which it adds less: the longest steps are no place to hurry."""
+"""Largest correction [m/s] per axis."""
+RESERVE_MIN = 0.25
+"""Share of the step limits below which the correction fades: the longest steps have no reserve."""
 
 
 class SpeedHold:
-    """Learns the error of the walked speed and takes it out of the command."""
+    """Learns the steady error of the walked speed and compensates it in the command.
+
+    A robot whose joints are bent by a few tenths of a degree leans, and its pendulum answers with
+    steps that are a little shorter or longer than planned: some cm/s, nearly the same at every
+    speed. The error is therefore learned as an offset of the velocity, and only while the walk has
+    had time to follow the command.
+    """
 
     def __init__(self) -> None:
-        self._x = _Axis()
-        self._y = _Axis()
+        self._x = _AxisHold()
+        self._y = _AxisHold()
 
     def begin(self) -> None:
-        """A walk begins; what was learned belongs to the robot and stays."""
+        """Begin a walk; the learned offset stays."""
         self._x.begin()
         self._y.begin()
 
     @property
     def offset(self) -> tuple[float, float]:
-        """[m/s] that is added in x and y."""
+        """Learned correction [m/s] in x and y."""
         return self._x.offset, self._y.offset
 
-    def steered(
+    def correct(
         self, command: VelocityCommand, walked: Pose2, reserve: float, time: float, dt: float
     ) -> VelocityCommand:
-        """The command with what the robot lacks of it; a turn without a way is left alone.
+        """The command with the learned correction; turns on the spot are left unchanged.
 
-        walked: velocity by odometry; reserve: share of the step limits that the walk has left;
-        time [s]: in which an error is learned, 0 leaves every command as it is.
+        Args:
+            command: Commanded velocity.
+            walked: Velocity by odometry [m/s, m/s, rad/s].
+            reserve: Share of the step limits that the walk does not use.
+            time: Time constant [s] of the learning; 0 leaves the command unchanged.
+            dt: Time [s] since the last tick.
         """
-        asked_x, asked_y, yaw = command.x, command.y, command.yaw
-        if time <= 0.0 or (asked_x == 0.0 and asked_y == 0.0 and yaw == 0.0):
+        wanted_x, wanted_y, yaw = command.x, command.y, command.yaw
+        if time <= 0.0 or (wanted_x == 0.0 and wanted_y == 0.0 and yaw == 0.0):
             self.begin()
             return command
         x, y, share = self._x, self._y, min(1.0, dt / RESPONSE_TIME)
-        # Both follow, whatever the one says.
-        steady = x.is_steady(asked_x, share) & y.is_steady(asked_y, share)
-        possible = min(max(reserve / RESERVE, 0.0), 1.0)
+        # Both axes are updated, whatever the result of the first.
+        steady = x.follow(wanted_x, share) & y.follow(wanted_y, share)
+        room = min(max(reserve / RESERVE_MIN, 0.0), 1.0)
         step = dt / time if steady else 0.0
         turns = yaw != 0.0
         return VelocityCommand(
-            asked_x if turns and asked_x == 0.0 else x.steered(asked_x, walked[0], possible, step),
-            asked_y if turns and asked_y == 0.0 else y.steered(asked_y, walked[1], possible, step),
+            wanted_x if turns and wanted_x == 0.0 else x.correct(wanted_x, walked[0], room, step),
+            wanted_y if turns and wanted_y == 0.0 else y.correct(wanted_y, walked[1], room, step),
             yaw,
         )
 
 
-class _Axis:
-    """One direction of the velocity."""
+class _AxisHold:
+    """Speed hold of one axis.
+
+    Attributes:
+        offset: Learned correction [m/s].
+    """
 
     __slots__ = ("_expected", "_steps", "offset")
 
     def __init__(self) -> None:
         self.offset = 0.0
-        """[m/s] that is learned."""
         self.begin()
 
     def begin(self) -> None:
+        """Begin with a speed of 0."""
         self._steps = self._expected = 0.0
 
-    def is_steady(self, asked: float, share: float) -> bool:
-        """The walk has had time to follow the command [m/s]; share: of a lag that passes now."""
-        self._steps += share * (asked - self._steps)
-        self._expected += share * (self._steps - self._expected)
-        return abs(asked - self._expected) < STEADY
+    def follow(self, wanted: float, share: float) -> bool:
+        """Update the expected speed; returns whether the walk has had time to reach the command.
 
-    def steered(self, asked: float, walked: float, possible: float, step: float) -> float:
-        """[m/s]; possible: share of the offset that the steps have room for; step: to learn now."""
-        lengthens = asked * self.offset >= 0.0
+        Args:
+            wanted: Commanded speed [m/s].
+            share: Time since the last tick as a share of `RESPONSE_TIME`.
+        """
+        self._steps += share * (wanted - self._steps)
+        self._expected += share * (self._steps - self._expected)
+        return abs(wanted - self._expected) < STEADY_DIFFERENCE
+
+    def correct(self, wanted: float, walked: float, room: float, step: float) -> float:
+        """The corrected speed [m/s].
+
+        Args:
+            wanted: Commanded speed [m/s].
+            walked: Speed [m/s] by odometry.
+            room: Share of the correction for which the steps have room.
+            step: Share of the error to learn in this tick.
+        """
+        lengthens = wanted * self.offset >= 0.0
         if step > 0.0:
-            error = min(max(asked - walked, -ERROR_MAX), ERROR_MAX)
-            # What cannot be given is not learned either.
-            if not (lengthens and possible < 1.0 and error * self.offset > 0.0):
+            error = min(max(wanted - walked, -ERROR_MAX), ERROR_MAX)
+            # A correction for which there is no room must not grow.
+            if not (lengthens and room < 1.0 and error * self.offset > 0.0):
                 self.offset = min(max(self.offset + step * error, -OFFSET_MAX), OFFSET_MAX)
-        return asked + self.offset * (possible if lengthens else 1.0)
+        return wanted + self.offset * (room if lengthens else 1.0)

@@ -1,1 +1,1 @@
-"""What the sensors say: torso orientation, measured CoM, odometry."""
+"""State estimation: torso orientation, measured CoM, odometry, yaw slip, falls, lying side."""

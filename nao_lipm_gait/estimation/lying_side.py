@@ -1,7 +1,7 @@
-"""On which side a robot lies, from the accelerometer alone.
+"""The side on which a robot lies, from the accelerometer alone.
 
-At rest the specific force points upwards; the torso's axis that it lies along says which side is
-up. It has to stay so for a while: a robot that still rolls has no side.
+At rest the specific force points up. The torso axis nearest to it tells the side, but only once
+this has been so for some time: a robot that still rolls has no side.
 """
 
 from math import sqrt
@@ -9,18 +9,18 @@ from math import sqrt
 from nao_lipm_gait.motion.keyframes import Posture
 from nao_lipm_gait.types import GRAVITY, Point3
 
-SMOOTHING = 0.1
-"""[s] of the specific force."""
+SMOOTHING_TIME = 0.1
+"""Time constant [s] by which the specific force is smoothed."""
 REST_TIME = 0.4
-"""[s] for which the side has to stay the same and the force to be gravity's."""
-FORCE_SLACK = 0.15
-"""Share of g by which the force may differ from it at rest."""
-UPRIGHT = 0.7
-"""Share of g along the torso's z axis from which on the robot does not lie."""
+"""Time [s] for which the side must not change and the force must be gravity."""
+FORCE_TOLERANCE = 0.15
+"""Largest difference of the force from g at rest, as a share of g."""
+UPRIGHT_SHARE = 0.7
+"""Share of g along the torso's z axis above which the robot does not lie."""
 
 
 class LyingSideDetector:
-    """Says on which side the robot has come to rest."""
+    """Detects on which side the robot has come to rest."""
 
     def __init__(self) -> None:
         self._force: Point3 | None = None
@@ -33,10 +33,14 @@ class LyingSideDetector:
         return self._force or (0.0, 0.0, GRAVITY)
 
     def update(self, specific_force: Point3, dt: float) -> Posture | None:
-        """One tick; the side, or None while the robot moves or is upright."""
+        """One tick: accelerometer [m/s^2] in the torso frame, dt [s] since the last tick.
+
+        Returns:
+            The side; None while the robot moves or is upright.
+        """
         if self._force is None:
             self._force = specific_force
-        share = min(1.0, dt / SMOOTHING)
+        share = min(1.0, dt / SMOOTHING_TIME)
         x, y, z = (a + share * (b - a) for a, b in zip(self._force, specific_force, strict=True))
         self._force = (x, y, z)
         side = _side(x, y, z)
@@ -45,14 +49,14 @@ class LyingSideDetector:
         return side if self._time >= REST_TIME else None
 
     def restart(self) -> None:
-        """The robot has moved; begin to watch anew."""
+        """Wait for `REST_TIME` again, because the robot moves."""
         self._side = None
         self._time = 0.0
 
 
 def _side(x: float, y: float, z: float) -> Posture | None:
     size = sqrt(x * x + y * y + z * z)
-    if abs(size - GRAVITY) > FORCE_SLACK * GRAVITY or z > UPRIGHT * GRAVITY:
+    if abs(size - GRAVITY) > FORCE_TOLERANCE * GRAVITY or z > UPRIGHT_SHARE * GRAVITY:
         return None
     if abs(x) >= abs(y):
         return Posture.LYING_BACK if x > 0.0 else Posture.LYING_FRONT

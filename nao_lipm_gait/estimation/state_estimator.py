@@ -1,22 +1,21 @@
-"""What the robot knows about its own body, made from one sensor frame per tick.
+"""The state of the robot's own body, from one sensor frame per tick.
 
-SensorFrame -> soles and CoM in the torso -> torso orientation -> measured CoM in Q (11)
--> odometry; beside it: does it fall, does it tip, on which side does it lie?
+SensorFrame -> soles and CoM in the torso frame -> torso orientation -> measured CoM in Q (11)
+-> odometry; and whether the robot falls, tips, or on which side it lies.
 """
 
-import math
+from math import hypot
 
 from nao_lipm_gait.estimation.com_measurement import (
     level_frame,
     measured_acceleration_in_q,
     measured_com_in_q,
 )
-from nao_lipm_gait.estimation.fall_detection import FallDetector
+from nao_lipm_gait.estimation.fall_detection import FallDetector, TippingDetector
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
-from nao_lipm_gait.estimation.tipping import Tipping
 from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
-from nao_lipm_gait.estimation.yaw_slip import LeanTurn, StanceTurn
+from nao_lipm_gait.estimation.yaw_slip import YawSlipFromLean, YawSlipFromYawGyro
 from nao_lipm_gait.geometry import as_point
 from nao_lipm_gait.head.head_control import TorsoPlace
 from nao_lipm_gait.motion.keyframes import Posture
@@ -27,129 +26,152 @@ from nao_lipm_gait.types import (
     IN_MOTION,
     GaitState,
     Point3,
-    Pose2,
     SensorFrame,
 )
+from nao_lipm_gait.walks.base import Expectation
 from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 
 LYING_TILT = 1.0
-"""[rad] of a torso at rest beyond which the robot lies."""
-STOOD_UP_TILT = 0.4
-"""[rad] below which a get-up that has come to its end counts as done."""
-REST_FORCE, REST_RATE = 0.3, 0.05
-"""[m/s^2] from gravity and [rad/s]: what is less is a robot at rest."""
+"""Tilt [rad] of a torso at rest beyond which the robot lies."""
+GET_UP_TILT = 0.4
+"""Tilt [rad] at the end of a get-up beyond which it has failed."""
+REST_FORCE = 0.3
+"""Largest difference [m/s^2] of the specific force from gravity at rest."""
+REST_RATE = 0.05
+"""Largest roll and pitch rate [rad/s] at rest."""
 GAP_MAX = 0.05
-"""[s] of lost frames that the gyro is integrated over: of half a sway its two ends tell nothing."""
+"""Longest gap [s] to integrate the gyro over; beyond half a sway the mean of both ends says nothing
+about the rotation in between."""
 
 
 class StateEstimator:
-    """The robot's sense of its own body; all frames and units as in the estimators themselves."""
+    """Estimates the state of the robot's own body.
+
+    Args:
+        body: Kinematics and mass distribution of the robot.
+        parameters: Parameters of the gait.
+        period: Time [s] between two frames if none is lost.
+
+    Attributes:
+        orientation: Orientation of the torso relative to gravity.
+        odometry: Pose of the robot on the ground.
+        com_in_q: Measured CoM [m].
+        acceleration_in_q: Measured acceleration [m/s^2] of the torso along x and y; None unless
+            push detection uses it.
+        angular_velocity: Gyro [rad/s] in the torso frame.
+        lying_side: Side on which a robot that is down or in a motion has come to rest.
+    """
 
     def __init__(self, body: BodyModel, parameters: GaitParameters, period: float) -> None:
-        """Period [s]: the distance of two frames, where none is lost."""
         p = parameters
         self.orientation = TorsoOrientation(
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
         )
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
-        """Measured CoM [m]."""
-        self.angular_velocity: Point3 = (0.0, 0.0, 0.0)
-        """The gyro's [rad/s], in the torso frame."""
         self.acceleration_in_q: tuple[float, float] | None = None
-        """[m/s^2] in x and y, where pushes are felt by it."""
+        self.angular_velocity: Point3 = (0.0, 0.0, 0.0)
         self.lying_side: Posture | None = None
-        """On which side a robot that is down or in a motion has come to rest."""
         self._body = body
         self._p = p
-        self._period = self._passed = period
+        self._period = self._dt = period
         self._soles: tuple[SolePose, SolePose] | None = None
         self._fall = FallDetector()
-        self._tipping = Tipping()
+        self._tipping = TippingDetector()
         self._lying = LyingSideDetector()
-        self._stance_turn = StanceTurn()
-        self._lean_turn = LeanTurn()
+        self._slip_from_yaw_gyro = YawSlipFromYawGyro()
+        self._slip_from_lean = YawSlipFromLean()
 
     def set_parameters(self, parameters: GaitParameters) -> None:
+        """Change the parameters between two ticks."""
         p = self._p = parameters
         self.orientation.set_times(
             p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
         )
 
     def begin(self, frame: SensorFrame) -> bool:
-        """Take the orientation from the first frame; whether the robot lies."""
-        if not _at_rest(frame):
+        """Initialise the orientation with the first frame; returns whether the robot lies."""
+        force, rate = as_point(frame.linear_acceleration), as_point(frame.angular_velocity)
+        at_rest = abs(hypot(*force) - GRAVITY) < REST_FORCE and hypot(rate[0], rate[1]) < REST_RATE
+        if not at_rest:
             self.orientation.reset_upright()
             return False
-        self.orientation.reset(as_point(frame.linear_acceleration))
+        self.orientation.reset(force)
         return self.orientation.tilt > LYING_TILT
 
     def update(
         self,
         frame: SensorFrame,
-        support: int,
-        sole_in_q: Pose2,
+        expected: Expectation,
         state: GaitState,
-        passed: float,
+        dt: float,
         *,
         settled: bool,
     ) -> None:
         """One tick.
 
         Args:
-            support, sole_in_q: the leg that is expected to carry the robot, where its sole is.
-            passed [s]: since the last frame; more than a period where frames were lost.
-            settled: the robot stands in its stand pose and has nothing else in mind.
+            frame: Sensors of one instant.
+            expected: Support leg at this instant, and where the walk has its sole.
+            state: Mode of the gait.
+            dt: Time [s] since the last frame; more than a period if frames were lost.
+            settled: The robot stands in its stand pose.
         """
-        self._passed, dt = passed, min(passed, GAP_MAX)
+        self._dt, gyro_dt = dt, min(dt, GAP_MAX)
+        support = expected.support
         self._body.set_joints(frame.joint_position)
         com = self._body.com_in_torso()
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support > 0 else (other, sole)
         force = as_point(frame.linear_acceleration)
-        roll_rate, pitch_rate, yaw_rate = self._rate_since_last(as_point(frame.angular_velocity))
-        down, in_motion = state in DOWN, state in IN_MOTION
-        if down or in_motion:
-            # The feet need not stand still: they say nothing about the torso.
-            self.orientation.update((roll_rate, pitch_rate, yaw_rate), force, None, dt)
-            self.lying_side = self._lying.update(force, dt)
+        rate = self._mean_rate(as_point(frame.angular_velocity))
+        roll_rate, pitch_rate, _ = rate
+        in_motion = state in IN_MOTION
+        if in_motion or state in DOWN:
+            # The feet need not stand flat, so they tell nothing about the torso.
+            self.orientation.update(rate, force, None, gyro_dt)
+            self.lying_side = self._lying.update(force, gyro_dt)
         else:
-            # Not every robot has a yaw gyro; the feet know how fast the torso turns.
-            rate = (roll_rate, pitch_rate, self.odometry.velocity[2])
-            self.orientation.update(rate, force, sole.normal, dt)
+            # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.
+            turning = (roll_rate, pitch_rate, self.odometry.velocity[2])
+            self.orientation.update(turning, force, sole.normal, gyro_dt)
         level = level_frame(sole, self.orientation.up_in_torso)
-        self.com_in_q = measured_com_in_q(com, level, sole_in_q)
+        self.com_in_q = measured_com_in_q(com, level, expected.sole_in_q)
         self.acceleration_in_q = (
-            measured_acceleration_in_q(force, level, sole_in_q)
+            measured_acceleration_in_q(force, level, expected.sole_in_q)
             if self._p.push_acceleration
             else None
         )
         if in_motion:
             return
-        turn = 0.0
+        slip = 0.0
         if self._p.yaw_gyro:
-            rate = (roll_rate, pitch_rate, yaw_rate)
-            turn = self._stance_turn.update(support, level, rate, dt, at_rest=settled)
-            if passed > GAP_MAX:
-                turn = 0.0  # the joints' turn is that of the whole gap, the gyro's is not
+            slip = self._slip_from_yaw_gyro.update(support, level, rate, gyro_dt, at_rest=settled)
+            if dt > GAP_MAX:
+                slip = 0.0  # the joints turned over the whole gap, the gyro only over a part of it
         elif self._p.yaw_from_lean:
-            walked = self.odometry.velocity[:2]
-            turn = self._lean_turn.update(
-                support, level, sole.normal, roll_rate, walked, dt, at_rest=settled
+            velocity = self.odometry.velocity[:2]
+            slip = self._slip_from_lean.update(
+                support, level, sole.normal, roll_rate, velocity, gyro_dt, at_rest=settled
             )
-        self.odometry.update(support, level, other, passed, turn)
+        self.odometry.update(support, level, other, dt, slip)
 
-    def _rate_since_last(self, rate: Point3) -> Point3:
-        """The gyro's rate [rad/s]; where frames were lost, the mean of before and after."""
+    def _mean_rate(self, rate: Point3) -> Point3:
+        """Gyro [rad/s] since the last frame; the mean of both ends if frames were lost."""
         last, self.angular_velocity = self.angular_velocity, rate
-        if self._passed <= self._period:  # as for the first frame, before which none is lost
+        if self._dt <= self._period:
             return rate
         return 0.5 * (last[0] + rate[0]), 0.5 * (last[1] + rate[1]), 0.5 * (last[2] + rate[2])
 
-    def unwanted_tilt(self, wanted_pitch: float) -> tuple[float, float]:
-        """Roll and pitch [rad] beyond the wanted, as they will be when the targets take effect."""
+    @property
+    def tilt(self) -> float:
+        """Angle [rad] between the torso's z axis and the vertical."""
+        return self.orientation.tilt
+
+    def tilt_error(self, wanted_pitch: float) -> tuple[float, float]:
+        """Roll and pitch [rad] beyond the wanted ones, predicted by the feedback delay."""
         p = self._p
         roll_rate, pitch_rate, _ = self.angular_velocity
         return (
@@ -157,9 +179,9 @@ class StateEstimator:
             self.orientation.pitch + p.feedback_delay * pitch_rate - wanted_pitch,
         )
 
-    def falls(self) -> bool:
-        """Whether a fall can no longer be met; once per tick."""
-        return self._fall.falls(
+    def detect_fall(self) -> bool:
+        """Whether a fall can no longer be prevented; call it at most once per tick."""
+        return self._fall.update(
             self.orientation.up_in_torso,
             self.orientation.tilt,
             self.angular_velocity,
@@ -167,40 +189,36 @@ class StateEstimator:
             self._p.fall_horizon,
         )
 
-    def tipping_com(self) -> tuple[float, float, float, float] | None:
-        """x, y [m], vx, vy [m/s] of the CoM of a stand that tips; once per tick of a stand."""
+    def detect_tipping(self) -> tuple[float, float, float, float] | None:
+        """CoM of a stand that tips, see `TippingDetector`; call it once per tick of a stand."""
         p = self._p
         limit = p.stand_catch if p.feedback else 0.0
         return self._tipping.update(
-            self.com_in_q, natural_frequency(p.pendulum_height), limit, self._passed
+            self.com_in_q, natural_frequency(p.pendulum_height), limit, self._dt
         )
 
-    def forget_stand(self) -> None:
-        """The robot does not stand."""
-        self._tipping.forget()
+    def reset_tipping(self) -> None:
+        """Forget the rest position of the last stand."""
+        self._tipping.reset()
 
-    def watch_lying(self) -> None:
-        """The robot moves from now on: begin anew to watch on which side it comes to rest."""
+    def reset_lying_side(self) -> None:
+        """Wait again until the robot has come to rest."""
         self._lying.restart()
 
     def lies_after_motion(self) -> bool:
-        """The accelerometer takes the tilt over, which the gyros lost in the motion."""
+        """Whether a get-up has failed.
+
+        Also resets the tilt to the accelerometer's: the gyro drifts in the fast turns of a get-up.
+        """
         self.orientation.reset(self._lying.force)
-        return self.orientation.tilt > STOOD_UP_TILT
+        return self.orientation.tilt > GET_UP_TILT
 
     @property
-    def place(self) -> TorsoPlace:
-        """Where torso and soles are, by the joints as they were measured."""
+    def torso_place(self) -> TorsoPlace:
+        """Torso and soles by the measured joint angles, for the head."""
         if self._soles is None:
             raise RuntimeError("no frame has been seen yet")
         left, right = self._soles
         return TorsoPlace(
             self.orientation.up_in_torso, left, right, self.odometry.base_footprint_in_odom
         )
-
-
-def _at_rest(frame: SensorFrame) -> bool:
-    force, rate = as_point(frame.linear_acceleration), as_point(frame.angular_velocity)
-    return (
-        abs(math.hypot(*force) - GRAVITY) < REST_FORCE and math.hypot(rate[0], rate[1]) < REST_RATE
-    )

@@ -1,9 +1,9 @@
-"""The torso's orientation against gravity, from gyro, accelerometer and the flat stance foot.
+"""Torso orientation relative to gravity, from gyro, accelerometer and the flat support foot.
 
-The state is u, the upward vertical in the torso frame. The gyro turns it; two slow pulls keep it
-true: towards the specific force, whose mean over a gait cycle is gravity, and towards the normal
-of the stance sole, which lies flat on the ground unless the robot tips. At first the accelerometer
-counts as the mean of what it has said so far, because the first sample may be an impact's.
+The state is u, the unit vertical in the torso frame. The gyro turns it. Two slow corrections remove
+its drift: towards the specific force, whose mean over a gait cycle is gravity, and towards the
+normal of the support sole, which lies flat on the ground unless the robot tips. At first
+the mean of all accelerometer samples so far is used, because the first one may be an impact.
 """
 
 from math import acos, asin, atan2, sqrt
@@ -15,51 +15,58 @@ UPRIGHT: Point3 = (0.0, 0.0, 1.0)
 
 
 class TorsoOrientation:
-    """Complementary filter on the vertical; yaw is not observed."""
+    """Complementary filter of the vertical; yaw is not observed.
 
-    def __init__(self, accelerometer_time: float, stance_time: float, stance_limit: float):
-        """Time constants of both pulls [s]; the tilt [rad] above which the sole is not flat."""
+    Args:
+        accelerometer_time: Time constant [s] of the correction by the specific force.
+        stance_time: Time constant [s] of the correction by the support sole.
+        stance_limit: Tilt [rad] from which on the support sole is not flat.
+
+    Attributes:
+        up_in_torso: Unit vertical in the torso frame.
+    """
+
+    def __init__(self, accelerometer_time: float, stance_time: float, stance_limit: float) -> None:
         self.set_times(accelerometer_time, stance_time, stance_limit)
-        self._up = UPRIGHT
+        self.up_in_torso = UPRIGHT
         self._age = 0.0
 
-    def set_times(
-        self, accelerometer_time: float, stance_time: float, stance_limit: float
-    ) -> None:
+    def set_times(self, accelerometer_time: float, stance_time: float, stance_limit: float) -> None:
+        """Change the constants of the filter; see the class."""
         self._accelerometer_time = accelerometer_time
         self._stance_time = stance_time
         self._stance_limit = stance_limit
 
     @property
-    def up_in_torso(self) -> Point3:
-        """Unit vertical in the torso frame."""
-        return self._up
-
-    @property
     def roll(self) -> float:
-        """[rad], REP-103."""
-        return atan2(self._up[1], self._up[2])
+        """Roll [rad], REP-103."""
+        return atan2(self.up_in_torso[1], self.up_in_torso[2])
 
     @property
     def pitch(self) -> float:
-        """[rad], REP-103."""
-        return -asin(min(1.0, max(-1.0, self._up[0])))
+        """Pitch [rad], REP-103."""
+        return -asin(min(1.0, max(-1.0, self.up_in_torso[0])))
 
     @property
     def tilt(self) -> float:
-        """Angle between the torso's z axis and the vertical [rad]."""
-        return acos(min(1.0, max(-1.0, self._up[2])))
+        """Angle [rad] between the torso's z axis and the vertical."""
+        return acos(min(1.0, max(-1.0, self.up_in_torso[2])))
 
     def reset(self, specific_force: Point3) -> None:
-        """Start from the accelerometer alone, as at rest; upright if it says nothing."""
+        """Begin with the accelerometer alone, as at rest; upright if it measures no force."""
         self._age = 0.0
         length = sqrt(dot(specific_force, specific_force))
-        self._up = _scaled(specific_force, 1.0 / length) if length > 1.0 else UPRIGHT
+        if length > 1.0:
+            x, y, z = specific_force
+            scale = 1.0 / length
+            self.up_in_torso = (x * scale, y * scale, z * scale)
+        else:
+            self.up_in_torso = UPRIGHT
 
     def reset_upright(self) -> None:
-        """Start upright, for a robot that moves: one sample says nothing about gravity then."""
+        """Begin upright, as for a moving robot, whose first sample may be far from gravity."""
         self._age = 0.0
-        self._up = UPRIGHT
+        self.up_in_torso = UPRIGHT
 
     def update(
         self,
@@ -68,29 +75,30 @@ class TorsoOrientation:
         sole_normal: Point3 | None,
         dt: float,
     ) -> None:
-        """One tick: gyro [rad/s] and accelerometer [m/s^2] in the torso frame, dt [s];
-        sole_normal: the stance sole's z axis in the torso frame by the joint angles, None while
-        the robot does not stand on it.
+        """One tick.
+
+        Args:
+            angular_velocity: Gyro [rad/s] in the torso frame.
+            specific_force: Accelerometer [m/s^2] in the torso frame.
+            sole_normal: Unit z axis of the support sole in the torso frame, by the joint angles;
+                None while the robot does not stand on it.
+            dt: Time [s] since the last tick.
         """
         wx, wy, wz = angular_velocity
-        x, y, z = self._up
-        # A fixed vertical seen from a turning torso: du/dt = u x w.
+        x, y, z = self.up_in_torso
+        # A fixed vertical in the frame of a turning torso: du/dt = u x w.
         x, y, z = x + dt * (y * wz - z * wy), y + dt * (z * wx - x * wz), z + dt * (x * wy - y * wx)
         # Not normalised before averaging: only the raw specific force has gravity as its mean.
         self._age += dt
-        pull = dt / min(self._accelerometer_time, self._age + dt)
+        share = dt / min(self._accelerometer_time, self._age + dt)
         ax, ay, az = specific_force
-        x += pull * (ax / GRAVITY - x)
-        y += pull * (ay / GRAVITY - y)
-        z += pull * (az / GRAVITY - z)
+        x += share * (ax / GRAVITY - x)
+        y += share * (ay / GRAVITY - y)
+        z += share * (az / GRAVITY - z)
         if sole_normal is not None and self.tilt < self._stance_limit:
-            pull = dt / self._stance_time
-            x += pull * (sole_normal[0] - x)
-            y += pull * (sole_normal[1] - y)
-            z += pull * (sole_normal[2] - z)
+            share = dt / self._stance_time
+            x += share * (sole_normal[0] - x)
+            y += share * (sole_normal[1] - y)
+            z += share * (sole_normal[2] - z)
         length = sqrt(x * x + y * y + z * z)
-        self._up = (x / length, y / length, z / length) if length > 1e-6 else UPRIGHT
-
-
-def _scaled(vector: Point3, factor: float) -> Point3:
-    return vector[0] * factor, vector[1] * factor, vector[2] * factor
+        self.up_in_torso = (x / length, y / length, z / length) if length > 1e-6 else UPRIGHT

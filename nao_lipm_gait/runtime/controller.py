@@ -282,13 +282,13 @@ class GaitController:
         self._senses.begin_anew(steady)
         self._velocity.clear()
         if steady:
-            self._gait.go_on_at(stamp)
+            self._gait.continue_at(stamp)
             self._guarded.go_on_at(stamp)
             if self._gait.state in ON_THE_WAY:
                 self._gait.request_stand()
             return
         self._guarded.begin_anew()
-        self._gait.begin_again()
+        self._gait.restart()
 
     # -- the tick ----------------------------------------------------------------------------------
 
@@ -317,7 +317,7 @@ class GaitController:
         if self._held >= HELD_MAX:
             # What it remembers may be spoilt for ever; a stand needs none of it.
             self._held = 0
-            self._gait.begin_again()
+            self._gait.restart()
         if not answer.held:
             self._status = self._gait.status
             self._outlet.status(self._status)
@@ -330,7 +330,7 @@ class GaitController:
         patience = round(self._settings.imu_patience * 1e9)
         if blind > patience:
             if self._loads.carry_nothing(stamp) or self._gait.state is GaitState.FALLEN:
-                self._gait.believe_fallen()
+                self._gait.report_fall()
                 return f"imu/data: none for {blind * 1e-9:.1f} s, and no load on the soles: relaxed"
             return f"{self._imu_trouble(blind)}; the robot stops and stands"
         if blind == 0 and before > patience:
@@ -363,7 +363,7 @@ class GaitController:
         if self._gait.state in BUSY:
             return
         # A fallen robot stays so until the IMU has shown for a while that it is upright.
-        self._gait.begin_again()
+        self._gait.restart()
         self._guarded.begin_anew()
 
     def _force_at_rest(self) -> FloatArray:
@@ -429,7 +429,7 @@ class GaitController:
         self._parameters = changed
         self._gait.set_parameters(changed)
         if needs_reset:
-            self._gait.begin_again()  # the standing robot blends from its pose into the same one
+            self._gait.restart()  # the standing robot blends from its pose into the same one
 
     # -- watching ----------------------------------------------------------------------------------
 

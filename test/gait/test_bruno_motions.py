@@ -153,7 +153,7 @@ def test_what_is_asked_of_a_fallen_robot_stays_undone() -> None:
         watch = MotionWatch(simulation, gait, asked)
         for tick in run(simulation, gait, HeldCommand()):
             if tick.status is not None:
-                gait.believe_fallen()
+                gait.report_fall()
             watch.tick()
             if simulation.time >= 0.3e9:
                 break

@@ -41,7 +41,8 @@ def test_measured_com_undoes_the_torsos_rotation(
     offset = torso_in_world.inv().apply(sole_in_world.apply(from_sole))
     sole = sole_pose(torso_in_world.inv() * sole_in_world, com - offset)
     up = tuple(torso_in_world.inv().apply([0.0, 0.0, 1.0]))
-    assert level_frame(sole, up).seen(tuple(com)) == pytest.approx(tuple(from_sole), abs=1e-9)
+    measured = level_frame(sole, up).coordinates(tuple(com))
+    assert measured == pytest.approx(tuple(from_sole), abs=1e-9)
 
 
 def test_measured_com_is_where_the_walk_put_the_sole() -> None:

@@ -261,7 +261,7 @@ def test_after_a_gap_a_fallen_robot_is_still_down_and_goes_on_getting_up(
             robot.tick()
     robot.stamp += 30 * PERIOD
     for _ in range(again):
-        robot.gait.begin_again()
+        robot.gait.restart()
     assert robot.tick().stiffness == 0.0
     assert robot.gait.state is GaitState.FALLEN
     states = robot.states(4.0)
@@ -290,7 +290,7 @@ def test_a_fall_takes_the_heading_that_was_held(library: MotionLibrary) -> None:
     robot.run(1.0)
     robot.run(3.0, FORWARD)
     assert robot.gait._heading_hold.holds
-    robot.gait.believe_fallen()
+    robot.gait.report_fall()
     robot.tick(FORWARD)
     assert robot.gait.state is GaitState.FALLEN
     assert not robot.gait._heading_hold.holds

@@ -6,7 +6,7 @@ from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import VelocityCommand
-from nao_lipm_gait.velocity_control import ERROR_MAX, OFFSET_MAX, RESERVE, SpeedHold
+from nao_lipm_gait.velocity_control import ERROR_MAX, OFFSET_MAX, RESERVE_MIN, SpeedHold
 
 DT = 0.01
 TIME = 2.0
@@ -24,7 +24,7 @@ def follow(
     given = command
     for _ in range(round(seconds / DT)):
         walked = given.x - lack[0], given.y - lack[1], 0.0
-        given = hold.steered(command, walked, reserve, TIME, DT)
+        given = hold.correct(command, walked, reserve, TIME, DT)
     return given
 
 
@@ -40,22 +40,22 @@ def test_what_is_learned_outlives_a_stand() -> None:
     hold = SpeedHold()
     follow(hold, 20.0, (0.02, 0.0))
     still = VelocityCommand(0.0, 0.0, 0.0)
-    assert hold.steered(still, (0.0, 0.0, 0.0), 1.0, TIME, DT) == still
-    assert hold.steered(ASKED, (0.0, 0.0, 0.0), 1.0, TIME, DT).x == pytest.approx(0.22, abs=1e-4)
+    assert hold.correct(still, (0.0, 0.0, 0.0), 1.0, TIME, DT) == still
+    assert hold.correct(ASKED, (0.0, 0.0, 0.0), 1.0, TIME, DT).x == pytest.approx(0.22, abs=1e-4)
 
 
 def test_nothing_is_learned_while_the_walk_still_follows_a_command() -> None:
     hold = SpeedHold()
     for tick in range(300):
         ramp = VelocityCommand(0.3 * tick / 300, 0.0, 0.0)
-        hold.steered(ramp, (0.0, 0.0, 0.0), 1.0, TIME, DT)
+        hold.correct(ramp, (0.0, 0.0, 0.0), 1.0, TIME, DT)
     assert abs(hold.offset[0]) < 0.01
 
 
 def test_neither_a_push_nor_a_blocked_robot_winds_it_up() -> None:
     hold = SpeedHold()
     follow(hold, 20.0, (0.0, 0.0))
-    hold.steered(ASKED, (-3.0, 3.0, 0.0), 1.0, TIME, DT)
+    hold.correct(ASKED, (-3.0, 3.0, 0.0), 1.0, TIME, DT)
     assert max(map(abs, hold.offset)) <= ERROR_MAX * DT / TIME + 1e-12
     follow(hold, 60.0, (5.0, 5.0))
     assert hold.offset == (OFFSET_MAX, OFFSET_MAX)
@@ -67,7 +67,7 @@ def test_the_longest_steps_are_not_made_longer_but_may_be_made_shorter() -> None
     assert abs(hold.offset[0]) < 1e-3, "what cannot be given is not learned"
     assert follow(SpeedHold(), 20.0, (-0.03, 0.0), reserve=0.0).x == pytest.approx(0.17, abs=1e-4)
     follow(hold, 20.0, (0.02, 0.0))
-    half = hold.steered(ASKED, (0.2, -0.05, 0.0), 0.5 * RESERVE, TIME, DT)
+    half = hold.correct(ASKED, (0.2, -0.05, 0.0), 0.5 * RESERVE_MIN, TIME, DT)
     assert half.x == pytest.approx(0.21, abs=1e-3)
 
 
@@ -83,7 +83,7 @@ def test_a_turn_without_a_way_is_left_alone() -> None:
 def test_time_zero_leaves_every_command_alone() -> None:
     hold = SpeedHold()
     for _ in range(500):
-        assert hold.steered(ASKED, (0.0, 0.0, 0.0), 1.0, 0.0, DT) == ASKED
+        assert hold.correct(ASKED, (0.0, 0.0, 0.0), 1.0, 0.0, DT) == ASKED
 
 
 def test_a_robot_that_lacks_speed_walks_as_asked() -> None:

@@ -9,7 +9,7 @@ import pytest
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.estimation.com_measurement import level_frame
-from nao_lipm_gait.estimation.yaw_slip import LeanTurn, TurnOverSole
+from nao_lipm_gait.estimation.yaw_slip import YawOverSole, YawSlipFromLean
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
@@ -30,7 +30,7 @@ class SwayingTorso:
         """Lean [rad] over the soles; bias of the roll gyro [rad/s]; joints: the turn that they
         see [rad/s]; slope [rad] of the ground, down the way that the robot looks.
         """
-        self.filter = LeanTurn()
+        self.filter = YawSlipFromLean()
         self.seen = 0.0
         """[rad] of the soles' turn, as far as the filter has told it."""
         self.tipping = 0.0
@@ -74,7 +74,7 @@ class SwayingTorso:
             -math.sin(lean), math.cos(lean) * math.sin(tilted), math.cos(lean) * math.cos(tilted)
         )
         self.seen += self.filter.update(
-            support, level_frame(sole, vertical), sole.normal, gyro, velocity, DT, at_rest
+            support, level_frame(sole, vertical), sole.normal, gyro, velocity, DT, at_rest=at_rest
         )
 
 
@@ -211,7 +211,7 @@ def test_another_way_to_walk_turns_the_soles_in_its_own_way() -> None:
 
 
 def test_the_torso_turns_left_over_a_sole_that_it_sees_turn_right() -> None:
-    turn = TurnOverSole()
+    turn = YawOverSole()
     up = (0.0, 0.0, 1.0)
 
     def turn_of(support: int, heading: float) -> float | None:
