@@ -16,7 +16,7 @@ from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
-from nao_lipm_gait.motion.groups import BODY, joint_groups
+from nao_lipm_gait.motion.joints import BODY, joint_groups
 from nao_lipm_gait.motion.keyframes import Motion
 from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.motion.scheduler import MotionScheduler

@@ -175,7 +175,7 @@ class Modes:
         resumes, self.resumes = self.resumes, False
         if lies or self._requests.fall:
             self.state = FALLEN
-            self.motions.forget_if_upright()
+            self.motions.drop_upright()
         else:
             self.state = MOTION if resumes else STAND
             self.motions.get_up_wanted = False
@@ -207,7 +207,7 @@ class Modes:
     def _enter(self, transition: Transition) -> None:
         before, after = transition.before, transition.after
         if after is FALLEN or (after is RELAXED and not self._requests.relax):
-            self.motions.forget_if_upright()
+            self.motions.drop_upright()
         elif after is RELAXED or (after is STAND and before not in (WALK, STOP)):
             self.motions.stop()
         elif before is STAND and after is WALK and transition.tipping_com is None:

@@ -134,6 +134,11 @@ NAME = Text(pattern="[a-z_][a-z0-9_]*", description="a name of small letters, di
 """A name that can also be a file name or a command line argument."""
 
 
+def is_name(text: str) -> bool:
+    """True for a text that `NAME` allows."""
+    return re.fullmatch(NAME.pattern, text) is not None
+
+
 @attrs.frozen
 class Optional(Kind):
     """What `kind` allows, or null."""

@@ -1,1 +1,1 @@
-"""Motions made of keyframes: files, checks, and playing them."""
+"""Keyframe motions: files, checks, player and scheduler."""

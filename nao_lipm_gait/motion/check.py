@@ -1,4 +1,4 @@
-"""Joint limits and joint speeds of a motion, before it runs."""
+"""Checks joint limits and joint speeds of a motion before it runs."""
 
 import numpy as np
 
@@ -9,15 +9,15 @@ from nao_lipm_gait.types import FloatArray
 from nao_lipm_gait.whole_body.joint_limits import JointLimits
 
 SPEED_SHARE = 0.95
-"""Share of a joint's speed limit that a motion may ask for: what is left is for the balance."""
+"""Share of a joint's speed limit that a motion may use; the rest is left for gyro stabilisation."""
 _ROUNDING = 1e-6
 
 
 def check_motion(motion: Motion, robot: RobotDescription) -> None:
-    """NaoGaitError that names motion, keyframe, joint, value and limit.
+    """Raise NaoGaitError with motion, keyframe, joint, value and limit.
 
-    The way into the first keyframe begins wherever the robot is, so its time is made long enough
-    when it runs; the same holds for the ways from and to the gait's stand pose.
+    The movement into the first keyframe starts at an unknown pose; the player extends its time if
+    necessary. The same holds for movements from and to the gait's stand pose.
     """
     limits = JointLimits(robot)
     before: FloatArray | None = None
@@ -33,10 +33,10 @@ def check_motion(motion: Motion, robot: RobotDescription) -> None:
         before = position
 
 
-def fastest(way: FloatArray, interpolation: Interpolation, robot: RobotDescription) -> float:
-    """[s] the shortest time for a way of the joints (n,) [rad] within their speeds."""
+def fastest(change: FloatArray, interpolation: Interpolation, robot: RobotDescription) -> float:
+    """[s] The shortest time for a change of the joints (n,) [rad] within their speed limits."""
     speed = SPEED_SHARE * robot.velocity_limit
-    times = interpolation.peak * np.abs(np.nan_to_num(way)) / speed
+    times = interpolation.peak * np.abs(np.nan_to_num(change)) / speed
     return float(np.max(times))
 
 
@@ -66,12 +66,12 @@ def _check_limits(
 
 def _check_speed(
     where: str,
-    way: FloatArray,
+    change: FloatArray,
     time: float,
     interpolation: Interpolation,
     robot: RobotDescription,
 ) -> None:
-    speed = interpolation.peak * np.abs(np.nan_to_num(way)) / time
+    speed = interpolation.peak * np.abs(np.nan_to_num(change)) / time
     limit = SPEED_SHARE * robot.velocity_limit
     worst = int(np.argmax(speed / limit))
     if speed[worst] > limit[worst] * (1.0 + _ROUNDING):

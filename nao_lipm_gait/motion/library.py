@@ -1,4 +1,4 @@
-"""All motions of a robot: the files in config/motions/<robot>/ and their mirror images."""
+"""The motions of a robot: the files in config/motions/ROBOT/ and their mirror images."""
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
@@ -20,17 +20,18 @@ class MotionLibrary:
             self.add(motion)
 
     def add(self, motion: Motion) -> None:
-        """Refuses a name that is taken."""
+        """Add a motion; NaoGaitError if its name is taken."""
         if motion.name in self._motions:
             raise NaoGaitError("motion", motion.name, "each name once")
         self._motions[motion.name] = motion
 
     @property
     def motions(self) -> Mapping[str, Motion]:
+        """Motions by name."""
         return self._motions
 
     def find(self, name: str) -> Motion:
-        """NaoGaitError that lists the names."""
+        """The motion of a name; NaoGaitError lists the known names."""
         motion = self._motions.get(name)
         if motion is None:
             names = ", ".join(sorted(self._motions)) or "none for this robot"
@@ -38,16 +39,16 @@ class MotionLibrary:
         return motion
 
     def between(self, starts: Posture, ends: Posture) -> Motion | None:
-        """The shortest motion that leads from one posture to the other."""
-        ways = [
+        """The shortest motion from one posture to another, or None."""
+        found = [
             motion for motion in self._motions.values()
             if motion.begins_from(starts) and motion.ends is ends
         ]  # fmt: skip
-        return min(ways, key=lambda motion: (motion.time, motion.name), default=None)
+        return min(found, key=lambda motion: (motion.time, motion.name), default=None)
 
 
 def load_library(folder: Path, robot: RobotDescription) -> MotionLibrary:
-    """Every *.yaml of a folder; the first bad file raises NaoGaitError."""
+    """Load every *.yaml of a folder; the first bad file raises NaoGaitError."""
     if not folder.is_dir():
         raise NaoGaitError("motions", str(folder), "a folder of motion files")
     return MotionLibrary(
@@ -57,11 +58,11 @@ def load_library(folder: Path, robot: RobotDescription) -> MotionLibrary:
 
 @lru_cache(maxsize=8)
 def shipped_library(robot: RobotDescription) -> MotionLibrary:
-    """The motions that come with the package; none for a robot without a folder of them."""
+    """The shipped motions of a robot; an empty library if there are none."""
     folder = share("config") / "motions" / robot.name
     return load_library(folder, robot) if folder.is_dir() else MotionLibrary()
 
 
 def library_of(robot: RobotDescription, folder: str = "") -> MotionLibrary:
-    """The motions of a folder; of an empty name, the shipped ones."""
+    """The motions of a folder, or the shipped ones if `folder` is empty."""
     return load_library(Path(folder).expanduser(), robot) if folder else shipped_library(robot)

@@ -1,9 +1,7 @@
-"""Plays a motion: joint angles and stiffness for one tick after the other.
+"""Plays a motion: joint angles and stiffness of each tick.
 
-Gyro stabilisation of the leg that stands alone: eq. (7) of Friedmann et al. without k_d.
-
-Signs are those of a robot whose joints turn as the NAO's do: a torso that pitches forward is met by
-pressing the toes down.
+The support leg of a keyframe is stabilised with the gyro, eq (7) of Friedmann et al. without k_d.
+Positive joint angles are those of the NAO: a torso that pitches forward presses the toes down.
 """
 
 from typing import NamedTuple
@@ -23,9 +21,14 @@ def balanced(
     balance: Balance,
     robot: RobotDescription,
 ) -> None:
-    """Add the corrections to joint targets (n,) [rad] in place.
+    """Add the gyro corrections of the support leg to joint targets in place.
 
-    support: +1 left, -1 right; angular_velocity [rad/s] of the torso in the torso frame.
+    Args:
+        position: (n,) [rad] Joint targets.
+        support: +1 left, -1 right.
+        angular_velocity: [rad/s] Of the torso, in the torso frame.
+        balance: Gains.
+        robot: The robot.
     """
     roll_rate, pitch_rate, _ = angular_velocity
     leg = robot.left_leg if support > 0 else robot.right_leg
@@ -37,14 +40,17 @@ def balanced(
 
 
 class MotionTick(NamedTuple):
-    """Targets of one control period."""
+    """Targets of one control period.
+
+    Attributes:
+        position: (n,) [rad]; NaN for joints that the motion does not move.
+        stiffness: (n,) 0 to 1.
+        support: Leg to be stabilised: +1 left, -1 right, 0 none.
+    """
 
     position: FloatArray
-    """(n,) [rad]; NaN = not the motion's joint."""
     stiffness: FloatArray
-    """(n,) 0 to 1."""
     support: int
-    """Leg to be stabilised: +1 left, -1 right; 0 none."""
 
 
 class _Segment(NamedTuple):
@@ -58,15 +64,24 @@ class _Segment(NamedTuple):
 
 
 class MotionPlayer:
-    """One run of a motion; deterministic, no clock."""
+    """One run of a motion.
+
+    Movements whose start or end is only known now take longer than in the file if necessary.
+
+    Args:
+        motion: The motion.
+        robot: The robot.
+        start: (n,) [rad] Current joint angles.
+        stand: (n,) [rad] The gait's stand pose.
+
+    Attributes:
+        motion: The motion.
+        time: [s] From start to end.
+    """
 
     def __init__(
         self, motion: Motion, robot: RobotDescription, start: FloatArray, stand: FloatArray
     ) -> None:
-        """start: (n,) [rad] where the joints are; stand: (n,) [rad] where the gait wants them.
-
-        Ways whose ends are only known now take longer than the file says, if they have to.
-        """
         self.motion = motion
         self._segments: list[_Segment] = []
         before, begin = np.array(start, dtype=float), 0.0
@@ -75,7 +90,7 @@ class MotionPlayer:
             after = np.array(wanted, dtype=float)
             needed = fastest(after - before, keyframe.interpolation, robot)
             time = max(keyframe.time, needed)
-            # A joint that joins in begins where it is; the motion does not know where that is.
+            # The start of a joint that had no target yet is unknown: it begins at its target.
             first = np.where(np.isnan(before), after, before)
             self._segments.append(
                 _Segment(
@@ -85,16 +100,16 @@ class MotionPlayer:
             )  # fmt: skip
             before, begin = after, begin + time
         self.time = begin
-        """[s] from start to end."""
         self._now = 0.0
         self._segment = 0
 
     @property
     def finished(self) -> bool:
+        """True after the last keyframe."""
         return self._now >= self.time - 1e-9
 
     def advance(self, dt: float) -> MotionTick:
-        """Go on by dt [s]; after the end, its last keyframe."""
+        """Advance by dt [s]; after the end the last keyframe is held."""
         self._now += dt
         segments = self._segments
         while (

@@ -1,6 +1,6 @@
-"""Which motion runs, which comes next, and what it asks of the joints; the gait's side of motions.
+"""Schedules motions: which one runs, which one comes next, and the joint targets of the tick.
 
-Pure: no clock, no I/O but the reading of the motion files when a motion is first asked for.
+There is no clock and no I/O, except that the motion files are read when a motion is first needed.
 """
 
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.groups import HEAD, joint_groups
+from nao_lipm_gait.motion.joints import HEAD, joint_groups
 from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
 from nao_lipm_gait.motion.library import MotionLibrary, shipped_library
 from nao_lipm_gait.motion.player import MotionPlayer, balanced
@@ -16,50 +16,61 @@ from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, Point3
 
 GET_UP = "get_up"
-"""Stands for the motion that gets up from the side on which the robot lies."""
+"""Request for the motion that gets up from the side on which the robot lies."""
 ATTEMPTS = 5
-"""Get-ups on its own after one fall; then the robot stays down until it is asked again."""
+"""Automatic get-ups after one fall; then the robot stays down until the next request."""
 
 
 class MotionTargets(NamedTuple):
-    """What a motion asks for in one tick."""
+    """Joint targets of one tick.
+
+    Attributes:
+        position: (n,) [rad]; not yet clipped at the joint limits.
+        stiffness: (n,) 0 to 1.
+    """
 
     position: FloatArray
-    """(n,) [rad], not yet cut at the joint limits."""
     stiffness: FloatArray
-    """(n,) 0 to 1."""
 
 
 class MotionScheduler:
-    """Runs one motion after the other."""
+    """Runs one motion after the other.
+
+    Args:
+        robot: The robot.
+        library: Its motions; None = the shipped ones, read when first needed.
+
+    Attributes:
+        waiting: The requested motion, which starts as soon as it can.
+        get_up_wanted: A get-up was requested; it starts once the lying side is known.
+        attempts: Get-ups since the last stand.
+    """
 
     def __init__(self, robot: RobotDescription, library: MotionLibrary | None = None) -> None:
-        """library: None = the shipped motions of this robot, read when first needed."""
         self._robot = robot
         self._library = library
         self._head = joint_groups(robot)[HEAD]
         self._player: MotionPlayer | None = None
         self._hold = np.array(robot.stand_pose, dtype=float)
         self.waiting: Motion | None = None
-        """Was asked for and runs as soon as it can."""
         self.get_up_wanted = False
-        """A get-up was asked for and runs once it is known on which side the robot lies."""
         self.attempts = 0
-        """Get-ups since the last stand."""
 
     @property
     def library(self) -> MotionLibrary:
+        """The motions that can be requested."""
         if self._library is None:
             self._library = shipped_library(self._robot)
         return self._library
 
     @property
     def running(self) -> Motion | None:
+        """The motion that runs now."""
         return None if self._player is None else self._player.motion
 
     @property
     def turns_head(self) -> bool:
-        """The running motion has poses of the head; one that has none leaves the head alone."""
+        """True if the running motion moves the head."""
         running = self.running
         return running is not None and any(
             keyframe.position is not None and not np.isnan(keyframe.position[self._head]).all()
@@ -68,14 +79,18 @@ class MotionScheduler:
 
     @property
     def finished(self) -> bool:
-        """The motion has come to its last keyframe, and holds it."""
+        """True if no motion runs or the last keyframe is held."""
         return self._player is None or self._player.finished
 
     def request(self, asked: str | Motion, posture: Posture | None) -> None:
-        """Ask for a motion, or one by its name, for a robot that is, or after the running motion
-        will be, in this posture; None = not known, as while it falls.
+        """Request a motion.
 
-        NaoGaitError for an unknown motion and for one that does not begin there.
+        Args:
+            asked: The motion or its name; GET_UP for the get-up of the lying side.
+            posture: Posture now, or after the running motion; None = unknown, as during a fall.
+
+        Raises:
+            NaoGaitError: The motion is unknown or cannot start in this posture.
         """
         lies = posture is None or posture in LYING
         name = asked.name if isinstance(asked, Motion) else asked
@@ -99,24 +114,24 @@ class MotionScheduler:
         self.waiting = motion
 
     def get_up_from(self, posture: Posture) -> Motion | None:
-        """The motion that leads from there to the feet, or nearer to them; None if there is none"""
+        """The motion that gets up from a lying side, or rolls to one from which a motion does."""
         to_feet = self.library.between(posture, Posture.STANDING)
         if to_feet is not None:
             return to_feet
-        for way in (Posture.LYING_BACK, Posture.LYING_FRONT):
-            roll = self.library.between(posture, way)
+        for side in (Posture.LYING_BACK, Posture.LYING_FRONT):
+            roll = self.library.between(posture, side)
             if roll is not None:
                 return roll
         return None
 
     def begin(self, motion: Motion, start: FloatArray, stand: FloatArray) -> None:
-        """start: (n,) [rad] where the joints are; stand: (n,) [rad] the gait's stand."""
+        """Start a motion; start: (n,) [rad] current joints, stand: (n,) [rad] the gait's stand."""
         self._player = MotionPlayer(motion, self._robot, start, stand)
         self._hold = np.array(start, dtype=float)
         self.waiting = None
 
     def advance(self, time: float, angular_velocity: Point3) -> MotionTargets:
-        """Go on by time [s]; angular_velocity [rad/s] of the torso in the torso frame."""
+        """Advance by time [s]; angular_velocity [rad/s] of the torso in the torso frame."""
         player = self._player
         if player is None:
             return MotionTargets(self._hold.copy(), np.ones(len(self._hold)))
@@ -127,17 +142,17 @@ class MotionScheduler:
         return MotionTargets(position, tick.stiffness)
 
     def end(self) -> None:
-        """Forget the running motion, and keep what is to follow."""
+        """Drop the running motion and keep the waiting one."""
         self._player = None
 
     def stop(self) -> None:
-        """Forget the running motion and what was to follow."""
+        """Drop the running motion and all requests."""
         self._player = None
         self.waiting = None
         self.get_up_wanted = False
 
-    def forget_if_upright(self) -> None:
-        """The robot falls: what needs feet is off."""
+    def drop_upright(self) -> None:
+        """Drop the motions that need a robot on its feet; called when it falls."""
         self._player = None
         if self.waiting is not None and self.waiting.starts not in LYING:
             self.waiting = None

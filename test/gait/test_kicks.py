@@ -1,18 +1,15 @@
-"""Which kick is chosen, and that kicks and get-ups work on the simulated robot."""
+"""Kicks and get-ups on the simulated robot."""
 
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from gait_lab.trials.get_up import GetUpSpec, get_up
 from gait_lab.trials.kick import KickSpec, kick
 from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.kicks import REACH, choose_kick
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
@@ -31,44 +28,6 @@ def test_there_are_eight_kicks_in_pairs() -> None:
         left, right = KICKS[f"{kind}_left"], KICKS[f"{kind}_right"]
         assert (left.x, left.y) == (right.x, -right.y)
         assert left.direction == -right.direction
-
-
-@pytest.mark.parametrize("name", sorted(KICKS))
-def test_a_ball_on_its_spot_chooses_the_kick(name: str) -> None:
-    wanted = KICKS[name]
-    choice = choose_kick(MOTIONS, wanted.x + 0.004, wanted.y - 0.003, wanted.direction + 0.1)
-    assert choice is not None
-    assert choice.motion.name == name
-    assert choice.offset == pytest.approx(0.005, abs=1e-6)
-    assert choice.turn == pytest.approx(0.1, abs=1e-6)
-
-
-def test_the_direction_decides_between_kicks_for_one_ball() -> None:
-    front = KICKS["kick_front_left"]
-    side = KICKS["kick_side_left"]
-    both = choose_kick(MOTIONS, front.x, front.y, 0.0, reach=1.0)
-    turned = choose_kick(MOTIONS, side.x, side.y, math.pi / 2.0, reach=1.0)
-    assert both is not None
-    assert both.motion.name == "kick_front_left"
-    assert turned is not None
-    assert turned.motion.name == "kick_side_left"
-
-
-def test_a_ball_out_of_reach_is_not_kicked() -> None:
-    front = KICKS["kick_front_left"]
-    assert choose_kick(MOTIONS, front.x + 2.0 * REACH, front.y, 0.0) is None
-    assert choose_kick([], front.x, front.y, 0.0) is None
-
-
-@given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-3.0, 3.0))
-def test_mirrored_balls_choose_mirrored_kicks(x: float, y: float, direction: float) -> None:
-    one = choose_kick(MOTIONS, x, y, direction, reach=0.1)
-    other = choose_kick(MOTIONS, x, -y, -direction, reach=0.1)
-    if one is None or other is None:
-        assert one is other
-    elif abs(y) > 1e-6 and abs(direction) > 1e-6:
-        assert other.offset == pytest.approx(one.offset)
-        assert abs(other.turn) == pytest.approx(abs(one.turn))
 
 
 # -- on the simulated robot ------------------------------------------------------------------------
