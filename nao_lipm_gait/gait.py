@@ -40,8 +40,7 @@ from nao_lipm_gait.types import (
     VelocityCommand,
 )
 from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold
-from nao_lipm_gait.walks.base import BodyTargets
-from nao_lipm_gait.walks.registry import make_walk
+from nao_lipm_gait.walks.base import BodyTargets, make_walk
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.joint_limits import JointLimits

@@ -13,6 +13,7 @@ import attrs
 from nao_lipm_gait import schema
 from nao_lipm_gait.resources import find
 from nao_lipm_gait.schema import Settings, choice, number, switch
+from nao_lipm_gait.walks.registry import WALKS
 
 
 @attrs.frozen
@@ -20,9 +21,8 @@ class GaitParameters(Settings):
     """Everything that can be tuned, in SI units. Each field holds its unit, range and meaning."""
 
     walk: str = choice(
-        ("lipm", "zmp", "preview"),
-        "Walk engine: lipm = observed linear inverted pendulum of the first paper, zmp = ZMP "
-        "trajectories of the second paper, preview = ZMP preview control.",
+        tuple(WALKS),
+        f"Walk engine: {', '.join(f'{name} = {each.meaning}' for name, each in WALKS.items())}.",
         section="Walk engine",
     )
 

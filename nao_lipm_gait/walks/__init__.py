@@ -1,1 +1,1 @@
-"""The walk engines, and what they share."""
+"""The walk engines: `base` is their interface, `registry` lists them, `steps` is shared."""

@@ -1,25 +1,45 @@
-"""What a walk is to the gait, so that another walk can take the pendulum walk's place."""
+"""The interface of a walk engine: what the gait calls, and what it gets back."""
 
+from importlib import import_module
 from typing import NamedTuple, Protocol
 
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import Point3, Pose2, VelocityCommand
+from nao_lipm_gait.types import LEFT, Point3, Pose2, VelocityCommand
+from nao_lipm_gait.walks.registry import WALKS
 
 
 class SoleTarget(NamedTuple):
-    """Wanted pose of a sole in Q: the point under the ankle axes, and its angles."""
+    """Target pose of a sole in Q; its reference point is below the ankle axes.
+
+    Attributes:
+        x: Forward [m].
+        y: To the left [m].
+        z: Height above the ground [m].
+        yaw: Rotation about the vertical [rad].
+        pitch: Pitch [rad]; positive lowers the toes.
+        roll: Roll [rad].
+    """
 
     x: float
     y: float
     z: float
-    """[m] above the ground."""
     yaw: float
     pitch: float = 0.0
     roll: float = 0.0
 
 
 class BodyTargets(NamedTuple):
-    """Where the body shall be at the time the command takes effect."""
+    """Targets for the body at the time when the command takes effect.
+
+    Attributes:
+        com_in_q: CoM in Q [m]; z is its height above the ground.
+        left_sole: Left sole in Q.
+        right_sole: Right sole in Q.
+        torso_roll: Roll of the torso against gravity [rad].
+        torso_pitch: Pitch of the torso against gravity [rad].
+        q_in_odom: Pose of Q by the planned steps; only differences of it are meaningful.
+    """
 
     com_in_q: Point3
     left_sole: SoleTarget
@@ -27,79 +47,94 @@ class BodyTargets(NamedTuple):
     torso_roll: float
     torso_pitch: float
     q_in_odom: Pose2
-    """Where the walk believes its Q to be; only differences of it mean anything."""
 
     def posed(self, com_in_q: Point3, torso_pitch: float) -> "BodyTargets":
-        """The same with another CoM and pitch."""
+        """The same targets with another CoM [m] and torso pitch [rad]."""
         left, right, roll = self.left_sole, self.right_sole, self.torso_roll
         return BodyTargets(com_in_q, left, right, roll, torso_pitch, self.q_in_odom)
 
 
 class Expectation(NamedTuple):
-    """What the walk expects at the time of the measurement."""
+    """The state that the walk expects at the time of the measurement.
+
+    Attributes:
+        support: Supporting leg, LEFT or RIGHT.
+        com_in_q: Expected CoM, x and y in Q [m].
+        sole_in_q: Pose of the supporting sole in Q; the measured CoM refers to it.
+    """
 
     support: int
-    """+1 left, -1 right."""
     com_in_q: tuple[float, float]
     sole_in_q: Pose2
-    """The sole that the measured CoM is to be referred to."""
 
 
 class WalkView(Protocol):
-    """Where a walk is at some time, for those who watch it."""
+    """State of a walk at some time, for status and diagnostics."""
 
     @property
     def support(self) -> int:
-        """+1 left, -1 right."""
+        """Supporting leg, LEFT or RIGHT."""
 
     @property
     def x(self) -> float:
-        """CoM in Q [m]."""
+        """CoM in Q, forward [m]."""
 
     @property
-    def y(self) -> float: ...
+    def y(self) -> float:
+        """CoM in Q, to the left [m]."""
 
     @property
     def sole_in_q(self) -> Pose2:
-        """The sole of the supporting foot."""
+        """Pose of the supporting sole in Q."""
 
     @property
     def q_in_odom(self) -> Pose2:
-        """Where the walk believes its Q to be; only differences of it mean anything."""
+        """Pose of Q by the planned steps; only differences of it are meaningful."""
 
     @property
     def step_count(self) -> int:
-        """Support changes since the walk began."""
+        """Number of support changes since the walk started."""
 
 
 class Walk(Protocol):
-    """One gait tick is expect -> observe -> plan.
+    """A walk engine. One tick calls `expect`, `observe` and `plan`, in this order.
 
-    Made by `walks.make_walk`, standing. Three times matter: what is measured now (`expected`, and
-    corrected by the measurement `estimated`) was commanded a delay ago; what is commanded now takes
-    effect later (`predicted`).
+    Three times matter. The state measured now was commanded one delay ago (`expected`; corrected by
+    the measurement: `estimated`). The targets sent now take effect one delay later (`predicted`).
     """
 
     def stand_at(self, q_in_odom: Pose2) -> None:
-        """Forget all motion: both feet side by side, the CoM at rest between them."""
+        """Reset to a stand: both feet side by side, the CoM at rest between them."""
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """New parameters between two ticks; `walk` and the delay are fixed at construction."""
+        """Use new parameters from the next `plan` on; the engine and its delay never change."""
 
     def start(self, command: VelocityCommand) -> None:
-        """Begin from a stand with the CoM at rest in the middle of Q."""
+        """Start to walk from a stand."""
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
-        """Step out of a stand whose CoM tips; x, y [m], vx, vy [m/s]: its state in Q."""
+        """Start to step from a stand whose CoM tips over.
+
+        Args:
+            x: CoM in Q, forward [m].
+            y: CoM in Q, to the left [m].
+            vx: Its velocity, forward [m/s].
+            vy: Its velocity, to the left [m/s].
+        """
 
     def expect(self) -> Expectation:
-        """Move on by one control period and say what should be measured now."""
+        """Advance by one control period; returns the state expected at the measurement."""
 
     def observe(
         self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
     ) -> None:
-        """Correct the walk by the measured CoM in Q [m]; acceleration: the torso's, x and y
-        in Q over the last tick [m/s^2], None = not looked at.
+        """Correct the walk by a measurement.
+
+        Args:
+            measured_x: Measured CoM in Q, forward [m].
+            measured_y: Measured CoM in Q, to the left [m].
+            acceleration: Acceleration of the torso along x and y of Q over the last tick [m/s^2];
+                None if it is not used.
         """
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
@@ -107,36 +142,82 @@ class Walk(Protocol):
 
     @property
     def finished(self) -> bool:
-        """True once a stop has brought the CoM to rest between the feet."""
+        """Whether a stop has brought the CoM to rest between the feet."""
 
     @property
     def stopping(self) -> bool:
-        """Both feet stay on the ground from now on."""
+        """Whether both feet stay on the ground from now on."""
 
     @property
     def expected(self) -> WalkView:
-        """Before the correction, at the time of the measurement."""
+        """State at the time of the measurement, before the correction."""
 
     @property
     def estimated(self) -> WalkView:
-        """After it."""
+        """State at the time of the measurement, after the correction."""
 
     @property
     def predicted(self) -> WalkView:
-        """At the time at which the targets of the last plan take effect."""
+        """State at the time when the targets of the last `plan` take effect."""
 
     @property
     def origin_in_q(self) -> tuple[float, float]:
-        """Where the walk wants the ground to push: pendulum origin or ZMP [m]."""
+        """Pendulum origin or desired ZMP, x and y in Q [m]."""
 
     @property
     def step_size(self) -> Pose2:
-        """The pose of the next Q in this one."""
+        """Pose of the next Q in the current one."""
 
     @property
     def reserve(self) -> float:
-        """The share of the step limits that the stride does not use."""
+        """Share of the step limits that the current stride leaves unused, 0 to 1."""
 
     @property
     def time_left(self) -> float:
-        """[s] until the support changes."""
+        """Time until the next support change [s]; 0 in a stand."""
+
+
+def make_walk(parameters: GaitParameters, control_period: float) -> Walk:
+    """The walk engine that the parameter `walk` names, in a stand.
+
+    Args:
+        parameters: Parameters of the gait.
+        control_period: Time between two ticks [s].
+
+    Returns:
+        The engine; see `nao_lipm_gait.walks.registry`.
+
+    Raises:
+        NaoGaitError: There is no such engine.
+    """
+    if parameters.walk not in WALKS:
+        raise NaoGaitError("walk", parameters.walk, f"one of {', '.join(WALKS)}")
+    engine = WALKS[parameters.walk]
+    walk: Walk = getattr(import_module(engine.module), engine.name)(parameters, control_period)
+    return walk
+
+
+def body_targets(
+    support: int,
+    com_in_q: Point3,
+    support_sole: Pose2,
+    swing_sole: SoleTarget,
+    parameters: GaitParameters,
+    q_in_odom: Pose2,
+) -> BodyTargets:
+    """Targets of one tick of a walk, with the soles sorted by side.
+
+    Args:
+        support: Supporting leg, LEFT or RIGHT.
+        com_in_q: CoM in Q [m].
+        support_sole: Pose of the supporting sole in Q; it is flat on the ground.
+        swing_sole: The other sole in Q.
+        parameters: Parameters of the gait.
+        q_in_odom: Pose of Q by the planned steps.
+
+    Returns:
+        The targets.
+    """
+    standing = SoleTarget(support_sole[0], support_sole[1], 0.0, support_sole[2])
+    left, right = (standing, swing_sole) if support == LEFT else (swing_sole, standing)
+    return BodyTargets(com_in_q, left, right, 0.0, parameters.torso_pitch, q_in_odom)

@@ -1,23 +1,34 @@
-"""The walks that the parameter `walk` chooses from."""
+"""The walk engines. To add one, write its folder and add one line to `WALKS`.
 
-from collections.abc import Callable
+The parameter `walk` takes its choices from here, so this module imports no engine; `make_walk` of
+`nao_lipm_gait.walks.base` loads the one that is asked for.
+"""
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.walks.base import Walk
-from nao_lipm_gait.walks.lipm.walk import LipmWalk
-from nao_lipm_gait.walks.preview.walk import PreviewWalk
-from nao_lipm_gait.walks.zmp.walk import ZmpWalk
+from typing import NamedTuple
 
-WALKS: dict[str, Callable[[GaitParameters, float], Walk]] = {
-    "lipm": LipmWalk,
-    "zmp": ZmpWalk,
-    "preview": PreviewWalk,
+
+class Engine(NamedTuple):
+    """Where a walk engine is.
+
+    Attributes:
+        module: Its module.
+        name: Its class in the module, called as `name(parameters, control_period)`; a
+            `nao_lipm_gait.walks.base.Walk`.
+        meaning: One phrase for the documentation of the parameter `walk`.
+    """
+
+    module: str
+    name: str
+    meaning: str
+
+
+_WALKS = "nao_lipm_gait.walks"
+
+# The first one is the default.
+WALKS = {
+    "lipm": Engine(
+        f"{_WALKS}.lipm.walk", "LipmWalk", "observed linear inverted pendulum of the first paper"
+    ),
+    "zmp": Engine(f"{_WALKS}.zmp.walk", "ZmpWalk", "ZMP trajectories of the second paper"),
+    "preview": Engine(f"{_WALKS}.preview.walk", "PreviewWalk", "ZMP preview control"),
 }
-
-
-def make_walk(parameters: GaitParameters, control_period: float) -> Walk:
-    """The walk of the parameters, standing; control_period [s]."""
-    if parameters.walk not in WALKS:
-        raise NaoGaitError("walk", parameters.walk, f"one of {', '.join(WALKS)}")
-    return WALKS[parameters.walk](parameters, control_period)

@@ -1,20 +1,29 @@
-"""From a velocity command to the sizes of the steps.
+"""Step sizes from velocity commands: what all walk engines share.
 
-Forward, every step covers the same distance. Sideways and in turning the two feet differ: the
-leading foot (the one on the side of the motion) opens, the trailing foot closes, and only the sum
-over both is what was asked for.
+Forward, every step covers the same distance. Sideways and in turns the feet differ: the leading
+foot (on the side of the motion) opens, the trailing foot closes, and only the sum of both steps is
+what the command asks for.
 """
 
-from math import sqrt, tan
+from collections.abc import Callable
+from math import hypot, sqrt, tan
 from typing import NamedTuple
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import Pose2, VelocityCommand
-from nao_lipm_gait.walks.pendulum import half_step_duration, natural_frequency
+from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
+
+SHARE_MAX = 1e75
+"""Cap on the used share of one step limit, so that its power by `step_limit_norm` is finite."""
 
 
 class Stride(NamedTuple):
-    """What both feet do: x per step, on average [m]; y [m] and yaw [rad] per double step."""
+    """Motion of both feet together.
+
+    Attributes:
+        x: Forward distance per step, as the mean of both feet [m].
+        y: Distance to the left per double step [m].
+        yaw: Turn per double step [rad].
+    """
 
     x: float = 0.0
     y: float = 0.0
@@ -22,18 +31,22 @@ class Stride(NamedTuple):
 
     @property
     def is_zero(self) -> bool:
+        """Whether it is a step in place."""
         return self.x == 0.0 and self.y == 0.0 and self.yaw == 0.0
 
     def limits(self, parameters: GaitParameters) -> tuple[float, float, float]:
-        """The largest x [m], y [m] and yaw [rad] into the directions of this stride."""
+        """Largest x [m], y [m] and yaw [rad] in the directions of this stride."""
         p = parameters
         x_limit = p.step_forward_max if self.x >= 0.0 else p.step_backward_max
         return x_limit, p.step_side_max, p.step_turn_max
 
+    def used_shares(self, parameters: GaitParameters) -> tuple[float, float, float]:
+        """Share of each limit that this stride uses; infinite where the limit is 0."""
+        x_max, y_max, yaw_max = self.limits(parameters)
+        return _share(self.x, x_max), _share(self.y, y_max), _share(self.yaw, yaw_max)
+
     def open_part(self, parameters: GaitParameters) -> "Stride":
-        """What is left of it where a limit of 0 closes an axis: the others are walked all the same,
-        also when it is the heading hold that asks for a turn.
-        """
+        """This stride without the axes whose limit is 0; the other axes are walked."""
         x_max, y_max, yaw_max = self.limits(parameters)
         return Stride(
             self.x if x_max > 0.0 else 0.0,
@@ -42,10 +55,11 @@ class Stride(NamedTuple):
         )
 
     def scaled(self, share: float) -> "Stride":
+        """All three components times `share`."""
         return Stride(self.x * share, self.y * share, self.yaw * share)
 
     def of_step(self, swing: int, parameters: GaitParameters) -> Pose2:
-        """The share of the step in which the leg `swing` (LEFT = 1, RIGHT = -1) moves."""
+        """Step size of the step in which the leg `swing` (LEFT or RIGHT) moves, as a pose of Q."""
         side_share = parameters.step_side_share
         turn_share = parameters.step_turn_share
         if swing * self.y < 0.0:
@@ -64,11 +78,89 @@ class Stride(NamedTuple):
 STEP_IN_PLACE = Stride()
 
 
-def exchange_distances(side: float, parameters: GaitParameters) -> tuple[float, float]:
-    """Distance [m] of the CoM from both origins where the opening and the closing step end.
+def _share(value: float, limit: float) -> float:
+    if value == 0.0:
+        return 0.0
+    return min(abs(value / limit), SHARE_MAX) if limit > 0.0 else float("inf")
 
-    With equal pendulum widths the support changes half-way between the two origins; side >= 0 [m]
-    per double step.
+
+# -- limits ----------------------------------------------------------------------------------------
+
+
+def limit_share(stride: Stride, parameters: GaitParameters) -> float:
+    """Share of the step limits that a stride uses, by the norm `step_limit_norm`; 1 = all."""
+    norm = parameters.step_limit_norm
+    x, y, yaw = stride.used_shares(parameters)
+    return (x**norm + y**norm + yaw**norm) ** (1.0 / norm)
+
+
+def ellipsoid_share(stride: Stride, parameters: GaitParameters) -> float:
+    """The same for limits that form an ellipsoid, as in the second paper."""
+    return hypot(*stride.used_shares(parameters))
+
+
+def limited_stride(
+    command: VelocityCommand,
+    double_step: float,
+    parameters: GaitParameters,
+    used_share: Callable[[Stride, GaitParameters], float],
+) -> Stride:
+    """The stride that walks the commanded velocity, scaled into the step limits.
+
+    All three components are scaled together, so a command beyond the limits keeps its direction.
+
+    Args:
+        command: Commanded velocity.
+        double_step: Duration of a double step [s].
+        parameters: Parameters of the gait.
+        used_share: Share of the limits that a stride uses.
+
+    Returns:
+        The stride.
+    """
+    asked = Stride(0.5 * command.x, command.y, command.yaw).scaled(double_step)
+    stride = asked.open_part(parameters)
+    share = used_share(stride, parameters)
+    return stride if share <= 1.0 else stride.scaled(1.0 / share)
+
+
+def approach(current: Stride, wanted: Stride, parameters: GaitParameters) -> Stride:
+    """The stride one step after `current` on the way to `wanted`, within the rate limits."""
+    return Stride(
+        _limited_change(current.x, wanted.x, parameters.step_forward_rate),
+        _limited_change(current.y, wanted.y, parameters.step_side_rate),
+        _limited_change(current.yaw, wanted.yaw, parameters.step_turn_rate),
+    )
+
+
+def _limited_change(current: float, wanted: float, rate: float) -> float:
+    return min(max(wanted, current - rate), current + rate)
+
+
+# -- feet ------------------------------------------------------------------------------------------
+
+
+def home_sole(side: int, parameters: GaitParameters) -> Pose2:
+    """Pose of a sole in its Q: the optimal origin (r_x = 0) is ahead of the ankle."""
+    return -parameters.foot_reference_x, side * 0.5 * parameters.foot_spacing, 0.0
+
+
+def first_support(command: VelocityCommand) -> int:
+    """The leg that supports before the first step: the foot that leads the motion steps first."""
+    return LEFT if command.y > 0.0 or (command.y == 0.0 and command.yaw > 0.0) else RIGHT
+
+
+def exchange_distances(side: float, parameters: GaitParameters) -> tuple[float, float]:
+    """Distances of the CoM from the pendulum origin at the end of an opening and a closing step.
+
+    With pendulums of equal width, the support changes half-way between two origins.
+
+    Args:
+        side: Distance per double step to either side [m], not negative.
+        parameters: Parameters of the gait.
+
+    Returns:
+        Lateral distances at the end of the opening and of the closing step [m].
     """
     opening = parameters.pendulum_offset_y + 0.5 * parameters.step_side_share * side
     closing = parameters.pendulum_offset_y - 0.5 * (1.0 - parameters.step_side_share) * side
@@ -76,10 +168,18 @@ def exchange_distances(side: float, parameters: GaitParameters) -> tuple[float, 
 
 
 def exchange_leads(side: float, parameters: GaitParameters) -> tuple[float, float]:
-    """How far the CoM is ahead of both origins where the opening and the closing step end, as a
-    share of v0 / k, v0 being its speed where it passes an origin at the lateral turning point.
+    """How far the CoM is ahead of the pendulum origin at the end of both steps of a double step.
 
-    That is sinh(k t) for the time t to the exchange distance d, where cosh(k t) = d / w.
+    It is sinh(k t) for the time t from the lateral turning point to the exchange at the distance d,
+    where cosh(k t) = d / width; eqs (1) and (3).
+
+    Args:
+        side: Distance per double step to either side [m], not negative.
+        parameters: Parameters of the gait.
+
+    Returns:
+        Leads at the end of the opening and of the closing step, as multiples of v_0 / k; v_0 is the
+        forward speed of the CoM over the origin.
     """
     opening, closing = exchange_distances(side, parameters)
     width = parameters.pendulum_width
@@ -91,106 +191,16 @@ def _lead(cosh_kt: float) -> float:
 
 
 def opening_share(side: float, parameters: GaitParameters) -> float:
-    """The share of the way forward that belongs to the opening step of a walk that also goes
-    sideways, so that the CoM passes both origins with the same speed.
+    """Share of the forward distance that the opening step of a diagonal walk covers.
+
+    With this share the CoM passes both origins with the same speed.
+
+    Args:
+        side: Distance per double step to either side [m], not negative.
+        parameters: Parameters of the gait.
+
+    Returns:
+        The share, 0 to 1; 0.5 without side motion.
     """
     opening, closing = exchange_leads(side, parameters)
     return opening / (opening + closing) if opening > 0.0 else 0.5
-
-
-def passing_speed(stride: Stride, parameters: GaitParameters) -> float:
-    """v0 / k [m] of the steady walk with this stride: its CoM's speed where it passes an origin."""
-    opening, closing = exchange_leads(abs(stride.y), parameters)
-    leads = opening + closing
-    return stride.x / leads if leads > 0.0 else 0.0
-
-
-def double_step_duration(side: float, parameters: GaitParameters) -> float:
-    """Duration [s] of a steady double step that covers `side` >= 0 [m] sideways.
-
-    Each of the two exchange distances is run up to by one foot and away from by the other.
-    """
-    k = natural_frequency(parameters.pendulum_height)
-    opening, closing = exchange_distances(side, parameters)
-    width = parameters.pendulum_width
-    return 2.0 * (half_step_duration(width, opening, k) + half_step_duration(width, closing, k))
-
-
-SHORTEST = 1e-3
-"""[s]"""
-FAR = 1e75
-"""Times a limit: its power by the largest `step_limit_norm` is still a number."""
-
-
-class Pace:
-    """How long steps really last, as a share of what the undisturbed pendulum would take.
-
-    The feedback ends steps when the observed CoM is ready for it, mostly a little early. Without
-    this share the robot would walk faster than it was asked to.
-    """
-
-    SMOOTHING = 0.2
-    """Share of a new step in the mean."""
-    LIMITS = (0.75, 1.25)
-
-    def __init__(self) -> None:
-        self.share = 1.0
-        self._last: float | None = None
-
-    def add(self, duration: float, stride: Stride, parameters: GaitParameters) -> None:
-        """A step of this stride has lasted `duration` [s]."""
-        if self._last is not None:
-            # A pendulum as wide as its offset would need no time at all.
-            nominal = max(double_step_duration(abs(stride.y), parameters), SHORTEST)
-            share = (self._last + duration) / nominal
-            share = min(max(share, self.LIMITS[0]), self.LIMITS[1])
-            self.share += self.SMOOTHING * (share - self.share)
-        self._last = duration
-
-
-def stride_for(
-    command: VelocityCommand, parameters: GaitParameters, pace: float = 1.0
-) -> Stride:
-    """The steady stride whose speed is the command, scaled into the limits.
-
-    pace: real duration of steps as a share of the nominal one.
-    """
-    side_limit = parameters.step_side_max
-    side = 0.0
-    double_step = pace * double_step_duration(side, parameters)
-    for _ in range(4):
-        # A wider side step takes longer, which makes it wider still.
-        side = min(abs(command.y) * double_step, side_limit)
-        double_step = pace * double_step_duration(side, parameters)
-    # In the direction of the command, also where it is too fast: all three are scaled together.
-    asked = Stride(0.5 * command.x, command.y, command.yaw).scaled(double_step)
-    stride = asked.open_part(parameters)
-    excess = limit_share(stride, parameters)
-    return stride if excess <= 1.0 else stride.scaled(1.0 / excess)
-
-
-def limit_share(stride: Stride, parameters: GaitParameters) -> float:
-    """How much of the step limits a stride uses; 1 = all."""
-    norm = parameters.step_limit_norm
-    x_max, y_max, yaw_max = stride.limits(parameters)
-    used = _share(stride.x, x_max) ** norm + _share(stride.y, y_max) ** norm
-    return (used + _share(stride.yaw, yaw_max) ** norm) ** (1.0 / norm)
-
-
-def _share(value: float, limit: float) -> float:
-    if value == 0.0:
-        return 0.0
-    return min(abs(value / limit), FAR) if limit > 0.0 else float("inf")
-
-
-def approach(current: Stride, wanted: Stride, parameters: GaitParameters) -> Stride:
-    """One step's worth of change from `current` towards `wanted`, inside the rate limits."""
-    return Stride(
-        _toward(current.x, wanted.x, parameters.step_forward_rate),
-        _toward(current.y, wanted.y, parameters.step_side_rate),
-        _toward(current.yaw, wanted.yaw, parameters.step_turn_rate),
-    )
-
-
-def _toward(current: float, wanted: float, rate: float) -> float:
-    return min(max(wanted, current - rate), current + rate)

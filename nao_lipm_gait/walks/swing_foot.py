@@ -1,8 +1,8 @@
-"""The swing foot's way from where it left the ground to where the next phase needs it.
+"""The trajectory of the swing foot, from where it lifted off to where the next step needs it.
 
-t_e and the step size may change in every tick. The phase therefore advances by the share of the
-time that is left, and the foot by the share of the way that is left: both are monotone, and nothing
-jumps however the plan moves.
+The end of the step and the step size may change in every tick. The phase therefore advances by the
+share of the time that is left, and the foot by the share of the distance that is left. Both are
+monotone, and nothing jumps when the plan changes.
 """
 
 from math import cos, pi
@@ -12,7 +12,7 @@ from nao_lipm_gait.types import Pose2
 
 
 def raised_cosine(phase: float) -> float:
-    """From 0 to 1 with no speed at both ends."""
+    """0 to 1 for a phase of 0 to 1, with zero speed at both ends."""
     if phase <= 0.0:
         return 0.0
     if phase >= 1.0:
@@ -21,18 +21,25 @@ def raised_cosine(phase: float) -> float:
 
 
 class SwingFoot:
-    """Pose of the swing sole in Q during one single support phase."""
+    """Pose of the swing sole in Q during one single support.
+
+    Args:
+        start: Pose of the sole in Q at lift-off.
+        lift: Largest height [m].
+        rise: Share of the phase for lifting, and again for lowering.
+        travel_end: Share of the phase after which the foot no longer moves in x and y.
+        toe_lift: Upward pitch of the toes per forward distance [rad/m].
+
+    Attributes:
+        phase: Progress of the step, 0 to 1.
+    """
 
     def __init__(
         self, start: Pose2, lift: float, rise: float, travel_end: float, toe_lift: float = 0.0
     ):
-        """start: sole pose in Q; lift [m]; rise, travel_end: shares of the phase; toe_lift
-        [rad/m]: by which the toes go up per way forward.
-        """
         self.phase = 0.0
         self._start = start
-        self._ahead = 0.0
-        """[m] forward from start to landing; backwards counts as none."""
+        self._ahead = 0.0  # [m] forward from start to landing, not negative
         self._toe_lift = toe_lift
         self._x, self._y, self._yaw = start
         self._lift = lift
@@ -41,6 +48,7 @@ class SwingFoot:
 
     @property
     def pose_in_q(self) -> Pose2:
+        """Pose of the sole in Q."""
         return self._x, self._y, self._yaw
 
     @property
@@ -50,16 +58,22 @@ class SwingFoot:
 
     @property
     def pitch(self) -> float:
-        """Of the sole [rad]; level at both ends of the way.
+        """Pitch of the sole [rad]; level at both ends.
 
-        Joints that lag leave the toes of a fast foot hanging, by as much as they are lifted here.
+        Joints that lag lower the toes of a fast foot. This lifts them by as much.
         """
         travelled = min(self.phase / self._travel_end, 1.0)
         share = raised_cosine(2.0 * min(travelled, 1.0 - travelled))
         return -self._toe_lift * self._ahead * share
 
     def move_towards(self, landing: Pose2, dt: float, time_left: float) -> None:
-        """Advance by dt [s] with time_left [s] to touch-down at `landing`, a sole pose in Q."""
+        """Advance by one tick.
+
+        Args:
+            landing: Pose of the sole in Q at touch-down.
+            dt: Time since the last tick [s].
+            time_left: Time from the last tick to touch-down [s].
+        """
         time_share = 1.0 if time_left <= dt else dt / time_left
         x, y, _ = self._start
         ahead, _ = rotate_planar(landing[0] - x, landing[1] - y, -self._yaw)

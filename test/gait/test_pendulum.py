@@ -14,7 +14,6 @@ from nao_lipm_gait.walks.pendulum import (
     half_step_duration,
     natural_frequency,
     orbital_energy,
-    redetermined,
 )
 
 positions = st.floats(-0.2, 0.2)
@@ -47,23 +46,6 @@ def test_invariants(x: float, v: float, height: float, t: float) -> None:
     assert orbital_energy(*later, k) == pytest.approx(orbital_energy(x, v, k), abs=1e-9)
     grown = divergent_component(x, v, k) * exp(k * t)
     assert divergent_component(*later, k) == pytest.approx(grown, abs=1e-9)
-
-
-@given(positions, velocities, heights)
-def test_redetermined_pendulum_passes_through_the_state(x: float, v: float, height: float) -> None:
-    k = natural_frequency(height)
-    parameters = redetermined(x, v, k)
-    if orbital_energy(x, v, k) <= 0.0:
-        assert parameters is None
-        return
-    x0, t = parameters
-    if abs(x0) > 1e-4:
-        assert advance(x0, 0.0, k, t) == pytest.approx((x, v), abs=1e-6)
-
-
-def test_redetermined_is_mirrored_for_the_other_leg() -> None:
-    x0, t = redetermined(0.05, 0.1, 6.0)
-    assert redetermined(-0.05, -0.1, 6.0) == pytest.approx((-x0, t))
 
 
 def test_half_step_duration_is_the_time_from_the_turning_point() -> None:

@@ -12,16 +12,15 @@ from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.types import GRAVITY, STANDSTILL, GaitState, SensorFrame, VelocityCommand
-from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
-from nao_lipm_gait.walks.preview.cart_table import cart_table
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, make_walk
 from nao_lipm_gait.walks.preview.preview_control import (
     PreviewAxis,
     PreviewGains,
+    cart_table,
     preview_gains,
     riccati,
 )
 from nao_lipm_gait.walks.preview.walk import PreviewWalk
-from nao_lipm_gait.walks.registry import make_walk
 
 DT = 0.01
 HEIGHT = 0.24
@@ -155,9 +154,10 @@ def test_the_zmp_of_the_planned_com_stays_where_it_is_wanted(command: VelocityCo
     walk = started(command)
     wanted, targets = [], []
     for tick in range(900):
-        wanted.append(compose(walk._q_in_odom, (*walk.origin_in_q, 0.0))[:2])
+        origin = walk.origin_in_q
         walk.expect()
         targets.append(walk.plan(command if tick < 500 else STANDSTILL))
+        wanted.append(compose(targets[-1].q_in_odom, (*origin, 0.0))[:2])
     com = coms(targets)
     acceleration = (com[2:] - 2.0 * com[1:-1] + com[:-2]) / DT**2
     error = np.abs(com[1:-1] - HEIGHT / GRAVITY * acceleration - np.array(wanted)[1:-1])
@@ -229,15 +229,17 @@ def test_a_walk_is_the_same_wherever_it_begins() -> None:
         assert a.com_in_q == pytest.approx(b.com_in_q, abs=1e-9)
 
 
-def test_other_parameters_are_taken_up_with_the_next_half_stride() -> None:
-    walk = started(FORWARD)
-    walked(walk, FORWARD, 2.0)
-    before = len(walk._gains.of_preview)
-    walk.set_parameters(PREVIEW.replace(preview_time=1.2, pendulum_height=0.26))
-    assert len(walk._gains.of_preview) == before
-    targets = walked(walk, FORWARD, 2.0)
-    assert len(walk._gains.of_preview) == 120
-    assert np.abs(np.diff(coms(targets), axis=0)).max() < 0.006
+def test_new_parameters_apply_from_the_next_half_stride_on() -> None:
+    changed, same = started(FORWARD), started(FORWARD)
+    for walk in (changed, same):
+        walked(walk, FORWARD, 2.0)
+    changed.set_parameters(PREVIEW.replace(preview_time=1.2, pendulum_height=0.26))
+    rest = changed.time_left
+    until = walked(changed, FORWARD, rest), walked(same, FORWARD, rest)
+    assert np.array_equal(coms(until[0]), coms(until[1]))
+    after = walked(changed, FORWARD, 2.0), walked(same, FORWARD, 2.0)
+    assert not np.array_equal(coms(after[0]), coms(after[1]))
+    assert np.abs(np.diff(coms(after[0]), axis=0)).max() < 0.006
 
 
 def test_the_gait_walks_and_stops_with_it() -> None:

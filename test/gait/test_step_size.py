@@ -9,19 +9,22 @@ from hypothesis import strategies as st
 from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, RIGHT, VelocityCommand
-from nao_lipm_gait.walks.pendulum import advance, half_step_duration, natural_frequency
-from nao_lipm_gait.walks.steps import (
-    STEP_IN_PLACE,
+from nao_lipm_gait.walks.lipm.steady_walk import (
     Pace,
-    Stride,
-    approach,
     double_step_duration,
-    exchange_distances,
-    limit_share,
     passing_speed,
     stride_for,
 )
-from nao_lipm_gait.walks.zmp.stride import stride_for as zmp_stride_for
+from nao_lipm_gait.walks.pendulum import advance, half_step_duration, natural_frequency
+from nao_lipm_gait.walks.steps import (
+    STEP_IN_PLACE,
+    Stride,
+    approach,
+    ellipsoid_share,
+    exchange_distances,
+    limit_share,
+    limited_stride,
+)
 
 P = GaitParameters()
 
@@ -96,7 +99,7 @@ def test_a_closed_axis_does_not_close_the_others(closed: str) -> None:
     names = ("step_forward_max", "step_side_max", "step_turn_max")
     for name, value in zip(names, stride, strict=True):
         assert (value == 0.0) == (name == closed)
-    walked = zmp_stride_for(command, 0.5, P.replace(**{closed: 0.0}))
+    walked = limited_stride(command, 0.5, P.replace(**{closed: 0.0}), ellipsoid_share)
     assert [v == 0.0 for v in walked] == [name == closed for name in names]
 
 
@@ -108,6 +111,18 @@ def test_what_is_too_fast_is_walked_slower_and_in_the_same_direction(
     assert 2.0 * stride.x / stride.y == pytest.approx(x / y)
     assert stride.yaw / stride.y == pytest.approx(yaw / y)
     assert limit_share(stride, P) <= 1.0 + 1e-9
+
+
+def test_the_limits_of_the_second_paper_form_an_ellipsoid() -> None:
+    stride = limited_stride(VelocityCommand(0.2, 0.0, 0.0), 0.7, P, ellipsoid_share)
+    assert stride == Stride(pytest.approx(0.07), 0.0, 0.0)
+    fast = limited_stride(VelocityCommand(9.0, 9.0, 9.0), 0.7, P, ellipsoid_share)
+    limits = P.step_forward_max, P.step_side_max, P.step_turn_max
+    assert math.hypot(*(v / limit for v, limit in zip(fast, limits, strict=True))) == (
+        pytest.approx(1.0)
+    )
+    back = limited_stride(VelocityCommand(-9.0), 0.7, P, ellipsoid_share)
+    assert back.x == pytest.approx(-P.step_backward_max)
 
 
 def test_changes_are_rate_limited() -> None:

@@ -6,13 +6,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from nao_lipm_gait.walks.lipm.support_change import (
-    origin_shift_for,
-    plan_support_change,
-    stride_that_catches,
-)
+from nao_lipm_gait.walks.lipm.extensions.recovery import catching_stride, outward_origin_shift
+from nao_lipm_gait.walks.lipm.support_change import plan_support_change
 from nao_lipm_gait.walks.pendulum import advance, natural_frequency, orbital_energy
-from oracles import iterated_support_change
+from oracles import iterated_support_change, redetermined
 
 K = natural_frequency(0.262)
 
@@ -30,6 +27,8 @@ def test_equals_the_papers_iteration(
     t_e, t_b = iterated_support_change(width, K, next_width, K, stride)
     assume(t < t_e - 0.01)
     x, v = advance(width, 0.0, K, t)
+    # (19), (20): the state alone determines the pendulum that the plan continues.
+    assert redetermined(x, v, K) == pytest.approx((width, t), abs=1e-9)
     change = plan_support_change(x, v, K, stride, next_width, 0.0, 10.0)
     assert change.feasible
     assert change.time == pytest.approx(t_e - t, abs=1e-6)
@@ -69,7 +68,7 @@ def test_the_shifted_origin_brings_a_late_com_back_in_time(
     x: float, v: float, width: float
 ) -> None:
     stride, time = 0.1, 0.3
-    shift = origin_shift_for(x, v, K, stride, width, time, 1.0)
+    shift = outward_origin_shift(x, v, K, stride, width, time, 1.0)
     assume(shift > 0.0)
     unshifted = plan_support_change(x, v, K, stride, width, 0.0, 10.0)
     change = plan_support_change(x + shift, v, K, stride + shift, width, 0.0, 10.0)
@@ -80,13 +79,13 @@ def test_the_shifted_origin_brings_a_late_com_back_in_time(
 
 def test_a_com_in_time_needs_no_shift() -> None:
     x, v = advance(0.038, 0.0, K, -0.1)
-    assert origin_shift_for(x, v, K, 0.1, 0.038, 0.4, 0.03) == 0.0
+    assert outward_origin_shift(x, v, K, 0.1, 0.038, 0.4, 0.03) == 0.0
 
 
 @given(position=st.floats(0.0, 0.08), velocity=st.floats(-0.1, 0.6), width=st.floats(0.02, 0.05))
 def test_the_catching_stride_turns_the_com_back_at_its_width(
     position: float, velocity: float, width: float
 ) -> None:
-    stride = stride_that_catches(position, velocity, K, width)
+    stride = catching_stride(position, velocity, K, width)
     assert orbital_energy(stride - position, velocity, K) == pytest.approx(width**2, abs=1e-12)
     assert stride - position >= width - 1e-12

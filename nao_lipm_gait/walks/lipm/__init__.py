@@ -1,1 +1,1 @@
-"""The pendulum walk of Graf and Roefer, one file per stage of the paper."""
+"""The walk of the first paper (Graf and Röfer): one file per stage, extensions in a folder."""

@@ -1,193 +1,262 @@
-"""The plan of the running single support phase, made anew in every tick from the corrected state.
+"""The plan of the running single support, made anew in every tick from the corrected state.
 
-The lateral motion says when the support changes (4)-(6), the sagittal motion where the pendulum
-stands until then and where the next foot goes (7)-(9). Both have answers of their own to a CoM that
-was pushed, and `_hurried` ends a step sooner.
+Correcting the pendulum parameters, eqs (15)-(20), needs no code of its own here. All plans start
+from the estimated position and velocity of the CoM, with t = 0 now. This is the pendulum through
+that state: its orbital energy is (x_0)_y'^2 of (19), and t_i' of (20) is the time since its turning
+point.
+
+The lateral motion determines when the support changes, eqs (3)-(6), the sagittal motion where the
+pendulum origin and the next foot are, eqs (7)-(9). Extensions answer a CoM that was pushed.
 """
 
-from math import tan
-from typing import NamedTuple
+from typing import final
 
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import Pose2
-from nao_lipm_gait.walks.lipm.step_planning import SagittalPlan, plan_sagittal
-from nao_lipm_gait.walks.lipm.support_change import (
-    STRAIGHT,
-    SupportChange,
-    TurnOfView,
-    origin_shift_for,
-    plan_support_change,
-    stride_that_catches,
-    turn_of_view,
+from nao_lipm_gait.walks.lipm.extensions.recovery import (
+    capture_shift,
+    catching_stride,
+    outward_origin_shift,
     turning_time,
 )
-from nao_lipm_gait.walks.lipm.walk_state import WalkState
+from nao_lipm_gait.walks.lipm.extensions.turning import (
+    STRAIGHT,
+    TurnOfView,
+    longer_step,
+    turn_of_view,
+)
+from nao_lipm_gait.walks.lipm.pendulum_origin import plan_pendulum_origin
+from nao_lipm_gait.walks.lipm.state import WalkState
+from nao_lipm_gait.walks.lipm.support_change import SupportChange, plan_support_change
 from nao_lipm_gait.walks.pendulum import advance
 from nao_lipm_gait.walks.steps import exchange_leads
 
-MAX_PHASE_TANH = 0.95
-"""The next pendulum must turn back: its CoM may not enter faster than this share of k x."""
+NEXT_TANH_MAX = 0.95
+"""Cap on |tanh(k t_b-bar)|: with 1 or more the next pendulum would never turn back."""
+ENTRY_MIN = 1e-3
+"""Smallest distance of the CoM from the next origin at the support change [m]."""
 ORIGIN_HOLD_TIME = 0.06
-"""[s] So close to the support change r_x has no lever left (eq 9 turns singular): s_x follows."""
-SHORTEST_PIECE = 1e-9
-"""[s]"""
+"""Last time [s] of a step in which r_x is held: (9) turns singular, and s-bar_x follows."""
+TIME_MIN = 1e-9
+"""Times below this count as zero [s]."""
 SEARCH_STEP = 0.01
-"""[s] in which a sooner end of a step is looked for."""
+"""Time step of the search for an earlier support change [s]."""
 
 
-class Phase(NamedTuple):
-    """What is asked of the running phase, and what is already fixed."""
+@final
+class StepRequest:
+    """What is asked of the running step, and what is already fixed.
 
-    wanted: Pose2
-    """s-bar [m, m, rad] by the command."""
-    passing: float
-    """v0/k [m] of the wanted walk, see `step_size.passing_speed`."""
-    elapsed: float
-    """[s] since the support changed."""
-    last_step: float
-    """s_x [m] of the step before: the swing foot travels both."""
-    origin: float
-    """r_x [m] as it is."""
-    shifting_weight: bool
-    """The first fall out of a stand: no foot swings yet."""
+    Attributes:
+        step_size: Wanted s-bar by the command [m, m, rad].
+        passing: v_0 / k of the wanted walk [m]; see `steady_walk.passing_speed`.
+        elapsed: Time since the last support change [s].
+        last_s_x: s_x of the last step [m]; the swing foot travels both steps.
+        r_x: Pendulum origin of the last tick [m].
+        shifts_weight: Whether the CoM falls out of the stand; no foot swings yet.
+    """
+
+    __slots__ = ("elapsed", "last_s_x", "passing", "r_x", "shifts_weight", "step_size")
+
+    def __init__(
+        self,
+        step_size: Pose2,
+        passing: float,
+        elapsed: float,
+        last_s_x: float,
+        r_x: float,
+        shifts_weight: bool,
+    ):
+        self.step_size = step_size
+        self.passing = passing
+        self.elapsed = elapsed
+        self.last_s_x = last_s_x
+        self.r_x = r_x
+        self.shifts_weight = shifts_weight
 
 
-class PhasePlan(NamedTuple):
-    """The rest of the running phase."""
+@final
+class StepPlan:
+    """The rest of the running step.
 
-    time: float
-    """[s] until the support changes."""
-    origin: tuple[float, float]
-    """r [m] in Q."""
-    step_size: Pose2
-    """s-bar."""
+    Attributes:
+        time: Time until the support change, t_e from now [s].
+        origin: Pendulum origin r, x and y in Q [m].
+        step_size: s-bar, the pose of Q-bar in Q.
+    """
+
+    __slots__ = ("origin", "step_size", "time")
+
+    def __init__(self, time: float, origin: tuple[float, float], step_size: Pose2):
+        self.time = time
+        self.origin = origin
+        self.step_size = step_size
 
 
-class LateralPlan(NamedTuple):
-    """The end of the running phase, and where the pendulums stand in y."""
+@final
+class LateralPlan:
+    """The support change, and the pendulum origins in y; mirrored.
 
-    change: SupportChange
-    offset_y: float
-    """r_y [m], outwards."""
-    stride: float
-    """D [m] to the next origin."""
-    view: TurnOfView = STRAIGHT
+    Attributes:
+        change: The end of the running step.
+        r_y: Pendulum origin [m], positive outwards.
+        stride: Distance D to the next origin [m].
+        view: Extension: what the turn of the step changes.
+    """
+
+    __slots__ = ("change", "r_y", "stride", "view")
+
+    def __init__(
+        self, change: SupportChange, r_y: float, stride: float, view: TurnOfView = STRAIGHT
+    ):
+        self.change = change
+        self.r_y = r_y
+        self.stride = stride
+        self.view = view
+
+
+@final
+class SagittalPlan:
+    """Pendulum origin and step size in x.
+
+    Attributes:
+        r_x: Pendulum origin in Q [m].
+        s_x: Step size s-bar_x [m].
+        excess: By how much the CoM asks for a longer step than wanted, before limits [m].
+    """
+
+    __slots__ = ("excess", "r_x", "s_x")
+
+    def __init__(self, r_x: float, s_x: float, excess: float):
+        self.r_x = r_x
+        self.s_x = s_x
+        self.excess = excess
 
 
 class SingleSupport:
-    """Plans phases with one set of parameters."""
+    """Plans single supports with one set of parameters.
+
+    Args:
+        parameters: Parameters of the gait.
+        k: Natural frequency of the pendulum [1/s].
+    """
 
     def __init__(self, parameters: GaitParameters, k: float):
-        """K [1/s] of the pendulum."""
         self._p = parameters
         self._k = k
 
-    def plan(self, state: WalkState, phase: Phase) -> PhasePlan:
-        """The pendulum re-determined from the corrected state: (15)-(20), then (4)-(6), (7)-(9)."""
-        lateral = self._lateral(state, phase)
-        sagittal = self._sagittal(state, phase, lateral)
-        if self._is_urgent(phase, sagittal):
-            lateral, sagittal = self._hurried(state, phase, lateral, sagittal)
-        step_size = sagittal.step_size, self._side(state, lateral), phase.wanted[2]
-        origin = sagittal.origin, state.support * lateral.offset_y
-        return PhasePlan(lateral.change.time, origin, step_size)
+    def plan(self, state: WalkState, request: StepRequest) -> StepPlan:
+        """The rest of the step from the corrected state on."""
+        lateral = self._plan_lateral(state, request)  # (3)-(6)
+        sagittal = self._plan_sagittal(state, request, lateral)  # (7)-(9)
+        if self._is_too_long(request, sagittal):
+            lateral, sagittal = self._shortened(state, request, lateral, sagittal)
+        step_size = sagittal.s_x, self._s_y(state, lateral), request.step_size[2]
+        origin = sagittal.r_x, state.support * lateral.r_y
+        return StepPlan(lateral.change.time, origin, step_size)
 
-    def _lateral(self, state: WalkState, phase: Phase) -> LateralPlan:
-        """When the support changes, r_y and D; (4)-(6).
-
-        A pushed CoM that no support change in time suits moves r_y outwards and the next foot.
-        """
+    def _plan_lateral(self, state: WalkState, request: StepRequest) -> LateralPlan:
+        """When the support changes, r_y and D: (3)-(6)."""
         p, k = self._p, self._k
-        swing, yaw = -state.support, phase.wanted[2]
-        width, offset_y = p.pendulum_width, p.pendulum_offset_y
-        stride = 2.0 * offset_y + swing * phase.wanted[1]
-        earliest = 0.0 if phase.shifting_weight else p.step_duration_min - phase.elapsed
-        earliest = max(earliest, SHORTEST_PIECE)
-        latest = max(earliest, p.step_duration_max - phase.elapsed)
-        x, v = swing * state.y + offset_y, swing * state.vy
+        swing, yaw = -state.support, request.step_size[2]
+        width, r_y = p.pendulum_width, p.pendulum_offset_y
+        stride = 2.0 * r_y + swing * request.step_size[1]
+        earliest = 0.0 if request.shifts_weight else p.step_duration_min - request.elapsed
+        earliest = max(earliest, TIME_MIN)
+        latest = max(earliest, p.step_duration_max - request.elapsed)
+        x, v = swing * state.y + r_y, swing * state.vy
         view = STRAIGHT
-        lead = exchange_leads(0.0, p)[0] if yaw != 0.0 and phase.passing != 0.0 else 0.0
+        lead = exchange_leads(0.0, p)[0] if yaw != 0.0 and request.passing != 0.0 else 0.0
         if lead > 0.0:
-            vx = phase.passing * k * offset_y / width
-            view = turn_of_view(swing, tan(yaw), -phase.passing * lead, vx)
+            vx = request.passing * k * r_y / width
+            view = turn_of_view(swing, yaw, -request.passing * lead, vx)
             # In a steady curve both pendulums last equally long only if the outer one is wider.
             width += 0.5 * view.faster / (k * lead)
         change = plan_support_change(x, v, k, stride, width, earliest, latest, view)
-        if change.feasible or phase.shifting_weight or not p.feedback:
-            return LateralPlan(change, offset_y, stride, view)
-        shift = origin_shift_for(x, v, k, stride, width, latest, p.pendulum_shift_side_max)
+        if change.feasible or request.shifts_weight or not p.feedback:
+            return LateralPlan(change, r_y, stride, view)
+        # Extension: no support change in time suits this CoM.
+        shift = outward_origin_shift(x, v, k, stride, width, latest, p.pendulum_shift_side_max)
         stride += shift
         if shift > 0.0:
             change = plan_support_change(x + shift, v, k, stride, width, earliest, latest)
-        return LateralPlan(change, offset_y + shift, self._caught(change, stride))
+        return LateralPlan(change, r_y + shift, self._catching(change, stride))
 
-    def _sagittal(self, state: WalkState, phase: Phase, lateral: LateralPlan) -> SagittalPlan:
-        """r_x and s-bar_x for the support change of `lateral`; (7)-(9).
-
-        In a turn by theta, Q-bar sees some of the motion in y as motion in x. With T of
-        `plan_sagittal`, its condition x-bar_0 = 0 becomes that of a straight step which is longer
-        by tan(theta) (T v_y - (y - s-bar_y)) at the exchange.
-        """
+    def _plan_sagittal(
+        self, state: WalkState, request: StepRequest, lateral: LateralPlan
+    ) -> SagittalPlan:
+        """R_x and s-bar_x for the support change of `lateral`: (7)-(9)."""
         p, k, change = self._p, self._k, lateral.change
-        swing, wanted, yaw = -state.support, phase.wanted[0], phase.wanted[2]
-        entry = max(lateral.stride - lateral.view.nearer - change.position, 1e-3)
+        swing, wanted, yaw = -state.support, request.step_size[0], request.step_size[2]
+        entry = max(lateral.stride - lateral.view.nearer - change.position, ENTRY_MIN)
         entry_velocity = change.velocity + lateral.view.faster
-        phase_tanh = min(max(entry_velocity / (k * entry), 0.0), MAX_PHASE_TANH)
-        y, vy = swing * (change.position - lateral.offset_y), swing * change.velocity
-        longer = tan(yaw) * (-phase_tanh / k * vy - (y - self._side(state, lateral)))
-        stretch = p.step_stretch_max if p.feedback else 0.0
-        travel, last = p.step_travel_max, phase.last_step
-        is_held = change.time < ORIGIN_HOLD_TIME and not phase.shifting_weight
-        plan = plan_sagittal(
+        # tanh(k t_b-bar) is velocity / (k distance) of the next pendulum at its beginning.
+        next_tanh = -min(max(entry_velocity / (k * entry), 0.0), NEXT_TANH_MAX)
+        y, vy = swing * (change.position - lateral.r_y), swing * change.velocity
+        longer = longer_step(yaw, next_tanh, k, y - self._s_y(state, lateral), vy)
+        held = change.time < ORIGIN_HOLD_TIME and not request.shifts_weight
+        plan = plan_pendulum_origin(
             state.x,
             state.vx,
             k,
             change.time,
-            -phase_tanh,
+            next_tanh,
             wanted + longer,
             -p.pendulum_shift_back_max,
             p.pendulum_shift_max,
-            longer + max(min(-p.step_backward_max, wanted) - stretch, -travel - last),
-            longer + min(max(p.step_forward_max, wanted) + stretch, travel - last),
-            held_origin=phase.origin if is_held else None,
-            capture=p.step_capture if p.feedback else 0.0,
-            capture_back=p.step_capture_back if p.feedback else 0.0,
-            passing=phase.passing,
+            request.r_x if held else None,
         )
-        return SagittalPlan(plan.origin, plan.step_size - longer, plan.correction)
+        if not plan.limited:
+            return SagittalPlan(plan.r_x, plan.s_x - longer, 0.0)
+        s_x, stretch = plan.s_x, 0.0
+        if p.feedback:
+            stretch = p.step_stretch_max
+            if p.step_capture > 0.0 or p.step_capture_back > 0.0:
+                shift = capture_shift(
+                    state.x, state.vx, k, change.time, next_tanh, plan.r_x, s_x, request.passing
+                )
+                s_x += (p.step_capture if shift > 0.0 else p.step_capture_back) * shift
+        excess = s_x - (wanted + longer)
+        travel, last = p.step_travel_max, request.last_s_x
+        s_min = longer + max(min(-p.step_backward_max, wanted) - stretch, -travel - last)
+        s_max = longer + min(max(p.step_forward_max, wanted) + stretch, travel - last)
+        return SagittalPlan(plan.r_x, min(max(s_x, s_min), s_max) - longer, excess)
 
-    def _hurried(
-        self, state: WalkState, phase: Phase, lateral: LateralPlan, sagittal: SagittalPlan
+    def _s_y(self, state: WalkState, lateral: LateralPlan) -> float:
+        """s-bar_y [m] that leads from r_y to the next origin."""
+        return -state.support * (lateral.stride - lateral.r_y - self._p.pendulum_offset_y)
+
+    # -- extensions --------------------------------------------------------------------------------
+
+    def _is_too_long(self, request: StepRequest, plan: SagittalPlan) -> bool:
+        corrects = self._p.feedback and not request.shifts_weight
+        return corrects and abs(plan.excess) > self._p.step_hurry
+
+    def _shortened(
+        self, state: WalkState, request: StepRequest, lateral: LateralPlan, sagittal: SagittalPlan
     ) -> tuple[LateralPlan, SagittalPlan]:
-        """The step ended sooner, until the CoM asks for one that is not much longer than wanted.
+        """The step with a shorter duration, until the CoM asks for one that is not too long.
 
-        The divergent component grows by e^(k t): a CoM pushed along x needs the next foot soon.
-        The next foot then stands nearer, because the CoM has not come as far in y.
+        The divergent component grows by e^(k t), so a CoM pushed along x needs the next foot soon.
+        That foot is also nearer to the support foot, because the CoM has moved less in y.
         """
         p, k = self._p, self._k
         swing = -state.support
-        x, v = swing * state.y + lateral.offset_y, swing * state.vy
-        earliest = max(p.step_duration_min - phase.elapsed, turning_time(x, v, k))
-        usual_stride = 2.0 * p.pendulum_offset_y + swing * phase.wanted[1]
-        stride = usual_stride + lateral.offset_y - p.pendulum_offset_y
+        x, v = swing * state.y + lateral.r_y, swing * state.vy
+        earliest = max(p.step_duration_min - request.elapsed, turning_time(x, v, k))
+        usual_stride = 2.0 * p.pendulum_offset_y + swing * request.step_size[1]
+        stride = usual_stride + lateral.r_y - p.pendulum_offset_y
         time = lateral.change.time - SEARCH_STEP
-        while time >= earliest and self._is_urgent(phase, sagittal):
-            change = SupportChange(time, *advance(x, v, k, time), feasible=False)
-            lateral = LateralPlan(change, lateral.offset_y, self._caught(change, stride))
-            sagittal = self._sagittal(state, phase, lateral)
+        while time >= earliest and self._is_too_long(request, sagittal):
+            position, velocity = advance(x, v, k, time)
+            change = SupportChange(time, position, velocity, False)
+            lateral = LateralPlan(change, lateral.r_y, self._catching(change, stride))
+            sagittal = self._plan_sagittal(state, request, lateral)
             time -= SEARCH_STEP
         return lateral, sagittal
 
-    def _is_urgent(self, phase: Phase, plan: SagittalPlan) -> bool:
-        corrects = self._p.feedback and not phase.shifting_weight
-        return corrects and abs(plan.correction) > self._p.step_hurry
-
-    def _caught(self, change: SupportChange, stride: float) -> float:
-        """D [m] moved towards where the next pendulum gets its width."""
+    def _catching(self, change: SupportChange, stride: float) -> float:
+        """D [m], moved towards where the next pendulum gets its wanted width."""
         p = self._p
-        caught = stride_that_catches(change.position, change.velocity, self._k, p.pendulum_width)
+        caught = catching_stride(change.position, change.velocity, self._k, p.pendulum_width)
         return stride + min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
-
-    def _side(self, state: WalkState, lateral: LateralPlan) -> float:
-        """s-bar_y [m] that leads from r_y to the next origin."""
-        return -state.support * (lateral.stride - lateral.offset_y - self._p.pendulum_offset_y)

@@ -1,60 +1,46 @@
-"""When to alter the support leg: eqs (3)-(6), in closed form.
+"""Step duration: when the support changes, eqs (3)-(6) of the paper in closed form.
 
 Everything here is lateral and mirrored: `x` is the distance of the CoM from the pendulum origin,
-positive towards the swing leg, so that both support legs look the same. The paper finds t_e by
-iteration; two pendulums of equal height let it be solved: with the orbital energies
-E = x^2 - (v/k)^2 of the running pendulum and w^2 of the next one (w = its wanted width), both
-known before the exchange, eqs (4) and (5) become
+positive towards the swing leg, so both support legs look the same.
 
-    p^2 - (v_e/k)^2 = E,   (D - p)^2 - (v_e/k)^2 = w^2   =>   p = (D + (E - w^2) / D) / 2
+The paper finds t_e by iteration. For two pendulums of equal height it can be solved. E = x^2 -
+(v / k)^2 is the orbital energy of the running pendulum, w the wanted width of the next one. Both
+are known before the support change. With the distance D between the two origins, r-bar_y + s-bar_y
+- r_y in the paper, eqs (4) and (5) become
 
-for the distance p at which the CoM leaves the running pendulum, D being the distance between the
-two origins. test/oracles.py holds the paper's iteration.
+    p^2 - (v_e / k)^2 = E,   (D - p)^2 - (v_e / k)^2 = w^2   =>   p = (D + (E - w^2) / D) / 2
 
-Two extensions of the paper for a CoM that was pushed: `origin_shift_for` leans the pendulum on the
-outer part of the sole when the CoM would take too long to come back, and `stride_that_catches`
-moves the next origin to where it turns the CoM back at its wanted width.
+for the distance p at which the CoM leaves the running pendulum. test/oracles.py has the iteration.
 """
 
-from math import atanh, exp, log, sqrt
-from typing import NamedTuple
+from math import log, sqrt
+from typing import final
 
+from nao_lipm_gait.walks.lipm.extensions.turning import STRAIGHT, TurnOfView
 from nao_lipm_gait.walks.pendulum import advance, divergent_component, orbital_energy
 
 REACH_MIN = 0.008
-"""[m] Smallest divergent component taken for a CoM that still swings towards the other leg."""
+"""Smallest divergent component of a CoM that still swings towards the other leg [m]."""
 
 
-class SupportChange(NamedTuple):
-    """The end of the running single support phase."""
+@final
+class SupportChange:
+    """The end of the running single support.
 
-    time: float
-    """[s] from now."""
-    position: float
-    """[m] CoM from the running origin, towards the swing leg: x(t_e)."""
-    velocity: float
-    """[m/s] towards the swing leg."""
-    feasible: bool
-    """False where eqs (4) and (5) had no solution inside the allowed time."""
-
-
-class TurnOfView(NamedTuple):
-    """What a turning step changes where Q-bar takes over: it sees motion in x as motion in y."""
-
-    nearer: float = 0.0
-    """[m] by which the CoM is nearer to the next origin."""
-    faster: float = 0.0
-    """[m/s] by which it is faster towards it."""
-
-
-STRAIGHT = TurnOfView()
-
-
-def turn_of_view(swing: int, tan_yaw: float, x_from_next: float, vx: float) -> TurnOfView:
-    """For a step that turns by the yaw angle; swing: side of the swing leg; x_from_next [m], vx
-    [m/s]: the CoM ahead of the next origin and its speed in Q at the exchange.
+    Attributes:
+        time: Time until then, t_e from now [s].
+        position: CoM from the running origin then, x(t_e) [m].
+        velocity: Its velocity then [m/s].
+        feasible: Whether eqs (4) and (5) have a solution within the allowed time.
     """
-    return TurnOfView(-swing * tan_yaw * x_from_next, -swing * tan_yaw * vx)
+
+    __slots__ = ("feasible", "position", "time", "velocity")
+
+    def __init__(self, time: float, position: float, velocity: float, feasible: bool):
+        self.time = time
+        self.position = position
+        self.velocity = velocity
+        self.feasible = feasible
 
 
 def plan_support_change(
@@ -67,20 +53,30 @@ def plan_support_change(
     latest: float,
     view: TurnOfView = STRAIGHT,
 ) -> SupportChange:
-    """The support change that hands the CoM over to the next pendulum with its wanted width.
+    """The support change that gives the next pendulum its wanted width.
 
-    x, v: mirrored lateral state [m, m/s]; stride: D [m]; next_width: wanted |(x0)_y| of the next
-    pendulum [m]; earliest, latest: bounds on the time from now [s]; view: of a turning step.
+    A turning step changes (5) to (D - e - p)^2 - ((v_e + f) / k)^2 = w^2, with e and f from `view`;
+    the small term in v_e f is taken from the straight solution.
 
-    In a turn (5) reads (D - e - p)^2 - ((v_e + f) / k)^2 = w^2 with the two values of the view; the
-    small term in v_e f is taken from the straight solution.
+    Args:
+        x: CoM from the running origin [m].
+        v: Its velocity [m/s].
+        k: Natural frequency [1/s].
+        stride: Distance D of the two origins [m].
+        next_width: Wanted |(x_0)_y| of the next pendulum, w [m].
+        earliest: Earliest time from now [s].
+        latest: Latest time from now [s].
+        view: Extension: what a turn of the step changes.
+
+    Returns:
+        The support change; outside the allowed time, the nearest allowed one.
     """
-    energy = orbital_energy(x, v, k)
+    energy = orbital_energy(x, v, k)  # (19), squared
     reach = divergent_component(x, v, k)
     feasible = reach > REACH_MIN
     nearer, faster = view.nearer, view.faster
     stride -= nearer
-    position = 0.5 * (stride + (energy - next_width * next_width) / stride)
+    position = 0.5 * (stride + (energy - next_width * next_width) / stride)  # (4), (5)
     if faster != 0.0:
         leaving = k * sqrt(max(position * position - energy, 0.0))
         extra = (2.0 * leaving + faster) * faster / (k * k)
@@ -96,38 +92,9 @@ def plan_support_change(
         time = earliest
         feasible = False
     else:
-        time = log(leaving_reach / max(reach, REACH_MIN)) / k
+        time = log(leaving_reach / max(reach, REACH_MIN)) / k  # the reach grows by e^(k t)
     if not earliest <= time <= latest:
         feasible = False
         time = min(max(time, earliest), latest)
     position, velocity = advance(x, v, k, time)
     return SupportChange(time, position, velocity, feasible)
-
-
-def origin_shift_for(
-    x: float, v: float, k: float, stride: float, next_width: float, time: float, shift_max: float
-) -> float:
-    """How far [m] the origin has to move outwards for a support change within `time` [s] from now.
-
-    The analogue of r_x for y. The divergent component xi grows by e^(k t), so it has to be
-    L e^(-k t) now to be L at the exchange; L is that of the undisturbed exchange, half-way between
-    the origins, which move apart by the shift. Arguments as for `plan_support_change`.
-    """
-    half = 0.5 * stride
-    leaving_reach = half + sqrt(max(half * half - next_width * next_width, 0.0))
-    shrink = exp(-k * time)
-    shift = (leaving_reach * shrink - divergent_component(x, v, k)) / (1.0 - shrink)
-    return min(max(shift, 0.0), shift_max)
-
-
-def turning_time(x: float, v: float, k: float) -> float:
-    """Time [s] until the CoM stops moving outwards; 0 if it does not, or never stops."""
-    return atanh(-v / (k * x)) / k if x > 0.0 and -k * x < v < 0.0 else 0.0
-
-
-def stride_that_catches(position: float, velocity: float, k: float, next_width: float) -> float:
-    """D [m] for which a CoM that leaves at `position` with `velocity` turns back at `next_width`.
-
-    (D - p)^2 - (v/k)^2 = w^2, the second of the two equations above, solved for D.
-    """
-    return position + sqrt(next_width * next_width + (velocity / k) ** 2)

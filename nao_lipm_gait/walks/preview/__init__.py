@@ -1,1 +1,1 @@
-"""ZMP preview control: the CoM of a table-cart model made for the footsteps that lie ahead."""
+"""ZMP preview control (Kajita et al.): a table-cart model follows the planned footsteps."""

@@ -1,1 +1,1 @@
-"""The second paper's walk: ZMP trajectories over a fixed cadence, stabilised by the gyro alone."""
+"""The walk of the second paper (Friedmann et al.): ZMP trajectories at a fixed cadence."""

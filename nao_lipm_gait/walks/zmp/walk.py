@@ -1,10 +1,10 @@
 """The walk of the second paper: half strides of fixed duration, one after the other.
 
-Nothing is measured: the trajectories of a half stride are fixed when it begins, and only the gyro's
-posture control, which acts on the joints, answers what happens. Forward, sideways and turning
-motion are superposed. As in the pendulum walk, each half stride has its own Q between the feet, and
-the step size is the pose of the next Q in this one; the CoM goes from half-way between the last Q
-and this one to half-way between this one and the next, and sways about that line.
+Nothing is measured. The trajectories of a half stride are fixed when it begins; only the posture
+feedback, which acts on the joints, answers disturbances. Forward, sideways and turning motion are
+superposed. Each half stride has its own Q between the feet, and the step size is the pose of the
+next Q in this one. The CoM goes from half-way between the last Q and this one to half-way between
+this one and the next, and sways about that line.
 """
 
 from collections import deque
@@ -15,11 +15,18 @@ from typing import NamedTuple
 from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
-from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget
+from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget, body_targets
 from nao_lipm_gait.walks.pendulum import natural_frequency
-from nao_lipm_gait.walks.steps import STEP_IN_PLACE, Stride, approach
+from nao_lipm_gait.walks.steps import (
+    STEP_IN_PLACE,
+    Stride,
+    approach,
+    ellipsoid_share,
+    first_support,
+    home_sole,
+    limited_stride,
+)
 from nao_lipm_gait.walks.swing_foot import raised_cosine
-from nao_lipm_gait.walks.zmp.stride import limit_share, stride_for
 from nao_lipm_gait.walks.zmp.trajectories import (
     entry_speed,
     lift,
@@ -33,18 +40,26 @@ NOWHERE: Pose2 = (0.0, 0.0, 0.0)
 
 
 class Phase(Enum):
-    """What a half stride is for."""
+    """Kind of a half stride."""
 
     REST = "rest"
-    SHIFT = "shift"
-    """From rest: the weight swings over the one foot, both stand."""
+    SHIFT = "shift"  # from rest: the weight moves over one foot, both feet on the ground
     STEP = "step"
-    SETTLE = "settle"
-    """To rest, both feet stand."""
+    SETTLE = "settle"  # to rest, both feet on the ground
 
 
 class StrideState(NamedTuple):
-    """Where the walk is; see `nao_lipm_gait.walks.base.WalkView`."""
+    """State of the walk at some tick; see `nao_lipm_gait.walks.base.WalkView`.
+
+    Attributes:
+        support: Supporting leg, LEFT or RIGHT.
+        x: CoM in Q, forward [m].
+        y: CoM in Q, to the left [m].
+        sole_in_q: Pose of the supporting sole in Q.
+        q_in_odom: Pose of Q by the planned steps.
+        step_count: Number of support changes since the walk started.
+        phase: Kind of the current half stride.
+    """
 
     support: int
     x: float
@@ -56,26 +71,38 @@ class StrideState(NamedTuple):
 
 
 class HalfStride(NamedTuple):
-    """One half stride, fixed when it begins. Poses in its Q."""
+    """One half stride, fixed when it begins; poses are in its Q.
+
+    Attributes:
+        phase: Kind of the half stride.
+        support: Supporting leg, LEFT or RIGHT.
+        ticks: Its duration in control periods, 2n of the paper.
+        com_start: CoM at its beginning, x and y [m].
+        step_size: Pose of the next Q.
+        standing: The sole that stands.
+        swing_start: The other sole at the beginning.
+        swing_end: The other sole at the end.
+        parameters: Parameters of this half stride.
+    """
 
     phase: Phase
     support: int
     ticks: int
-    """2n of the paper."""
     com_start: tuple[float, float]
     step_size: Pose2
-    """Of the next Q."""
     standing: Pose2
-    """The sole that stands."""
     swing_start: Pose2
-    """The other one at the beginning and,"""
     swing_end: Pose2
-    """at the end."""
     parameters: GaitParameters
 
 
 class ZmpWalk:
-    """Omnidirectional walk on ZMP trajectories of constant cadence."""
+    """Omnidirectional walk on ZMP trajectories of constant cadence.
+
+    Args:
+        parameters: Parameters of the gait; `feedback_delay` is fixed from here on.
+        control_period: Time between two ticks [s].
+    """
 
     def __init__(self, parameters: GaitParameters, control_period: float):
         self._dt = control_period
@@ -85,24 +112,23 @@ class ZmpWalk:
         self.stand_at(NOWHERE)
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """New parameters from the next half stride on; the delay is fixed at construction."""
+        """Use new parameters from the next half stride on; the delay is fixed at construction."""
         self._p = parameters
 
     def stand_at(self, q_in_odom: Pose2) -> None:
-        """Forget all motion: both feet side by side, the CoM at rest between them."""
+        """Reset to a stand: both feet side by side, the CoM at rest between them."""
         self._q_in_odom = q_in_odom
         self._step_count = 0
         self._stride = STEP_IN_PLACE
-        self._stand(Phase.REST, LEFT, self._home_sole(LEFT), self._home_sole(RIGHT))
+        self._stand(Phase.REST, LEFT, home_sole(LEFT, self._p), home_sole(RIGHT, self._p))
         self._predicted = self._expected = self._state()
         self._sent: deque[StrideState] = deque([self._predicted] * self._delay_ticks)
 
     # -- the three stages of a tick ----------------------------------------------------------------
 
     def start(self, command: VelocityCommand) -> None:
-        """Swing the weight over the foot that leads the asked motion, so that it steps first."""
-        leads_left = command.y > 0.0 or (command.y == 0.0 and command.yaw > 0.0)
-        support = LEFT if leads_left else RIGHT
+        """Shift the weight, so that the foot that leads the motion makes the first step."""
+        support = first_support(command)
         self._stride = STEP_IN_PLACE
         self._step_count = 0
         half = self._half_stride
@@ -110,11 +136,18 @@ class ZmpWalk:
         self._stand(Phase.SHIFT, support, soles[support], soles[-support])
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
-        """This walk knows no better than to step on the spot, first with the unloaded foot."""
+        """Step in place, first with the unloaded foot; this walk has no other reaction.
+
+        Args:
+            x: CoM in Q, forward [m].
+            y: CoM in Q, to the left [m].
+            vx: Its velocity, forward [m/s].
+            vy: Its velocity, to the left [m/s].
+        """
         self.start(VelocityCommand(0.0, -y, 0.0))
 
     def expect(self) -> Expectation:
-        """What was sent a delay ago is what should be measured now."""
+        """What was sent one delay ago is expected at the measurement."""
         self._expected = self._sent.popleft() if self._sent else self._state()
         state = self._expected
         return Expectation(state.support, (state.x, state.y), state.sole_in_q)
@@ -122,13 +155,17 @@ class ZmpWalk:
     def observe(
         self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
     ) -> None:
-        """This walk does not look at the CoM."""
+        """Does nothing: this walk does not use the measured CoM."""
 
     def plan(self, command: VelocityCommand) -> BodyTargets:
-        """The targets of this tick; at the end of a half stride the next one is planned."""
+        """Targets of this tick; at the end of a half stride the next one is planned."""
         self._predicted = self._state()
         self._sent.append(self._predicted)
-        targets = self._targets(self._predicted)
+        half, state = self._half_stride, self._predicted
+        p = half.parameters
+        com = (state.x, state.y, p.com_height)
+        swing = self._swing_sole(half, p)
+        targets = body_targets(half.support, com, half.standing, swing, p, state.q_in_odom)
         self._tick += 1
         if self._tick >= self._half_stride.ticks:
             self._next_half_stride(command)
@@ -147,7 +184,7 @@ class ZmpWalk:
     def _successor(
         self, done: HalfStride, stride: Stride, command: VelocityCommand
     ) -> tuple[HalfStride, Stride]:
-        """What follows a half stride, made with `stride`, under this command."""
+        """The half stride after `done`, which was made with `stride`, and its stride."""
         if done.phase in (Phase.REST, Phase.SETTLE):
             return self._standing(Phase.REST, done.support, done.standing, done.swing_end), stride
         support = -done.support
@@ -157,10 +194,11 @@ class ZmpWalk:
             return self._standing(Phase.SETTLE, support, standing, swing_start), stride
         # The CoM is half-way between the last Q and this one.
         x, y, _ = relative((0.5 * s[0], 0.5 * s[1], 0.0), s)
-        wanted = stride_for(command, 2.0 * self._ticks * self._dt, self._p)
+        double_step = 2.0 * self._ticks * self._dt
+        wanted = limited_stride(command, double_step, self._p, ellipsoid_share)
         stride = approach(stride, wanted, self._p)
         step_size = stride.of_step(-support, self._p)
-        landing = compose(step_size, self._home_sole(-support))
+        landing = compose(step_size, home_sole(-support, self._p))
         following = HalfStride(
             Phase.STEP, support, self._ticks, (x, y), step_size, standing, swing_start, landing,
             self._p,
@@ -180,17 +218,13 @@ class ZmpWalk:
 
     @property
     def _standing_ticks(self) -> int:
-        """Of the swing out of rest and of the one back to it."""
+        """Duration of the motion out of rest, and of the one back to it, in control periods."""
         return self._ticks
 
     @property
     def _ticks(self) -> int:
-        """Of a half stride: 2n."""
+        """Duration of a half stride in control periods: 2n."""
         return max(2, round(self._p.zmp_step_duration / self._dt))
-
-    def _home_sole(self, side: int) -> Pose2:
-        """Where a sole stands in its Q."""
-        return -self._p.foot_reference_x, side * 0.5 * self._p.foot_spacing, 0.0
 
     # -- the half stride at a tick -----------------------------------------------------------------
 
@@ -199,7 +233,7 @@ class ZmpWalk:
         return self._tick / self._half_stride.ticks
 
     def _sway(self) -> float:
-        """[m] to the left of the line that the CoM follows."""
+        """Offset of the CoM to the left of its line [m]."""
         half, p = self._half_stride, self._half_stride.parameters
         if half.phase is Phase.REST:
             return 0.0
@@ -209,12 +243,12 @@ class ZmpWalk:
         if half.phase is Phase.STEP:
             return half.support * sway(t - 0.5 * duration, duration, p.zmp_offset_y, w)[0]
         speed = entry_speed(duration, p.zmp_offset_y, w)
-        if half.phase is Phase.SHIFT:  # leans on this foot, returns towards the next one
+        if half.phase is Phase.SHIFT:  # over this foot first, then towards the next one
             return -half.support * swing_in(t, duration, speed)
         return half.support * swing_out(t, duration, speed)
 
     def _com(self) -> tuple[float, float]:
-        """The CoM in Q [m] at this tick."""
+        """CoM at this tick, x and y in Q [m]."""
         half, share = self._half_stride, self._share
         (x, y), s = half.com_start, half.step_size
         yaw = s[2] * (share - 0.5) if half.phase is Phase.STEP else 0.0
@@ -237,21 +271,6 @@ class ZmpWalk:
             phase=half.phase,
         )
 
-    def _targets(self, state: StrideState) -> BodyTargets:
-        half, p = self._half_stride, self._half_stride.parameters
-        standing_x, standing_y, standing_yaw = half.standing
-        standing = SoleTarget(standing_x, standing_y, 0.0, standing_yaw)
-        swinging = self._swing_sole(half, p)
-        left, right = (standing, swinging) if half.support == LEFT else (swinging, standing)
-        return BodyTargets(
-            com_in_q=(state.x, state.y, p.com_height),
-            left_sole=left,
-            right_sole=right,
-            torso_roll=0.0,
-            torso_pitch=p.torso_pitch,
-            q_in_odom=state.q_in_odom,
-        )
-
     def _swing_sole(self, half: HalfStride, p: GaitParameters) -> SoleTarget:
         x, y, yaw = half.swing_start
         if half.phase is not Phase.STEP:
@@ -264,35 +283,40 @@ class ZmpWalk:
             y + gone * (landing[1] - y),
             p.swing_lift * height,
             yaw + gone * (landing[2] - yaw),
-            # Turned outwards about x, so that its inner edge clears the floor; flat at both ends.
+            # Rolled outwards, so that its inner edge clears the floor; flat at both ends.
             roll=half.support * p.zmp_foot_roll * raised_cosine(2.0 * min(share, 1.0 - share)),
         )
 
-    # -- what is seen from outside -----------------------------------------------------------------
+    # -- state for status and diagnostics ----------------------------------------------------------
 
     @property
     def finished(self) -> bool:
+        """Whether the walk is at rest, also at the time of the measurement."""
         return self._predicted.phase is Phase.REST and self._expected.phase is Phase.REST
 
     @property
     def stopping(self) -> bool:
+        """Whether both feet stay on the ground from now on."""
         return self._half_stride.phase in (Phase.SETTLE, Phase.REST)
 
     @property
     def estimated(self) -> StrideState:
+        """State at the time of the measurement; nothing corrects it."""
         return self._expected
 
     @property
     def expected(self) -> StrideState:
+        """State at the time of the measurement."""
         return self._expected
 
     @property
     def predicted(self) -> StrideState:
+        """State at the time when the targets of the last `plan` take effect."""
         return self._predicted
 
     @property
     def origin_in_q(self) -> tuple[float, float]:
-        """The desired ZMP."""
+        """Desired ZMP, x and y in Q [m]."""
         half = self._half_stride
         if half.phase is not Phase.STEP:
             return 0.0, 0.0
@@ -300,13 +324,16 @@ class ZmpWalk:
 
     @property
     def step_size(self) -> Pose2:
+        """Pose of the next Q in the current one."""
         return self._half_stride.step_size
 
     @property
     def reserve(self) -> float:
-        return 1.0 - limit_share(self._stride, self._p)
+        """Share of the step limits that the current stride leaves unused."""
+        return 1.0 - ellipsoid_share(self._stride, self._p)
 
     @property
     def time_left(self) -> float:
+        """Time until the end of the half stride [s]; 0 at rest."""
         half = self._half_stride
         return 0.0 if half.phase is Phase.REST else (half.ticks - self._tick) * self._dt

@@ -1,0 +1,1 @@
+"""Extensions of the paper: stopping, turning steps, sensor offsets and recovery from pushes."""
