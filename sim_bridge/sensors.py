@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 
+from nao_lipm_gait.geometry import as_rotation, cross, rotate, rotate_back, rotation_halfway
 from nao_lipm_gait.types import FloatArray, Point3, SensorFrame
 from sim_bridge.body import Body
 from sim_bridge.engines.backend import TrueState
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
-from sim_bridge.vectors import cross, halfway, rows_of, turned, turned_back
 
 
 class Encoders:
@@ -47,9 +47,9 @@ class SensorModel:
         self._accel_bias = individual.accel_bias.tolist()
         self._gravity = plant.physics.gravity
         self._imu_position: Point3 = tuple(body.imu_position.tolist())
-        self._imu_in_torso = rows_of(body.imu_rotation @ individual.imu_rotation)
+        self._imu_in_torso = as_rotation(body.imu_rotation @ individual.imu_rotation)
         straight = np.array_equal(body.imu_rotation, np.eye(3))
-        self._mount = None if straight else rows_of(body.imu_rotation)
+        self._mount = None if straight else as_rotation(body.imu_rotation)
         self._noise_seed = noise_seed
         self._noise = np.random.default_rng(noise_seed)
         self._position: FloatArray | None = None
@@ -81,7 +81,7 @@ class SensorModel:
 
     def _gyro(self, spin: Point3, noise: list[float]) -> Point3:
         sensors = self._sensors
-        rate = turned_back(self._imu_in_torso, spin)
+        rate = rotate_back(self._imu_in_torso, spin)
         x, y, z = _read(rate, self._gyro_bias, noise, sensors.gyro_noise, sensors.gyro_range)
         return self._mounted((x, y, 0.0 if sensors.gyro_axes == 2 else z))
 
@@ -90,24 +90,24 @@ class SensorModel:
     ) -> Point3:
         """Mean specific force since the last sample, at the place of the IMU."""
         sensors, rate, quaternion = self._sensors, self._rate, state.torso_rotation
-        torso = rows_of(state.torso_matrix)
-        x, y, z = turned(torso, cross(spin, self._imu_position))
+        torso = as_rotation(state.torso_matrix)
+        x, y, z = rotate(torso, cross(spin, self._imu_position))
         vx, vy, vz = state.torso_linear_velocity.tolist()
         velocity = x + vx, y + vy, z + vz
         force = 0.0, 0.0, self._gravity
         if not first:
             (x, y, z), (vx, vy, vz) = velocity, self._imu_velocity
             force = (x - vx) * rate, (y - vy) * rate, (z - vz) * rate + self._gravity
-            torso = halfway(self._quaternion, quaternion)  # the axes turn meanwhile
+            torso = rotation_halfway(self._quaternion, quaternion)  # the axes turn meanwhile
         self._imu_velocity, self._quaternion = velocity, quaternion
-        felt = turned_back(self._imu_in_torso, turned_back(torso, force))
+        felt = rotate_back(self._imu_in_torso, rotate_back(torso, force))
         return self._mounted(
             _read(felt, self._accel_bias, noise, sensors.accel_noise, sensors.accel_range)
         )
 
     def _mounted(self, reading: Point3) -> Point3:
         """From the IMU's axes to the torso's, as the robot believes them to be."""
-        return reading if self._mount is None else turned(self._mount, reading)
+        return reading if self._mount is None else rotate(self._mount, reading)
 
 
 def _read(

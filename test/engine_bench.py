@@ -10,15 +10,14 @@ import pinocchio as pin
 
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import TASKS
+from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
-from sim_bridge.body import Body
 from sim_bridge.engines import registry as engines
-from sim_bridge.engines.backend import Backend, StartState, TrueState
-from sim_bridge.individual import NOMINAL, draw_individual
+from sim_bridge.engines.backend import Backend, StartState, StepInput, TrueState, make_robot_model
+from sim_bridge.individual import NOMINAL
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
-from sim_bridge.vectors import rotation_matrix
 
 G = 9.81
 STILL = np.zeros(3)
@@ -46,22 +45,25 @@ class Bench:
     """A nominal robot on a backend, without setpoint handling, sensors or delay."""
 
     def __init__(self, engine: str, robot: RobotDescription, plant: Plant, seed: int = NOMINAL):
-        individual = draw_individual(plant, robot, seed)
-        self.robot, self.plant = robot, plant
-        self.body = Body(robot, individual)
-        self.limits = TorqueLimits(robot, plant, individual)
-        self.backend: Backend = engines.make_backend(engine, robot, plant, individual, self.body)
+        model = make_robot_model(robot, plant, seed)
+        self.robot, self.plant, self.body = robot, plant, model.body
+        self.limits = TorqueLimits(robot, plant, model.individual)
+        self.backend: Backend = engines.make_backend(engine, [model])
         self.setpoint = np.array(robot.stand_pose)
 
     def float(self, rotation: FloatArray = TUMBLED) -> TrueState:
         """High above the floor."""
         self.setpoint = np.array(self.robot.stand_pose)
-        self.backend.reset(StartState(HIGH, rotation, self.setpoint))
-        return self.backend.observe()
+        self.backend.reset([StartState(HIGH, rotation, self.setpoint)])
+        return self.observe()
 
     def step(self, push: FloatArray = STILL, stiffness: float = 1.0) -> TrueState:
-        self.backend.step(self.setpoint, stiffness, push)
-        return self.backend.observe()
+        self.backend.step([StepInput(self.setpoint, stiffness, push)])
+        return self.observe()
+
+    def observe(self) -> TrueState:
+        (state,) = self.backend.observe()
+        return state
 
     def set(self, joint: str, angle: float) -> int:
         index = self.robot.index(joint)

@@ -10,7 +10,8 @@ import pinocchio as pin
 
 from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame
 from sim_bridge.plant import Plant
-from sim_bridge.simulation import GroundTruth, Simulation
+from sim_bridge.robot import GroundTruth
+from sim_bridge.world import World
 
 MS = 1_000_000
 G = 9.81
@@ -20,29 +21,30 @@ def with_physics(plant: Plant, **options: object) -> Plant:
     return attrs.evolve(plant, physics=attrs.evolve(plant.physics, **options))
 
 
-def targets(simulation: Simulation, stiffness: float = 1.0, **joints: float) -> JointTargets:
+def targets(simulation: World, stiffness: float = 1.0, **joints: float) -> JointTargets:
     """The stand pose with some joints elsewhere [rad]."""
-    position = np.array(simulation.robot.stand_pose)
+    position = np.array(simulation.robot.description.stand_pose)
     for joint, angle in joints.items():
-        position[simulation.robot.index(joint)] = angle
+        position[simulation.robot.description.index(joint)] = angle
     return JointTargets(simulation.time, position, stiffness)
 
 
-def sway(simulation: Simulation, tick: int) -> JointTargets:
+def sway(simulation: World, tick: int) -> JointTargets:
     """Legs in motion."""
     roll = 0.1 * math.sin(0.2 * tick)
     return targets(simulation, LHipRoll=roll, RHipRoll=roll, LKneePitch=0.7 + roll)
 
 
-def run(simulation: Simulation, ticks: int) -> tuple[FloatArray, FloatArray]:
+def run(simulation: World, ticks: int) -> tuple[FloatArray, FloatArray]:
     """(ticks, ...) truth and sensor frames while swaying and being pushed."""
     truths, frames = [], []
     for tick in range(ticks):
         if tick == ticks // 2:
-            simulation.push(np.array([8.0, -5.0, 0.0]), 0.1)
-        simulation.step(sway(simulation, tick))
-        truths.append(flat(simulation.truth()))
-        frame = simulation.sense()
+            simulation.robot.push(np.array([8.0, -5.0, 0.0]), 0.1)
+        simulation.robot.command(sway(simulation, tick))
+        simulation.step()
+        truths.append(flat(simulation.robot.truth()))
+        frame = simulation.robot.sense()
         if frame is not None:
             frames.append(flat_frame(frame))
     return np.array(truths), np.array(frames)

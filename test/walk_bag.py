@@ -92,7 +92,7 @@ def write_walk(
                     push = WrenchStamped()
                     push.wrench.force.y = 50.0
                     out.write("/push", now, push)
-                reading = simulation.read()
+                reading = simulation.robot.read()
                 if reading is None or tick.status is None or reading.frame.stamp == sent:
                     continue
                 sent = reading.frame.stamp

@@ -19,19 +19,17 @@ from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
-from sim_bridge.body import Body
-from sim_bridge.engines.backend import StartState
+from sim_bridge.engines.backend import StartState, StepInput, make_robot_model
 from sim_bridge.engines.registry import make_backend
-from sim_bridge.individual import draw_individual
 from sim_bridge.motors import Setpoints
 from sim_bridge.plant import Plant, load_plant, with_options
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 BLOCK = 100
 """Ticks for which one of the three runs before the next has its turn: what else the machine does
 slows all of them alike."""
 _NO_PUSH = np.zeros(3)
-_Simulation = TypeVar("_Simulation", bound=Simulation)
+_Simulation = TypeVar("_Simulation", bound=World)
 
 
 @dataclass(slots=True)
@@ -45,7 +43,7 @@ class WalkTiming:
     by_itself: int = 0
     """[ns] the same rollout without clocks and neighbours, with its set-up."""
     simulation: int = 0
-    """[ns] `Simulation.step` of the rollout."""
+    """[ns] `World.step` of the rollout."""
     gait: int = 0
     """[ns] `Gait.step` of the rollout."""
     simulation_alone: int = 0
@@ -70,12 +68,12 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
     plant = with_options(load_plant(options.plant), options.plant_options)
 
     def simulation(kind: type[_Simulation]) -> _Simulation:
-        return kind(
+        return kind.single(
             robot, plant, options.seed, engine=options.engine, control_period=CONTROL_PERIOD
         )
 
-    walking, alone = simulation(_TimedSimulation), simulation(Simulation)
-    engine = _PhysicsSteps(robot, plant, options, alone.start)
+    walking, alone = simulation(_TimedSimulation), simulation(World)
+    engine = _PhysicsSteps(robot, plant, options, alone.robot.start)
     gait = _TimedGait(Gait(robot, options.parameters))
     recorder, timing = Recorder(), WalkTiming()
     try:
@@ -89,7 +87,8 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
 
         def repeat() -> None:
             for each in targets:
-                alone.step(each)
+                alone.robot.command(each)
+                alone.step()
 
         ticks = round((task.start + options.window) / CONTROL_PERIOD)
         wall = 0
@@ -145,7 +144,7 @@ def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
     )
 
 
-class _TimedSimulation(Simulation):
+class _TimedSimulation(World):
     """Keeps the wall time of its steps [ns], and what they were given."""
 
     wall = 0
@@ -154,10 +153,10 @@ class _TimedSimulation(Simulation):
         super().__init__(*arguments, **options)
         self.targets: list[JointTargets | None] = []
 
-    def step(self, targets: JointTargets | None) -> None:
-        self.targets.append(targets)
+    def step(self) -> None:
+        self.targets.append(self.robot.last_command)
         began = time.perf_counter_ns()
-        super().step(targets)
+        super().step()
         self.wall += time.perf_counter_ns() - began
 
 
@@ -203,10 +202,10 @@ class _PhysicsSteps:
     def __init__(
         self, robot: RobotDescription, plant: Plant, options: BenchOptions, start: StartState
     ) -> None:
-        individual = draw_individual(plant, robot, options.seed)
-        body = Body(robot, individual)
-        self._backend = make_backend(options.engine, robot, plant, individual, body)
-        self._backend.reset(start)
+        model = make_robot_model(robot, plant, options.seed)
+        individual = model.individual
+        self._backend = make_backend(options.engine, [model])
+        self._backend.reset([start])
         steps = round(CONTROL_PERIOD / plant.physics.step)
         self._setpoints = Setpoints(robot, plant, individual, steps)
         self._setpoints.reset(start.joint_position - individual.joint_zero)
@@ -222,7 +221,7 @@ class _PhysicsSteps:
 
     def run(self, setpoints: Sequence[FloatArray]) -> None:
         for setpoint in setpoints:
-            self._backend.step(setpoint, 1.0, _NO_PUSH)
+            self._backend.step([StepInput(setpoint, 1.0, _NO_PUSH)])
 
     def close(self) -> None:
         self._backend.close()

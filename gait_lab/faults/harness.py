@@ -1,6 +1,6 @@
 """A simulated robot, its gaits and an operator in one process, with faults on the way between them.
 
-The classes are those behind the two ROS nodes: `Simulation` and `CommandInput` of the bridge,
+The classes are those behind the two ROS nodes: `World` and `CommandInput` of the bridge,
 `GaitController` of the gait. Only DDS is missing; what it can do to a message is a fault too.
 """
 
@@ -20,7 +20,8 @@ from nao_lipm_gait.runtime.diagnostics import Others, reports
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.types import JointTargets, VelocityCommand
 from sim_bridge.command_input import CommandInput
-from sim_bridge.simulation import GroundTruth, Reading, Simulation
+from sim_bridge.robot import GroundTruth, Reading
+from sim_bridge.world import World
 
 PERIOD = 0.01
 """Control period [s]: the length of a tick."""
@@ -126,19 +127,19 @@ class Harness:
 
     def __init__(
         self,
-        simulation: Simulation,
+        simulation: World,
         parameters: GaitParameters,
         fault: Fault,
         command: VelocityCommand,
         walk_start: float = 1.0,
     ) -> None:
         self.simulation = simulation
-        self.robot: RobotDescription = simulation.robot
+        self.robot: RobotDescription = simulation.robot.description
         self.parameters = parameters
         self.fault = fault
         self.command = command
         self.tick = 0
-        self.truth: GroundTruth = simulation.truth()
+        self.truth: GroundTruth = simulation.robot.truth()
         self.gaits: list[GaitProcess] = []
         self.others = Others()
         self.fallen = False
@@ -193,7 +194,7 @@ class Harness:
 
     def push_robot(self, force: np.ndarray) -> None:
         """Apply a force (3,) [N] in the world frame to the torso during the next tick."""
-        self.simulation.push(force, PERIOD)
+        self.simulation.robot.push(force, PERIOD)
 
     # -- one tick ----------------------------------------------------------------------------------
 
@@ -206,7 +207,8 @@ class Harness:
         """Advance everything by one control period."""
         self.tick += 1
         self.fault.before_physics(self)
-        self.simulation.step(self._targets)
+        self.simulation.robot.command(self._targets)
+        self.simulation.step()
         self._publish_sensors()
         self._publish_velocity()
         for message in self._to_gait.receive(self.tick):
@@ -218,7 +220,7 @@ class Harness:
                     self._to_robot.send(self.tick + delay, command)
         for command in self._to_robot.receive(self.tick):
             self._execute(command)
-        self.truth = self.simulation.truth()
+        self.truth = self.simulation.robot.truth()
         self.fallen = has_fallen(
             self.truth.torso_position, self.truth.torso_quaternion, self.height
         )
@@ -227,7 +229,7 @@ class Harness:
         self.invariants.check_tick(self.fallen, [gait.entry for gait in self.gaits], asked_to_walk)
 
     def _publish_sensors(self) -> None:
-        reading = self.simulation.read()
+        reading = self.simulation.robot.read()
         if reading is None or reading is self._published or self.tick < self._silent_until:
             return
         self._published = reading

@@ -11,7 +11,7 @@ from nao_lipm_gait.types import FloatArray
 from sim_bridge.individual import draw_individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import load_plant
-from sim_bridge.simulation import SATURATED
+from sim_bridge.robot import SATURATED
 
 LONGEST_LAG = 0.2
 """[s] that a joint may follow its target late."""

@@ -38,7 +38,8 @@ from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.types import STANDSTILL, GaitStatus, VelocityCommand
 from sim_bridge.ball import Ball
-from sim_bridge.simulation import GroundTruth, Simulation
+from sim_bridge.robot import GroundTruth
+from sim_bridge.world import World
 
 State = tuple[GroundTruth, GaitStatus | None]
 
@@ -185,13 +186,13 @@ def _walk(case: Case, preset: str) -> Iterator[State]:
 class _OneMotion(Policy):
     """Requests a motion of a standing robot; a kick gets a ball."""
 
-    def __init__(self, world: Simulation, gait: Gait, motion: Motion) -> None:
+    def __init__(self, world: World, gait: Gait, motion: Motion) -> None:
         self._world, self._gait, self._motion = world, gait, motion
 
     def command(self, time: float, tick: Tick | None) -> VelocityCommand:
         if round(time / CONTROL_PERIOD) == round(MOTION_AT / CONTROL_PERIOD):
             if (kick := self._motion.kick) is not None:
-                x, y = spot_in_world(self._world.truth(), kick.x, kick.y)
+                x, y = spot_in_world(self._world.robot.truth(), kick.x, kick.y)
                 self._world.put_ball(float(x), float(y))
             self._gait.request_motion(self._motion)
         return STANDSTILL

@@ -19,7 +19,8 @@ from gait_lab.trials.trial import (
 )
 from nao_lipm_gait.types import STANDSTILL, FloatArray, GaitState, JointTargets, VelocityCommand
 from sim_bridge.motors import TorqueLimits
-from sim_bridge.simulation import GroundTruth, Simulation
+from sim_bridge.robot import GroundTruth
+from sim_bridge.world import World
 
 SIDES = {"front": "lying_front", "back": "lying_back"}
 """Side -> start state of the simulation."""
@@ -78,9 +79,9 @@ class GetUpResult:
 class _MotorUse:
     """Largest torques and speeds of the joints in one attempt."""
 
-    def __init__(self, world: Simulation) -> None:
-        robot = world.robot
-        limits = TorqueLimits(robot, world.plant, world.individual).standstill
+    def __init__(self, world: World) -> None:
+        robot = world.robot.description
+        limits = TorqueLimits(robot, world.robot.plant, world.robot.individual).standstill
         # A follower has no motor of its own; its torque is the leader's.
         self._torque_limit = np.where(limits > 0.0, limits, np.inf)
         self._speed_limit = robot.velocity_limit
@@ -112,7 +113,7 @@ class _Attempt:
         tick: The last one.
     """
 
-    def __init__(self, spec: GetUpSpec, world: Simulation) -> None:
+    def __init__(self, spec: GetUpSpec, world: World) -> None:
         parameters = spec.parameters.replace(get_up=True)
         self._gait = make_gait(replace(spec, parameters=parameters))
         self._pose = _random_pose(spec, world)
@@ -176,9 +177,9 @@ def get_up(spec: GetUpSpec) -> GetUpResult:
     return GetUpResult(spec, tries, time, stood, walked, use.torque, use.speed, use.saturated)
 
 
-def _random_pose(spec: GetUpSpec, world: Simulation) -> FloatArray:
+def _random_pose(spec: GetUpSpec, world: World) -> FloatArray:
     """(n,) [rad] around the stand pose."""
-    robot, side = world.robot, sorted(SIDES).index(spec.side)
+    robot, side = world.robot.description, sorted(SIDES).index(spec.side)
     random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed, side])
     pose = robot.stand_pose + random.normal(0.0, WRIGGLE_SPREAD, len(robot.joint_names))
     return np.clip(pose, robot.lower, robot.upper)

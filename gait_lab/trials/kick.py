@@ -22,7 +22,7 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.types import FloatArray, GaitState
 from sim_bridge.ball import Ball
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 SETTLE = 1.5
 """[s] of standing before the ball is put down."""
@@ -78,7 +78,7 @@ def kick(spec: KickSpec) -> KickResult:
 
 
 def _attempt(
-    spec: KickSpec, world: Simulation, gait: Gait, spot: tuple[float, float]
+    spec: KickSpec, world: World, gait: Gait, spot: tuple[float, float]
 ) -> KickResult:
     ticks = run(world, gait, HeldCommand(), past_falls=True)
     next(ticks)  # at rest
@@ -117,7 +117,7 @@ def _attempt(
 
 
 def _put_ball(
-    spec: KickSpec, world: Simulation, tick: Tick, spot: tuple[float, float]
+    spec: KickSpec, world: World, tick: Tick, spot: tuple[float, float]
 ) -> FloatArray:
     """Put the ball near the kick's spot; (2,) [m] in the world."""
     random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed])
@@ -127,6 +127,6 @@ def _put_ball(
     return lay
 
 
-def _ball_speed(world: Simulation) -> float:
+def _ball_speed(world: World) -> float:
     ball = world.ball
     return 0.0 if ball is None else float(np.hypot(*ball.velocity[:2]))

@@ -13,7 +13,8 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.types import FloatArray, GaitState
 from sim_bridge.ball import Ball
-from sim_bridge.simulation import GroundTruth, Simulation
+from sim_bridge.robot import GroundTruth
+from sim_bridge.world import World
 
 FAR_AWAY = (-50.0, 50.0)
 """[m] where the ball lies while no kick runs."""
@@ -75,9 +76,9 @@ class MotionWatch:
         NaoGaitError: The robot does not have one of the motions.
     """
 
-    def __init__(self, world: Simulation, gait: Gait, asked: Sequence[AskedMotion]) -> None:
+    def __init__(self, world: World, gait: Gait, asked: Sequence[AskedMotion]) -> None:
         self._world, self._gait = world, gait
-        library = shipped_library(world.robot)
+        library = shipped_library(world.robot.description)
         self._motions = {each.name: library.find(each.name) for each in asked}
         self._due = list(asked)
         self._start = world.time
@@ -118,7 +119,7 @@ class MotionWatch:
     def _put_ball(self, name: str) -> None:
         kick = self._motions[name].kick
         if kick is not None:
-            self._spot = spot_in_world(self._world.truth(), kick.x, kick.y)
+            self._spot = spot_in_world(self._world.robot.truth(), kick.x, kick.y)
             self._world.put_ball(float(self._spot[0]), float(self._spot[1]))
 
     def _take_ball(self) -> float | None:

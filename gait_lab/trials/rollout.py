@@ -37,7 +37,8 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import GaitStatus, VelocityCommand
-from sim_bridge.simulation import GroundTruth, Simulation
+from sim_bridge.robot import GroundTruth
+from sim_bridge.world import World
 
 UNKNOWN = (math.nan, math.nan, math.nan)
 
@@ -167,7 +168,7 @@ def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
     return cos * dx + sin * dy, cos * dy - sin * dx, sole[5] - q_yaw
 
 
-def make_pair(spec: RolloutSpec) -> tuple[Simulation, Gait]:
+def make_pair(spec: RolloutSpec) -> tuple[World, Gait]:
     """The world of a rollout, which the caller closes, and the robot's gait."""
     return make_world(spec, ball=ball_for(spec.task.motions)), make_gait(spec)
 

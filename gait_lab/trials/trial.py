@@ -51,7 +51,8 @@ from nao_lipm_gait.types import (
 )
 from sim_bridge.ball import Ball
 from sim_bridge.plant import Plant, PlantOption, load_plant, with_options
-from sim_bridge.simulation import GroundTruth, Simulation
+from sim_bridge.robot import GroundTruth
+from sim_bridge.world import World
 
 CONTROL_PERIOD = 0.01
 """[s] between two ticks of the gait."""
@@ -96,7 +97,7 @@ def make_world(
     start_state: str = "stand",
     ball: Ball | None = None,
     plant: Plant | None = None,
-) -> Simulation:
+) -> World:
     """The simulated robot of a trial; the caller closes it.
 
     Args:
@@ -109,7 +110,7 @@ def make_world(
         The robot at rest, at time 0.
     """
     robot = loaded_robot(spec.urdf)
-    return Simulation(
+    return World.single(
         _with_urdf_effort(robot) if spec.urdf_effort else robot,
         with_options(load_plant(spec.plant), spec.plant_options) if plant is None else plant,
         robot_seed=spec.robot_seed,
@@ -179,7 +180,7 @@ class Policy:
 
     timed = False
 
-    def disturb(self, world: Simulation, tick: Tick) -> None:
+    def disturb(self, world: World, tick: Tick) -> None:
         """Act on the world at the beginning of a control period; `tick` ended the last one."""
 
     def command(self, time: float, tick: Tick | None) -> Action:
@@ -249,14 +250,14 @@ class TimedCommands(Policy):
         self._pushes = {_nanoseconds(push.time): push for push in pushes}
         self._began: int | None = None
 
-    def disturb(self, world: Simulation, tick: Tick) -> None:
+    def disturb(self, world: World, tick: Tick) -> None:
         """Begin the push that is due."""
         if self._began is None:
             self._began = tick.truth.stamp
         push = self._pushes.get(tick.truth.stamp - self._began)
         if push is not None:
             heading = float(yaw_of(tick.truth.torso_quaternion))
-            world.push(push.force(heading), PUSH_DURATION)
+            world.robot.push(push.force(heading), PUSH_DURATION)
 
     def command(self, time: float, tick: Tick | None) -> Action:
         """The command of this time."""
@@ -294,7 +295,7 @@ class Controller(Protocol):
 
 
 def run(
-    world: Simulation, walker: Walker, policy: Policy, *, past_falls: bool = False
+    world: World, walker: Walker, policy: Policy, *, past_falls: bool = False
 ) -> Iterator[Tick]:
     """Step a world and its walker by control periods.
 
@@ -313,9 +314,9 @@ def run(
 
 
 def run_controller(
-    world: Simulation,
+    world: World,
     controller: Controller,
-    disturb: Callable[[Simulation, Tick], None],
+    disturb: Callable[[World, Tick], None],
     *,
     past_falls: bool = False,
 ) -> Iterator[Tick]:
@@ -330,16 +331,17 @@ def run_controller(
     Yields:
         As `run`.
     """
-    truth = world.truth()
+    truth = world.robot.truth()
     height = float(truth.torso_position[2])
     tick = Tick(truth, controller.command, controller.status, False)
     yield tick
     while past_falls or not tick.fallen:
         disturb(world, tick)
-        world.step(controller.targets)
+        world.robot.command(controller.targets)
+        world.step()
         if not controller.respond(tick):
             return
-        truth = world.truth()
+        truth = world.robot.truth()
         fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
         tick = Tick(truth, controller.command, controller.status, fallen)
         yield tick
@@ -361,7 +363,7 @@ class _GaitController:
     as many control periods. Each then works from caches that the other has not emptied.
     """
 
-    def __init__(self, world: Simulation, walker: Walker, policy: Policy) -> None:
+    def __init__(self, world: World, walker: Walker, policy: Policy) -> None:
         self._world = world
         self._walker = walker
         self._policy = policy
@@ -394,7 +396,7 @@ class _GaitController:
             self.targets = action
             return True
         self.command = action
-        frame = self._world.sense()
+        frame = self._world.robot.sense()
         if frame is None:
             self.targets = None
         else:
@@ -404,7 +406,7 @@ class _GaitController:
 
     def _answer_ahead(self) -> None:
         time, period = self._world.time - self._began, self._world.control_period
-        for frame in self._world.coming():
+        for frame in self._world.robot.coming():
             command = self._policy.command(time * 1e-9, None)
             if not isinstance(command, VelocityCommand):
                 raise TypeError("a timed policy gives velocity commands only")

@@ -23,7 +23,7 @@ from gait_lab.tune.workers import Workers, check_backend, make_workers
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from sim_bridge.plant import load_plant
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 FIXED = ("study", "method", "seed")
 """What a resumed study must share with the stored one."""
@@ -134,7 +134,7 @@ def _try_places(study: Study, confirming: bool) -> None:
     places = {Place(study.engine, study.plant), *(study.confirm_places if confirming else ())}
     robot = load_robot(study.urdf)
     for place in sorted(places, key=str):
-        Simulation(robot, load_plant(place.plant), engine=place.engine).close()
+        World.single(robot, load_plant(place.plant), engine=place.engine).close()
 
 
 def _search(

@@ -15,7 +15,7 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import STANDSTILL, GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.plant import load_plant
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def walk(
     """The trace of a walk until the pilot ends it, a fall, or the time limit [s]; did it fall?"""
     robot = _robot(setting.urdf)
     gait = Gait(robot, setting.parameters)
-    with Simulation(
+    with World.single(
         robot,
         load_plant(setting.plant),
         robot_seed=setting.robot_seed,
@@ -70,28 +70,29 @@ def walk(
 
 
 def _walk(
-    simulation: Simulation, gait: Gait, pilot: Pilot, time_limit: float, pushes: list[Push]
+    simulation: World, gait: Gait, pilot: Pilot, time_limit: float, pushes: list[Push]
 ) -> tuple[Trace, bool]:
     recorder = Recorder()
     targets: JointTargets | None = None
     status: GaitStatus | None = None
-    truth = simulation.truth()
+    truth = simulation.robot.truth()
     height = float(truth.torso_position[2])
     recorder.add(truth, STANDSTILL)
     waiting = list(pushes)
     while (now := simulation.time * 1e-9) < time_limit:
         while waiting and waiting[0].time <= now:
             push = waiting.pop(0)
-            simulation.push(np.array(push.force), push.duration)
-        simulation.step(targets)
+            simulation.robot.push(np.array(push.force), push.duration)
+        simulation.robot.command(targets)
+        simulation.step()
         command = pilot(simulation.time * 1e-9, status)
         if command is None:
             break
-        frame = simulation.sense()
+        frame = simulation.robot.sense()
         if frame is not None:
             targets = gait.step(frame, command)
             status = gait.status
-        truth = simulation.truth()
+        truth = simulation.robot.truth()
         recorder.add(truth, command, status)
         if has_fallen(truth.torso_position, truth.torso_quaternion, height):
             return recorder.trace(), True

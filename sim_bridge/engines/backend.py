@@ -1,90 +1,152 @@
-"""What a physics engine must offer: four methods, one for faults, and two for a ball.
+"""What a physics engine must offer. Everything else about a simulated robot is shared code."""
 
-Everything else is shared code.
-"""
-
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
-from sim_bridge.body import BodyPose
+from sim_bridge.body import Body, BodyPose
+from sim_bridge.individual import Individual, draw_individual
+from sim_bridge.plant import Plant, with_sensors_of
+from sim_bridge.soles import sole_points
+
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True, slots=True)
+class RobotModel:
+    """One individual robot, as an engine builds it.
+
+    Attributes:
+        description: what is known of all robots of this kind.
+        plant: the plant with the robot's own sensors.
+        individual: the errors of this robot.
+        body: masses, joints and shapes of this individual.
+    """
+
+    description: RobotDescription
+    plant: Plant
+    individual: Individual
+    body: Body
+
+
+def make_robot_model(description: RobotDescription, plant: Plant, seed: int) -> RobotModel:
+    """The individual number `seed` (-1 = nominal) of this kind of robot in this plant.
+
+    Raises:
+        NaoGaitError: the seed is not allowed, or the soles do not fit the floor.
+    """
+    plant = with_sensors_of(plant, description)
+    individual = draw_individual(plant, description, seed)
+    body = Body(description, individual, sole_points(plant, description))
+    return RobotModel(description, plant, individual, body)
 
 
 @dataclass(frozen=True, slots=True)
 class StartState:
-    """Where a simulation begins, at rest."""
+    """Pose of a robot at rest at the start.
+
+    Attributes:
+        torso_position: (3,) [m] of the torso link frame in the world.
+        torso_rotation: (4,) quaternion x y z w, torso to world.
+        joint_position: (n,) [rad], true angles.
+    """
 
     torso_position: FloatArray
-    """(3,) [m] of the torso link frame in the world."""
     torso_rotation: FloatArray
-    """(4,) quaternion x y z w, torso to world."""
     joint_position: FloatArray
-    """(n,) [rad], true angles."""
+
+
+class StepInput(NamedTuple):
+    """What acts on one robot during one physics step.
+
+    Attributes:
+        setpoint: (n,) [rad] true joint angles that the servos are to reach.
+        torque_scale: share of the motors' torque limits that may be used, 0 to 1; one number for
+            all motors, or (n,) for each.
+        push_force: (3,) [N] in the world frame, on the centre of mass of the torso link.
+    """
+
+    setpoint: FloatArray
+    torque_scale: float | FloatArray
+    push_force: FloatArray
 
 
 class TrueState(NamedTuple):
-    """The exact state of the robot after a physics step."""
+    """Exact state of one robot after a physics step.
+
+    Attributes:
+        torso_position: (3,) [m] of the torso link frame in the world.
+        torso_rotation: (4,) quaternion x y z w, torso to world.
+        torso_matrix: (3, 3) the same rotation.
+        torso_linear_velocity: (3,) [m/s] of the torso link origin, in the world frame.
+        torso_angular_velocity: (3,) [rad/s] in the torso frame.
+        joint_position: (n,) [rad], true angles.
+        joint_velocity: (n,) [rad/s].
+        pose: centre of mass and soles in that configuration.
+        joint_torque: (n,) [N m] of the motors during the last step.
+        sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, about
+            the origin of the sole frame, in its axes.
+        legs_touch: the legs touched each other in any step since the last observation.
+    """
 
     torso_position: FloatArray
-    """(3,) [m] of the torso link frame in the world."""
     torso_rotation: FloatArray
-    """(4,) quaternion x y z w, torso to world."""
     torso_matrix: FloatArray
-    """(3, 3) the same rotation."""
     torso_linear_velocity: FloatArray
-    """(3,) [m/s] of the torso link origin, in the world frame."""
     torso_angular_velocity: FloatArray
-    """(3,) [rad/s] in the torso frame."""
     joint_position: FloatArray
-    """(n,) [rad], true angles."""
     joint_velocity: FloatArray
-    """(n,) [rad/s]."""
     pose: BodyPose
-    """Where that puts the centre of mass and the soles."""
     joint_torque: FloatArray
-    """(n,) [N m] that the motors put out during the last step."""
     sole_wrench: tuple[FloatArray, FloatArray]
-    """Left, right (6,): force [N] and torque [N m] of the floor on the sole, about the origin of
-    the sole frame, in its axes."""
     legs_touch: bool
-    """The legs touched each other in any step since the last observation."""
 
 
 class Backend(Protocol):
-    """A physics engine with one robot on a floor."""
+    """A physics engine with some robots on a floor; they keep their order."""
 
-    def reset(self, start: StartState) -> None:
-        """Put the robot there, at rest, with no memory of what was before."""
+    def reset(self, starts: Sequence[StartState]) -> None:
+        """Put each robot at its start, at rest, with no memory of what was before."""
 
-    def step(
-        self, setpoint: FloatArray, torque_scale: float | FloatArray, push_force: FloatArray
-    ) -> None:
-        """Advance by one physics step.
+    def step(self, inputs: Sequence[StepInput]) -> None:
+        """Advance by one physics step, with one input per robot."""
 
-        Args:
-            setpoint: (n,) [rad] true joint angles that the servos aim at.
-            torque_scale: share of the motors' torque limits that may be used, 0 to 1; for all
-                motors, or (n,) for each.
-            push_force: (3,) [N] in the world frame, on the centre of mass of the torso link.
+    def observe(self) -> list[TrueState]:
+        """The state of each robot now.
+
+        Raises:
+            NaoGaitError: the simulation has become unstable.
         """
 
-    def observe(self) -> TrueState:
-        """The state now."""
-
-    def disturb(self, torque_share: FloatArray, friction: float | None) -> None:
-        """Let something break, until the next call; a reset repairs nothing.
+    def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
+        """Set the faults of a robot from now on; a reset does not repair them.
 
         Args:
-            torque_share: (n,) of each motor's torque that is left, 0 to 1.
-            friction: of both soles on the floor; None = the individual's own.
+            robot: index of the robot.
+            torque_share: (n,) share of each motor's torque that is left, 0 to 1.
+            friction: coefficient of both soles on the floor; None = the individual's own.
         """
 
     def ball(self) -> BallState | None:
         """The ball now; None in a world without one."""
 
     def put_ball(self, position: FloatArray) -> None:
-        """Lay the ball at rest at (3,) [m] in the world."""
+        """Put the ball at rest at (3,) [m] in the world."""
 
     def close(self) -> None:
-        """Free the engine; allowed more than once."""
+        """Free the engine; may be called more than once."""
+
+
+def only_one(items: Sequence[Item], engine: str) -> Item:
+    """The single robot of an engine that can simulate one.
+
+    Raises:
+        NaoGaitError: there are more robots, or none.
+    """
+    if len(items) != 1:
+        raise NaoGaitError("robots", f"{len(items)} robots", f"1 robot with engine {engine}")
+    return items[0]

@@ -1,44 +1,44 @@
-"""Which physics engines there are, and how to get one; none is imported before it is asked for."""
+"""Which physics engines there are. An engine is imported only when it is used."""
 
+from collections.abc import Sequence
 from importlib.util import find_spec
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
 from sim_bridge.ball import Ball
-from sim_bridge.body import Body
-from sim_bridge.engines.backend import Backend
-from sim_bridge.individual import Individual
-from sim_bridge.plant import Plant
+from sim_bridge.engines.backend import Backend, RobotModel
+from sim_bridge.terrain import Prism
 
 ENGINES = ("pybullet", "mujoco")
 _INSTALL = {"pybullet": "pybullet>=3.2.6", "mujoco": "mujoco>=4,<5"}
-"""What pip has to install. Not our extras: on an apt ROS those would bring PyPI's rclpy along."""
+"""Requirement for pip. Not an extra of this package: with ROS from apt, an extra would also install
+rclpy from PyPI."""
 
 
 def installed(engine: str) -> bool:
-    """Whether the engine's own package is there."""
+    """Whether the engine's own package is installed."""
     return find_spec(engine) is not None
 
 
 def make_backend(
     engine: str,
-    robot: RobotDescription,
-    plant: Plant,
-    individual: Individual,
-    body: Body,
+    robots: Sequence[RobotModel],
+    ground: tuple[Prism, ...] = (),
     *,
     gui: bool = False,
     ball: Ball | None = None,
 ) -> Backend:
-    """The backend of an engine, for one individual.
+    """The backend of an engine.
 
     Args:
+        engine: one of `ENGINES`.
+        robots: the individuals; all have the same physics and floor.
+        ground: prisms that stand out of the floor.
         gui: open the engine's own window.
-        ball: a ball on the floor.
+        ball: ball on the floor; None = none.
 
     Raises:
         NaoGaitError: the engine is unknown or not installed, or cannot honour an option of the
-            plant.
+            plant or the number of robots.
     """
     if engine not in ENGINES:
         raise NaoGaitError("engine", engine, ", ".join(ENGINES))
@@ -52,7 +52,7 @@ def make_backend(
     if engine == "mujoco":
         from sim_bridge.engines.mujoco.backend import MujocoBackend
 
-        return MujocoBackend(robot, plant, individual, body, gui=gui, ball=ball)
+        return MujocoBackend(robots, ground, gui=gui, ball=ball)
     from sim_bridge.engines.pybullet.backend import PyBulletBackend
 
-    return PyBulletBackend(robot, plant, individual, body, gui=gui, ball=ball)
+    return PyBulletBackend(robots, ground, gui=gui, ball=ball)

@@ -11,7 +11,7 @@ from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.ros.messages import to_doubles, to_time
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.plant import Sensors
-from sim_bridge.simulation import GroundTruth, Reading
+from sim_bridge.robot import GroundTruth, Reading
 
 WORLD = "world"
 _UNKNOWN = 1e6

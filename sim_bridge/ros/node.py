@@ -34,6 +34,7 @@ from nao_lipm_gait.types import JointTargets
 from sim_bridge.ball import Ball
 from sim_bridge.command_input import CommandInput, read_push
 from sim_bridge.plant import load_plant
+from sim_bridge.robot import Reading
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
 from sim_bridge.ros.parameters import (
     BALL,
@@ -49,7 +50,7 @@ from sim_bridge.ros.parameters import (
     START_STATE,
     URDF,
 )
-from sim_bridge.simulation import Reading, Simulation
+from sim_bridge.world import World
 
 CONTROL_PERIOD = 0.01
 """[s] between two readings; a NAO's own."""
@@ -72,7 +73,7 @@ class BridgeNode(Node):
         self.factor = of_type(declare(self, REAL_TIME_FACTOR), float)
         self.lockstep = of_type(declare(self, LOCKSTEP), bool)
         self._push_duration = of_type(declare(self, PUSH_DURATION), float)
-        self._simulation = Simulation(
+        self._simulation = World.single(
             self._robot,
             plant,
             robot_seed=of_type(declare(self, ROBOT_SEED), int),
@@ -91,14 +92,14 @@ class BridgeNode(Node):
         self.awaited: int | None = None
         """Stamp of the reading whose answer lockstep waits for [ns]."""
         self._throttle = Throttle()
-        self._readings = ReadingWriter(self._robot, self._simulation.plant.sensors)
+        self._readings = ReadingWriter(self._robot, self._simulation.robot.plant.sensors)
         self._truths = TruthWriter(self._robot)
         self._make_publishers()
         self._make_subscriptions()
         for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
             self._warn(name, f"parameter {name}: unknown and ignored; see `ros2 param list`")
         self.get_logger().info(
-            f"{self._robot.name}, plant {plant.name}, robot {self._simulation.individual.seed}: "
+            f"{self._robot.name}, plant {plant.name}, robot {self._simulation.robot.individual.seed}: "
             + ("lockstep" if self.lockstep else f"real time factor {self.factor:g}")
         )
 
@@ -141,16 +142,17 @@ class BridgeNode(Node):
 
     def advance(self) -> None:
         """One control period of physics, then everything that can be known after it."""
-        self._simulation.step(self._targets)
+        self._simulation.robot.command(self._targets)
+        self._simulation.step()
         now = self._simulation.time
         self._clock_topic.publish(self._truths.clock(now))
-        reading = self._simulation.read()
+        reading = self._simulation.robot.read()
         silent = now < self._silent_until
         if reading is not None and reading is not self._sent and not silent:
             self._sent = reading
             self.awaited = reading.frame.stamp
             self.send(reading)
-        truth = self._simulation.truth()
+        truth = self._simulation.robot.truth()
         self._odometry.publish(self._truths.odometry(truth))
         self._com.publish(self._truths.com(truth))
         ball = self._simulation.ball
@@ -210,7 +212,7 @@ class BridgeNode(Node):
         push = read_push(
             (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
         )
-        self._simulation.push(push, self._push_duration)
+        self._simulation.robot.push(push, self._push_duration)
 
     def _on_put_ball(self, message: PointStamped) -> None:
         if message.header.frame_id not in ("", "world"):

@@ -2,7 +2,7 @@
 
 from nao_lipm_gait.ros.parameters import NodeParameter
 from sim_bridge.engines.registry import ENGINES
-from sim_bridge.simulation import START_STATES
+from sim_bridge.robot import START_STATES
 
 URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 ENGINE = NodeParameter("engine", "pybullet", "physics engine", choices=ENGINES)

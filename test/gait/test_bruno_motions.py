@@ -127,8 +127,9 @@ def test_a_kick_begins_and_ends_without_a_jump_of_a_joint() -> None:
     targets = None
     with simulation:
         for tick in range(620):
-            simulation.step(targets)
-            frame = simulation.sense()
+            simulation.robot.command(targets)
+            simulation.step()
+            frame = simulation.robot.sense()
             if frame is None:
                 continue
             targets = gait.step(frame, FORWARD if tick > 100 else STANDSTILL)
@@ -187,26 +188,27 @@ def test_it_sits_and_stands_up_and_lets_itself_down_limp() -> None:
     def run(seconds: float) -> GaitState:
         nonlocal targets
         for _ in range(round(seconds * 100)):
-            simulation.step(targets)
-            frame = simulation.sense()
+            simulation.robot.command(targets)
+            simulation.step()
+            frame = simulation.robot.sense()
             if frame is not None:
                 targets = gait.step(frame, STANDSTILL)
         return gait.state
 
     with simulation:
         run(1.0)
-        height = simulation.truth().torso_position[2]
+        height = simulation.robot.truth().torso_position[2]
         gait.request_motion("sit")
         assert run(2.5) is GaitState.MOTION
-        assert simulation.truth().torso_position[2] < 0.7 * height
+        assert simulation.robot.truth().torso_position[2] < 0.7 * height
         gait.request_stand()
         assert run(2.5) is GaitState.STAND
-        assert simulation.truth().torso_position[2] == pytest.approx(height, abs=0.01)
+        assert simulation.robot.truth().torso_position[2] == pytest.approx(height, abs=0.01)
         gait.request_motion("relax")
         assert LIBRARY.find("relax").ends is Posture.LYING_FRONT
         assert run(9.0) is GaitState.RELAXED
-        assert simulation.truth().torso_position[2] < 0.1
-        force = simulation.sense()
+        assert simulation.robot.truth().torso_position[2] < 0.1
+        force = simulation.robot.sense()
         assert force is not None and force.linear_acceleration[0] < -8.0, "on its stomach"
 
 

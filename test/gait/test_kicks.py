@@ -14,7 +14,7 @@ from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.types import STANDSTILL, GaitState, JointTargets, VelocityCommand
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 ROBOT = load_robot()
 MOTIONS = list(shipped_library(ROBOT).motions.values())
@@ -57,7 +57,7 @@ def test_a_robot_on_the_floor_gets_up_and_walks(side: str) -> None:
 class Driver:
     """A simulated robot with its gait, tick after tick."""
 
-    def __init__(self, simulation: Simulation, gait: Gait) -> None:
+    def __init__(self, simulation: World, gait: Gait) -> None:
         self.simulation, self.gait = simulation, gait
         self._targets: JointTargets | None = None
 
@@ -65,8 +65,9 @@ class Driver:
         """The states that the gait goes through."""
         states: list[GaitState] = []
         for _ in range(round(seconds * 100)):
-            self.simulation.step(self._targets)
-            frame = self.simulation.sense()
+            self.simulation.robot.command(self._targets)
+            self.simulation.step()
+            frame = self.simulation.robot.sense()
             if frame is not None:
                 self._targets = self.gait.step(frame, command)
             if not states or states[-1] is not self.gait.state:
@@ -87,14 +88,14 @@ def test_felled_by_a_push_it_is_up_and_walking_again_without_a_person(x: float, 
     with simulation:
         nao.run(1.0)
         nao.run(2.0, forward)
-        simulation.push(np.array((x, y, 0.0)), 0.1)
+        simulation.robot.push(np.array((x, y, 0.0)), 0.1)
         states = nao.run(20.0, forward)
         assert GaitState.FALLEN in states
         assert GaitState.GETTING_UP in states
         assert states[-1] is GaitState.WALK
-        before = simulation.truth()
+        before = simulation.robot.truth()
         nao.run(2.0, forward)
-        after = simulation.truth()
+        after = simulation.robot.truth()
         assert math.dist(before.com[:2], after.com[:2]) > 0.12
         assert after.torso_position[2] > 0.25
 
@@ -109,7 +110,7 @@ def test_it_lets_itself_down_limp_and_gets_up_when_asked() -> None:
         nao.run(1.0)
         gait.request_motion("relax")
         assert nao.run(8.0) == [GaitState.MOTION, GaitState.RELAXED]
-        assert simulation.truth().torso_position[2] < 0.12
+        assert simulation.robot.truth().torso_position[2] < 0.12
         gait.request_motion("get_up")
         assert nao.run(9.0)[-1] is GaitState.STAND
-        assert simulation.truth().torso_position[2] > 0.25
+        assert simulation.robot.truth().torso_position[2] > 0.25

@@ -22,6 +22,8 @@ from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout
 from gait_lab.trials.tasks import TASKS, RandomCommands, find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
+from sim_bridge.motors import TorqueLimits
+from sim_bridge.world import World
 
 SCHEMA = {"suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"}
 TINY: dict[str, dict[str, Any]] = {
@@ -171,6 +173,11 @@ def test_a_matched_gait_bridges_the_delay_and_the_motors() -> None:
         assert variant.parameters["feedback_delay"] == pytest.approx(delay / 1000.0 + 0.02)
 
 
+def torque_limits(world: World) -> TorqueLimits:
+    robot = world.robot
+    return TorqueLimits(robot.description, robot.plant, robot.individual)
+
+
 def test_motors_at_the_effort_of_the_urdf_are_weaker_at_every_speed() -> None:
     task = dataclasses.replace(find_task("forward=10"), start=0.1, end=0.3)
     weak = PLANTS["weak_motors"]
@@ -179,7 +186,7 @@ def test_motors_at_the_effort_of_the_urdf_are_weaker_at_every_speed() -> None:
 
     simulation, gait = make_pair(spec)
     with simulation:
-        limits, robot = gait.robot.limits, simulation.robot
+        limits, robot = gait.robot.limits, simulation.robot.description
         assert {name: motor.stall_torque for name, motor in robot.motors.items()} == {
             name: limits[name].effort for name in robot.motors
         }
@@ -188,7 +195,7 @@ def test_motors_at_the_effort_of_the_urdf_are_weaker_at_every_speed() -> None:
         with usual:
             for speed_of_joint in (0.0, 2.0, 5.0):
                 weakest, usual_limit = (
-                    float(each._limits.driving(np.full(22, speed_of_joint))[joint])
+                    float(torque_limits(each).driving(np.full(22, speed_of_joint))[joint])
                     for each in (simulation, usual)
                 )
                 assert weakest < usual_limit

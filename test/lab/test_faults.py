@@ -124,7 +124,7 @@ def test_a_robot_that_is_pushed_over_without_imu_relaxes_and_stays_fallen() -> N
     harness = harness_with(LongImuOutage(6.0))
     with harness.simulation:
         harness.run(500)
-        harness.simulation.push(np.array([0.0, 90.0, 0.0]), 0.1)
+        harness.simulation.robot.push(np.array([0.0, 90.0, 0.0]), 0.1)
         harness.run(150)
         assert harness.fallen
         assert harness.gaits[0].entry.state is GaitState.FALLEN

@@ -11,27 +11,27 @@ from sim_bridge.ball import ROLLING_SLOWDOWN, Ball, shoe
 from sim_bridge.body import Body
 from sim_bridge.individual import draw_individual
 from sim_bridge.plant import load_plant, with_options
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 ROBOT, PLANT = load_robot(), load_plant("reference")
 ENGINES = ("pybullet", "mujoco")
 
 
-def world(engine: str, ball: Ball | None = None) -> Simulation:
-    return Simulation(ROBOT, PLANT, robot_seed=1, engine=engine, ball=ball)
+def world(engine: str, ball: Ball | None = None) -> World:
+    return World.single(ROBOT, PLANT, robot_seed=1, engine=engine, ball=ball)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_lies_still_on_the_floor_and_is_put_elsewhere(engine: str) -> None:
     with world(engine, Ball(0.4, -0.1)) as simulation:
         for _ in range(30):
-            simulation.step(None)
+            simulation.step()
         state = simulation.ball
         assert state is not None
         np.testing.assert_allclose(state.position, (0.4, -0.1, 0.05), atol=5e-4)
         assert np.linalg.norm(state.velocity) < 5e-3
         simulation.put_ball(0.2, 0.3)
-        simulation.step(None)
+        simulation.step()
         state = simulation.ball
         assert state is not None
         assert math.dist(state.position[:2], (0.2, 0.3)) < 1e-3
@@ -43,7 +43,7 @@ def test_lies_still_on_the_floor_and_is_put_elsewhere(engine: str) -> None:
 def test_lies_on_uneven_ground_too(engine: str) -> None:
     options = (("terrain.kind", "hexagons"), ("terrain.height", 0.015))
     plant = with_options(PLANT, options)
-    with Simulation(ROBOT, plant, robot_seed=1, engine=engine, ball=Ball(0.6, 0.05)) as simulation:
+    with World.single(ROBOT, plant, robot_seed=1, engine=engine, ball=Ball(0.6, 0.05)) as simulation:
         for beginning in ("built", "put", "reset"):
             if beginning == "put":
                 simulation.put_ball(0.7, -0.1)
@@ -51,7 +51,7 @@ def test_lies_on_uneven_ground_too(engine: str) -> None:
                 simulation.reset()
             heights = []
             for _ in range(20):
-                simulation.step(None)
+                simulation.step()
                 state = simulation.ball
                 assert state is not None
                 heights.append(state.position[2])
@@ -62,7 +62,7 @@ def test_lies_on_uneven_ground_too(engine: str) -> None:
 def test_a_rolling_ball_slows_down_as_it_should(engine: str) -> None:
     """Pushed once by the robot's own foot is not exact enough: the ball starts on its way."""
     with world(engine, Ball(1.0, 0.0)) as simulation:
-        backend = simulation._backend
+        backend = simulation._engine
         speed = 0.6
         if engine == "mujoco":
             joint = backend._data.joint("ball")
@@ -75,7 +75,7 @@ def test_a_rolling_ball_slows_down_as_it_should(engine: str) -> None:
                 physicsClientId=backend._client,
             )  # fmt: skip
         for _ in range(100):
-            simulation.step(None)
+            simulation.step()
         state = simulation.ball
         assert state is not None
         assert state.velocity[0] == pytest.approx(speed - ROLLING_SLOWDOWN * 1.0, abs=0.06)
@@ -88,8 +88,8 @@ def test_a_ball_far_away_changes_nothing_about_the_robot(engine: str) -> None:
     for ball in (None, Ball(5.0, 0.0)):
         with world(engine, ball) as simulation:
             for _ in range(20):
-                simulation.step(None)
-            ways.append(simulation.truth())
+                simulation.step()
+            ways.append(simulation.robot.truth())
     np.testing.assert_allclose(ways[0].torso_position, ways[1].torso_position, atol=1e-6)
     np.testing.assert_allclose(ways[0].joint_torque, ways[1].joint_torque, atol=1e-2)
     assert not ways[1].legs_touch
@@ -104,12 +104,13 @@ def test_a_foot_meets_the_ball_and_legs_do_not_count_as_touching(engine: str) ->
         pose = np.array(ROBOT.stand_pose)
         pose[hip] -= 0.4
         for _ in range(25):
-            simulation.step(JointTargets(0, pose))
+            simulation.robot.command(JointTargets(0, pose))
+            simulation.step()
         state = simulation.ball
         assert state is not None
         assert state.velocity[0] > 0.1
         assert state.position[0] > 0.16
-        assert not simulation.truth().legs_touch
+        assert not simulation.robot.truth().legs_touch
 
 
 def test_a_world_without_a_ball_says_so() -> None:
@@ -131,6 +132,6 @@ def test_the_shoe_is_as_high_as_the_shell_and_stands_on_the_sole() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_without_gravity_a_ball_floats(engine: str) -> None:
     plant = with_options(PLANT, (("physics.gravity", 0.0),))
-    with Simulation(ROBOT, plant, robot_seed=1, engine=engine, ball=Ball()) as simulation:
-        simulation.step(None)
+    with World.single(ROBOT, plant, robot_seed=1, engine=engine, ball=Ball()) as simulation:
+        simulation.step()
         assert simulation.ball is not None

@@ -14,40 +14,40 @@ from engine_bench import (
     changed,
     weightless,
 )
+from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant
-from sim_bridge.simulation import Simulation
-from sim_bridge.vectors import rotation_matrix
+from sim_bridge.world import World
 
 
 def test_standing_sinks_by_weight_over_stiffness(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
+    with World.single(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
         for _ in range(150):
-            simulation.step(None)
-        truth = simulation.truth()
+            simulation.step()
+        truth = simulation.robot.truth()
     points = 8.0
     middle = [
         sole.position + sole.rotation @ np.mean(contact.points, axis=0)
-        for sole, contact in zip(truth.soles, simulation.body.soles, strict=True)
+        for sole, contact in zip(truth.soles, simulation.robot.body.soles, strict=True)
     ]
     depth = 0.005 - float(np.mean([point[2] for point in middle]))
-    expected = simulation.body.mass * G / (points * reference.contact.stiffness)
+    expected = simulation.robot.body.mass * G / (points * reference.contact.stiffness)
     assert depth == pytest.approx(expected, rel=0.02)
 
 
 def test_standing_for_a_second_goes_nowhere(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
+    with World.single(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
         for _ in range(50):
-            simulation.step(None)
-        before = simulation.truth()
+            simulation.step()
+        before = simulation.robot.truth()
         for _ in range(100):
-            simulation.step(None)
-        after = simulation.truth()
+            simulation.step()
+        after = simulation.robot.truth()
     assert np.abs(after.torso_position - before.torso_position).max() < 2e-4
     tilt = np.degrees(np.linalg.norm(pin.log3(rotation_matrix(after.torso_quaternion))))
     assert tilt < 0.5
@@ -55,19 +55,20 @@ def test_standing_for_a_second_goes_nowhere(
     assert not after.legs_touch
 
 
-def slide(simulation: Simulation, push: float) -> tuple[float, float, float]:
+def slide(simulation: World, push: float) -> tuple[float, float, float]:
     """[m] way, [m/s] speed at the end, and tangential over normal force, in half a second."""
     for _ in range(50):
-        simulation.step(None)
-    simulation.push(np.array([push, 0.0, 0.0]), 0.5)
-    start = simulation.truth().soles[0].position[0]
+        simulation.step()
+    simulation.robot.push(np.array([push, 0.0, 0.0]), 0.5)
+    start = simulation.robot.truth().soles[0].position[0]
     for _ in range(49):
-        simulation.step(None)
-    before = simulation.truth().soles[0].position[0]
-    simulation.step(None)
-    truth, wrenches = simulation.truth(), simulation._state.sole_wrench
+        simulation.step()
+    before = simulation.robot.truth().soles[0].position[0]
+    simulation.step()
+    truth, reading = simulation.robot.truth(), simulation.robot.read()
+    assert reading is not None
     forces = [
-        sole.rotation @ wrench[:3] for sole, wrench in zip(truth.soles, wrenches, strict=True)
+        sole.rotation @ wrench[:3] for sole, wrench in zip(truth.soles, reading.sole_wrench, strict=True)
     ]
     x, y, z = np.sum(forces, axis=0)
     end = truth.soles[0].position[0]
@@ -79,8 +80,8 @@ def test_feet_slide_when_the_force_passes_friction_times_weight(
 ) -> None:
     friction = 0.1  # so that the robot slides before it tips over
     plant = changed(reference, contact={"friction": friction})
-    with Simulation(robot, plant, robot_seed=NOMINAL, engine=engine) as simulation:
-        grip = friction * simulation.body.mass * G
+    with World.single(robot, plant, robot_seed=NOMINAL, engine=engine, sensor_delay=0.0) as simulation:
+        grip = friction * simulation.robot.body.mass * G
         way, speed, ratio = slide(simulation, 0.8 * grip)
         assert abs(way) < 4e-3
         assert abs(speed) < 5e-4
@@ -94,14 +95,14 @@ def test_feet_slide_when_the_force_passes_friction_times_weight(
 def test_a_slippery_floor_stays_so_over_a_reset(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
-        simulation.set_friction(0.05)
+    with World.single(robot, reference, robot_seed=NOMINAL, engine=engine, sensor_delay=0.0) as simulation:
+        simulation.robot.set_friction(0.05)
         before, *_ = slide(simulation, 6.0)
         simulation.reset()
         after, *_ = slide(simulation, 6.0)
         assert before > 0.05
         assert after == pytest.approx(before, rel=0.1)
-        simulation.set_friction(None)
+        simulation.robot.set_friction(None)
         simulation.reset()
         way, *_ = slide(simulation, 6.0)
         assert way < 0.01
@@ -117,7 +118,7 @@ def test_legs_meet_only_with_self_collision(
     bench.set("LHipRoll", -0.35)
     bench.set("RHipRoll", 0.35)
     touched = any(bench.step().legs_touch for _ in range(200))
-    rolls = bench.backend.observe().joint_position[
+    rolls = bench.observe().joint_position[
         [robot.index("LHipRoll"), robot.index("RHipRoll")]
     ]
     bench.backend.close()
@@ -132,8 +133,8 @@ def test_rigid_floor_does_not_give_way(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
     plant = changed(reference, contact={"rigid": True})
-    with Simulation(robot, plant, robot_seed=NOMINAL, engine=engine) as simulation:
+    with World.single(robot, plant, robot_seed=NOMINAL, engine=engine) as simulation:
         for _ in range(100):
-            simulation.step(None)
-        truth = simulation.truth()
+            simulation.step()
+        truth = simulation.robot.truth()
     assert max(abs(sole.position[2]) for sole in truth.soles) < 3e-4

@@ -20,20 +20,20 @@ from engine_bench import (
     UrdfModel,
     swing,
 )
+from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant, load_plant
-from sim_bridge.simulation import Simulation
-from sim_bridge.vectors import rotation_matrix
+from sim_bridge.world import World
 
 
 def test_standing_weight_and_centre_of_pressure_are_those_of_the_urdf(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with Simulation(robot, reference, robot_seed=NOMINAL, engine=engine) as simulation:
+    with World.single(robot, reference, robot_seed=NOMINAL, engine=engine, sensor_delay=0.0) as simulation:
         for _ in range(150):
-            simulation.step(None)
-        reading, truth = simulation._line.newest(10**12), simulation.truth()
+            simulation.step()
+        reading, truth = simulation.robot.read(), simulation.robot.truth()
         assert truth.sole_force.sum() == pytest.approx(UrdfModel(robot).mass * G, rel=1e-3)
         assert reading is not None
         pressure, total = np.zeros(2), 0.0
@@ -102,7 +102,7 @@ def test_velocities_are_the_rates_of_the_poses_in_their_frames(floating: Bench) 
 def test_a_push_acts_on_the_centre_of_the_torso_and_ends(floating: Bench) -> None:
     floating.float()
     force, steps = np.array([0.0, 25.0, 0.0]), 10
-    before = floating.com(floating.backend.observe())
+    before = floating.com(floating.observe())
     for _ in range(steps):
         state = floating.step(push=force)
     pushed = floating.com(state)
@@ -118,17 +118,17 @@ def test_accelerometer_reads_gravity_at_rest_and_nothing_in_free_fall(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
     exact = attrs.evolve(reference, sensors=load_plant("ideal").sensors)
-    with Simulation(robot, exact, robot_seed=NOMINAL, engine=engine) as simulation:
+    with World.single(robot, exact, robot_seed=NOMINAL, engine=engine) as simulation:
         for _ in range(100):
-            simulation.step(None)
-        frame = simulation.sense()
+            simulation.step()
+        frame = simulation.robot.sense()
         assert frame is not None
         assert frame.linear_acceleration == pytest.approx([0.0, 0.0, G], abs=0.1)
         assert frame.angular_velocity == pytest.approx(np.zeros(3), abs=0.01)
-        simulation._start = dataclasses.replace(simulation._start, torso_position=HIGH)
+        simulation.robot.start = dataclasses.replace(simulation.robot.start, torso_position=HIGH)
         simulation.reset()
         for _ in range(10):
-            simulation.step(None)
-        frame = simulation.sense()
+            simulation.step()
+        frame = simulation.robot.sense()
         assert frame is not None
         assert frame.linear_acceleration == pytest.approx(np.zeros(3), abs=0.1)

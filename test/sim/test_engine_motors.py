@@ -16,7 +16,7 @@ from engine_bench import (
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import JointTargets
 from sim_bridge.plant import Plant
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 
 @pytest.mark.parametrize("joint", ["HeadYaw", "LElbowRoll", "RKneePitch", "LAnkleRoll"])
@@ -41,7 +41,7 @@ def test_torque_reaches_its_cap_and_never_passes_it(floating: Bench) -> None:
     floating.float()
     index = floating.set("RKneePitch", 3.0)
     cap = 0.7 * floating.robot.motors["RKneePitch"].stall_torque
-    state, torques, excess = floating.backend.observe(), [], 0.0
+    state, torques, excess = floating.observe(), [], 0.0
     for _ in range(400):
         velocity = state.joint_velocity
         state = floating.step()
@@ -92,17 +92,18 @@ def test_one_motor_turns_both_hips(
 ) -> None:
     (leader, follower), = robot.coupled_joints
     first, second = robot.index(leader), robot.index(follower)
-    with Simulation(robot, reference, robot_seed=0, engine=engine) as simulation:
+    with World.single(robot, reference, robot_seed=0, engine=engine) as simulation:
         target = np.array(robot.stand_pose)
         apart, torque = 0.0, 0.0
         for tick in range(150):
             target[first] = -0.4 * min(1.0, tick / 50.0)
             target[second] = 0.3  # nobody listens to this one
-            simulation.step(JointTargets(simulation.time, target, 1.0))
-            truth = simulation.truth()
+            simulation.robot.command(JointTargets(simulation.time, target, 1.0))
+            simulation.step()
+            truth = simulation.robot.truth()
             apart = max(apart, abs(truth.joint_position[first] - truth.joint_position[second]))
             torque = max(torque, abs(truth.joint_torque[second]))
         assert apart < math.radians(0.1)
         assert torque == 0.0
-        zero = simulation.individual.joint_zero[first]
+        zero = simulation.robot.individual.joint_zero[first]
         assert truth.joint_position[second] - zero == pytest.approx(-0.4, abs=0.02)

@@ -12,9 +12,9 @@ from nao_lipm_gait.robot import RobotDescription, load_robot
 from sim_bridge.engines.registry import installed
 from sim_bridge.individual import draw_individual
 from sim_bridge.plant import Plant, PlantOption, Terrain, load_plant, parse_options, with_options
-from sim_bridge.simulation import Simulation
 from sim_bridge.soles import contact_of, sole_points
 from sim_bridge.terrain import Prism, ground_height, hexagons, prisms
+from sim_bridge.world import World
 
 ENGINES = [
     pytest.param(name, marks=pytest.mark.skipif(not installed(name), reason=f"no {name}"))
@@ -162,10 +162,10 @@ def test_soft_layers_are_springs_in_series(bruno: RobotDescription) -> None:
 
 def stand(robot: RobotDescription, engine: str, *options: PlantOption) -> tuple[float, float]:
     """Height [m] of the middle of the lower sole, and the load [N], after half a second."""
-    with Simulation(robot, plant_with(*options), robot_seed=-1, engine=engine) as simulation:
+    with World.single(robot, plant_with(*options), robot_seed=-1, engine=engine) as simulation:
         for _ in range(50):
-            simulation.step(None)
-        truth = simulation.truth()
+            simulation.step()
+        truth = simulation.robot.truth()
     return float(min(sole.position[2] for sole in truth.soles)), float(truth.sole_force.sum())
 
 

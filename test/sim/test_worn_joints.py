@@ -18,13 +18,13 @@ from engine_bench import (
     weightless,
 )
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import JointTargets
 from sim_bridge.engines.backend import StartState
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant, load_plant
-from sim_bridge.simulation import Simulation
-from sim_bridge.vectors import rotation_matrix
+from sim_bridge.world import World
 
 
 def mujoco_bench(robot: RobotDescription, plant: Plant) -> Bench:
@@ -44,7 +44,7 @@ def test_mass_matrix_is_pinocchio_s_plus_the_rotors(
 
     bench = Bench("mujoco", robot, reference)
     joints = np.random.default_rng(1).uniform(robot.lower, robot.upper)
-    bench.backend.reset(StartState(HIGH, TUMBLED, joints))
+    bench.backend.reset([StartState(HIGH, TUMBLED, joints)])
     backend = bench.backend
     assert isinstance(backend, MujocoBackend)
     mujoco.mj_forward(backend._model, backend._data)
@@ -65,10 +65,10 @@ def test_mass_matrix_is_pinocchio_s_plus_the_rotors(
 @pytest.mark.usefixtures("mujoco_only")
 def test_a_servo_sags_by_torque_over_stiffness(robot: RobotDescription, reference: Plant) -> None:
     plant = changed(reference, motor={"stiffness": 150.0})
-    with Simulation(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
+    with World.single(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
         for _ in range(200):
-            simulation.step(None)
-        truth = simulation.truth()
+            simulation.step()
+        truth = simulation.robot.truth()
     for joint in ("LKneePitch", "RKneePitch", "LAnklePitch", "LHipRoll"):
         index = robot.index(joint)
         sag = robot.stand_pose[index] - truth.joint_position[index]
@@ -104,7 +104,7 @@ def test_inside_the_play_the_motor_feels_nothing(
 ) -> None:
     bench = mujoco_bench(robot, changed(weightless(reference), motor={"play": 0.04}))
     index = bench.set("RAnklePitch", robot.stand_pose[robot.index("RAnklePitch")] + 0.01)
-    before = bench.backend.observe()
+    before = bench.observe()
     for _ in range(50):
         state = bench.step()
     # the motor has gone 0.01 rad; the foot, in the middle of the play, need not follow
@@ -125,10 +125,10 @@ def test_a_servo_that_sees_the_encoder_takes_up_the_play(
     motor = {"stiffness": 150.0, "play": 0.04, "encoder_feedback": encoder_feedback}
     plant = changed(reference, motor=motor)
     knees = [robot.index(joint) for joint in ("LKneePitch", "RKneePitch")]
-    with Simulation(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
+    with World.single(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
         for _ in range(300):
-            simulation.step(None)
-        truth = simulation.truth()
+            simulation.step()
+        truth = simulation.robot.truth()
     error = (robot.stand_pose - truth.joint_position)[knees]
     left = np.abs(error - truth.joint_torque[knees] / 150.0)
     assert np.abs(truth.joint_torque[knees]).min() > 0.3
@@ -165,17 +165,19 @@ def test_dry_friction_holds_a_relaxed_foot(
 ) -> None:
     """Lying on the back, a foot weighs less than its ankle's friction."""
     plant = changed(reference, motor={"friction": friction})
-    with Simulation(
+    with World.single(
         robot, plant, robot_seed=NOMINAL, engine="mujoco", start_state="lying_back"
     ) as simulation:
         target = np.array(robot.stand_pose)
         for _ in range(20):
-            simulation.step(JointTargets(simulation.time, target, 1.0))
+            simulation.robot.command(JointTargets(simulation.time, target, 1.0))
+            simulation.step()
         index = robot.index("LAnklePitch")
-        before = simulation.truth().joint_position[index]
+        before = simulation.robot.truth().joint_position[index]
         for _ in range(60):
-            simulation.step(JointTargets(simulation.time, target, 0.0))
-        moved = abs(simulation.truth().joint_position[index] - before)
+            simulation.robot.command(JointTargets(simulation.time, target, 0.0))
+            simulation.step()
+        moved = abs(simulation.robot.truth().joint_position[index] - before)
     assert (moved < 0.01) == holds
     if not holds:
         assert moved > 0.05
@@ -222,15 +224,15 @@ def test_mujoco_refuses_what_it_cannot_honour(
 ) -> None:
     plant = changed(reference, **{section: {option: value}})
     with pytest.raises(NaoGaitError, match=rf"{option}: got {value}; allowed: {allowed}"):
-        Simulation(robot, plant, engine="mujoco")
+        World.single(robot, plant, engine="mujoco")
 
 
 @pytest.mark.usefixtures("mujoco_only")
 def test_the_worn_plant_stands(robot: RobotDescription) -> None:
-    with Simulation(robot, load_plant("worn"), robot_seed=0, engine="mujoco") as simulation:
+    with World.single(robot, load_plant("worn"), robot_seed=0, engine="mujoco") as simulation:
         for _ in range(200):
-            simulation.step(None)
-        truth = simulation.truth()
+            simulation.step()
+        truth = simulation.robot.truth()
     tilt = np.degrees(np.linalg.norm(pin.log3(rotation_matrix(truth.torso_quaternion))))
     assert tilt < 3.0
     assert truth.sole_force.min() > 10.0

@@ -17,7 +17,7 @@ from gait_lab.trials.tasks import AXES
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from sim_bridge.plant import PlantOption, PlantValue, load_plant, with_options
-from sim_bridge.simulation import Simulation
+from sim_bridge.world import World
 
 SUITE = "plant"
 SLOW = 0.8
@@ -121,7 +121,7 @@ def _require_accepted(changes: Sequence[tuple[PlantOption, ...]], options: Bench
     robot, plant = load_robot(options.urdf), load_plant(options.plant)
     for change in changes:
         made = with_options(plant, (*options.plant_options, *change))
-        Simulation(robot, made, options.seed, engine=options.engine).close()
+        World.single(robot, made, options.seed, engine=options.engine).close()
 
 
 def report(unchanged: Sequence[Score], levels: Sequence[Level], options: BenchOptions) -> Report:

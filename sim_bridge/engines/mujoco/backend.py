@@ -1,5 +1,6 @@
 """The plant in MuJoCo."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -7,18 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.geometry import as_rotation, cross, rotate_back
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball, BallState
-from sim_bridge.body import Body, BodyPose
-from sim_bridge.engines.backend import StartState, TrueState
+from sim_bridge.body import BodyPose
+from sim_bridge.engines.backend import RobotModel, StartState, StepInput, TrueState, only_one
 from sim_bridge.engines.mujoco.ball import ball_state, put_ball
 from sim_bridge.engines.mujoco.model import LEG_CONTACT, MujocoModel, play_name
-from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
-from sim_bridge.plant import Plant
 from sim_bridge.sensors import Encoders
-from sim_bridge.vectors import cross, rows_of, turned_back
+from sim_bridge.terrain import Prism
 
 _FRAME = 1.0 / 60.0
 """[s] between two pictures in the window."""
@@ -35,21 +34,21 @@ class MujocoBackend:
 
     def __init__(
         self,
-        robot: RobotDescription,
-        plant: Plant,
-        individual: Individual,
-        body: Body,
+        robots: Sequence[RobotModel],
+        ground: tuple[Prism, ...] = (),
         *,
         gui: bool = False,
         ball: Ball | None = None,
     ) -> None:
-        self._robot = robot
+        robot = only_one(robots, "mujoco")
+        plant, individual = robot.plant, robot.individual
+        self._robot = robot.description
         self._ball = ball
         self._individual = individual
-        self._body = body
-        self._limits = TorqueLimits(robot, plant, individual)
+        self._body = robot.body
+        self._limits = TorqueLimits(self._robot, plant, individual)
         self._encoders = Encoders(plant, individual) if plant.motor.encoder_feedback else None
-        self._compiled = MujocoModel(robot, plant, individual, body, visual=gui, ball=ball)
+        self._compiled = MujocoModel(robot, ground, visual=gui, ball=ball)
         self._model = self._compiled.model
         self._data = mujoco.MjData(self._model)
         self._find_addresses()
@@ -59,7 +58,8 @@ class MujocoBackend:
         self._shown = 0.0
         self._viewer = _open_viewer(self._model, self._data) if gui else None
 
-    def reset(self, start: StartState) -> None:
+    def reset(self, starts: Sequence[StartState]) -> None:
+        (start,) = starts
         data = self._data
         mujoco.mj_resetData(self._model, data)
         data.qpos[:3] = start.torso_position
@@ -71,9 +71,8 @@ class MujocoBackend:
         self._legs_touch = self._pushed = False
         self._scale = None
 
-    def step(
-        self, setpoint: FloatArray, torque_scale: float | FloatArray, push_force: FloatArray
-    ) -> None:
+    def step(self, inputs: Sequence[StepInput]) -> None:
+        ((setpoint, torque_scale, push_force),) = inputs
         data = self._data
         self._setpoint[:] = setpoint
         if self._encoders is not None:
@@ -93,7 +92,7 @@ class MujocoBackend:
         if self._viewer is not None:
             self._show(self._viewer)
 
-    def observe(self) -> TrueState:
+    def observe(self) -> list[TrueState]:
         data = self._data
         if any(warning.number for warning in self._unstable):
             raise NaoGaitError(
@@ -114,7 +113,7 @@ class MujocoBackend:
         )
         w, x, y, z = position[3:7].tolist()
         touch, self._legs_touch = self._legs_touch, False
-        return TrueState(
+        state = TrueState(
             torso_position=position[:3],
             torso_rotation=np.array((x, y, z, w)),
             torso_matrix=self._torso_view.copy(),
@@ -127,6 +126,7 @@ class MujocoBackend:
             sole_wrench=self._sole_wrenches(pose),
             legs_touch=touch,
         )
+        return [state]
 
     def ball(self) -> BallState | None:
         return None if self._ball is None else ball_state(self._data)
@@ -158,7 +158,7 @@ class MujocoBackend:
         model.actuator_biasprm[:count, 2] = loss - self._compiled.damping
         model.actuator_biasprm[count:, 2] = -loss
 
-    def disturb(self, torque_share: FloatArray, friction: float | None) -> None:
+    def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
         self._limits.weaken(torque_share)
         self._scale = None
         coefficient = self._individual.friction if friction is None else friction
@@ -225,9 +225,9 @@ def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> F
         return np.zeros(6)
     ox, oy, oz = origin.tolist()
     mx, my, mz = cross((x - ox, y - oy, z - oz), (fx, fy, fz))
-    axes = rows_of(rotation)
-    force = turned_back(axes, (-fx, -fy, -fz))
-    return np.array(force + turned_back(axes, (-tx - mx, -ty - my, -tz - mz)))
+    axes = as_rotation(rotation)
+    force = rotate_back(axes, (-fx, -fy, -fz))
+    return np.array(force + rotate_back(axes, (-tx - mx, -ty - my, -tz - mz)))
 
 
 def _slice(addresses: list[int]) -> slice | NDArray[np.intp]:

@@ -7,15 +7,15 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball, shoe
-from sim_bridge.body import CONTACT_RADIUS, Body, Link, Sole
+from sim_bridge.body import CONTACT_RADIUS, Link, Sole
+from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.mujoco.ball import BALL, DEGREES_OF_FREEDOM, add_ball
 from sim_bridge.engines.mujoco.springs import COUPLING, DRY_FRICTION, END_STOP, RIGID_FLOOR, Spring
 from sim_bridge.engines.mujoco.terrain import add_terrain
-from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 from sim_bridge.shapes import Shape
 from sim_bridge.soles import contact_of
-from sim_bridge.terrain import prisms
+from sim_bridge.terrain import Prism
 
 _FLOOR, _LEFT_LEG = 1, 2
 """Collision bits: the floor meets what has the first, the left leg what has the second."""
@@ -62,25 +62,25 @@ class MujocoModel:
 
     def __init__(
         self,
-        robot: RobotDescription,
-        plant: Plant,
-        individual: Individual,
-        body: Body,
+        robot: RobotModel,
+        ground: tuple[Prism, ...] = (),
         *,
         visual: bool = False,
         ball: Ball | None = None,
     ) -> None:
         """Args: visual: with what is only seen. NaoGaitError for what MuJoCo cannot honour."""
-        _refuse(plant, robot)
-        self._robot = robot
+        plant, body = robot.plant, robot.body
+        _refuse(plant, robot.description)
+        self._robot = robot.description
         self._ball = ball
         self._plant = plant
-        self._individual = individual
+        self._individual = robot.individual
         self._body = body
+        self._ground = ground
         self._visual = visual
-        self._rotors = _shared(robot, _rotor_inertia(robot, plant))
+        self._rotors = _shared(self._robot, _rotor_inertia(self._robot, plant))
         self._geoms: dict[str, tuple[str, ...]] = {}
-        self.joints_with_play = _joints_with_play(robot, plant)
+        self.joints_with_play = _joints_with_play(self._robot, plant)
         self.model = self._compile()
         left, right = (self._geoms[sole.name] for sole in body.soles)
         self.sole_geoms = left, right
@@ -114,7 +114,7 @@ class MujocoModel:
             group=_COLLIDING,
         )
         add_terrain(
-            spec, prisms(self._plant.terrain, self._individual.seed), contype=_FLOOR,
+            spec, self._ground, contype=_FLOOR,
             group=_SEEN if self._visual else _COLLIDING,
         )  # fmt: skip
         if self._visual:

@@ -6,26 +6,24 @@ import math
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.geometry import cross, rotation_matrix
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import FRICTION, Ball, BallState, shoe
-from sim_bridge.body import SHOE, Body, BodyPose
-from sim_bridge.engines.backend import StartState, TrueState
+from sim_bridge.body import SHOE, BodyPose
+from sim_bridge.engines.backend import RobotModel, StartState, StepInput, TrueState, only_one
 from sim_bridge.engines.pybullet.terrain import lay_terrain
 from sim_bridge.engines.simulation_urdf import simulation_urdf
-from sim_bridge.individual import Individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.soles import contact_of
-from sim_bridge.terrain import prisms
-from sim_bridge.vectors import cross, rotation_matrix
+from sim_bridge.terrain import Prism
 
 _C_LIBRARY = ctypes.CDLL(None)
 """For its output buffers."""
@@ -77,14 +75,16 @@ class PyBulletBackend:
 
     def __init__(
         self,
-        robot: RobotDescription,
-        plant: Plant,
-        individual: Individual,
-        body: Body,
+        robots: Sequence[RobotModel],
+        ground: tuple[Prism, ...] = (),
         *,
         gui: bool = False,
         ball: Ball | None = None,
     ) -> None:
+        model = only_one(robots, "pybullet")
+        robot, plant, individual, body = (
+            model.description, model.plant, model.individual, model.body
+        )  # fmt: skip
         _refuse(plant)
         self._ball = ball
         self._ball_body = -1
@@ -107,7 +107,7 @@ class PyBulletBackend:
             self._client = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
         if self._client < 0:
             raise NaoGaitError("gui", gui, "false where there is no display")
-        self._ground = prisms(plant.terrain, individual.seed)
+        self._ground = ground
         self._floor = self._model = -1
         self._terrain: list[int] = []
         self._joints: list[int] = []
@@ -117,7 +117,8 @@ class PyBulletBackend:
         self._legs_touch = False
         self._sole_friction = individual.friction
 
-    def reset(self, start: StartState) -> None:
+    def reset(self, starts: Sequence[StartState]) -> None:
+        (start,) = starts
         # A new world: PyBullet keeps contacts and solver caches when bodies are only moved.
         with _silenced():
             bullet.resetSimulation(physicsClientId=self._client)
@@ -139,9 +140,8 @@ class PyBulletBackend:
         self._torque_limits = np.zeros(len(self._joints))
         self._legs_touch = False
 
-    def step(
-        self, setpoint: FloatArray, torque_scale: float | FloatArray, push_force: FloatArray
-    ) -> None:
+    def step(self, inputs: Sequence[StepInput]) -> None:
+        ((setpoint, torque_scale, push_force),) = inputs
         client, model = self._client, self._model
         states = self._joint_states()
         position, velocity, torque = (
@@ -173,7 +173,7 @@ class PyBulletBackend:
             points = bullet.getContactPoints(model, model, physicsClientId=client)
             self._legs_touch = any(point[9] > 0.0 for point in points)
 
-    def observe(self) -> TrueState:
+    def observe(self) -> list[TrueState]:
         client, model = self._client, self._model
         centre, inertial = bullet.getBasePositionAndOrientation(model, physicsClientId=client)
         linear, angular = bullet.getBaseVelocity(model, physicsClientId=client)
@@ -189,7 +189,7 @@ class PyBulletBackend:
         pose = self._body.pose(position, rotation, angles)
         torque = np.array([state[_TORQUE] for state in states])
         touch, self._legs_touch = self._legs_touch, False
-        return TrueState(
+        state = TrueState(
             torso_position=position,
             torso_rotation=np.array(quaternion),
             torso_matrix=rotation,
@@ -203,8 +203,9 @@ class PyBulletBackend:
             sole_wrench=self._sole_wrenches(pose),
             legs_touch=touch,
         )
+        return [state]
 
-    def disturb(self, torque_share: FloatArray, friction: float | None) -> None:
+    def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
         self._limits.weaken(torque_share)
         self._sole_friction = self._individual.friction if friction is None else friction
         for index in self._soles:

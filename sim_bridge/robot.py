@@ -1,0 +1,401 @@
+"""One simulated robot: joint targets in, delayed sensor frames and the ground truth out."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import rotation_matrix
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame
+from sim_bridge.body import Body
+from sim_bridge.delay_line import DelayLine
+from sim_bridge.engines.backend import StartState, StepInput, TrueState, make_robot_model
+from sim_bridge.motors import Setpoints, TorqueLimits
+from sim_bridge.plant import Plant
+from sim_bridge.sensors import SensorModel
+from sim_bridge.terrain import Prism, ground_height
+
+START_STATES = ("stand", "lying_front", "lying_back")
+LOADED = 1.0
+"""[N] of normal force from which on a sole counts as loaded."""
+SATURATED = 0.95
+"""Share of the torque limit from which on a motor counts as saturated. Below 1, because the speed
+that sets the limit has changed a little by the end of the step."""
+_SECOND = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSpec:
+    """A robot of a world.
+
+    Attributes:
+        robot: description of this kind of robot.
+        seed: number of the individual; -1 = the nominal robot.
+        noise_seed: seed of the sensor noise, at least 0.
+        sensor_delay: [s], 0 to 1; None = the plant's.
+        start_state: `stand`, `lying_front` or `lying_back`.
+    """
+
+    robot: RobotDescription
+    seed: int = 0
+    noise_seed: int = 0
+    sensor_delay: float | None = None
+    start_state: str = "stand"
+
+
+class Reading(NamedTuple):
+    """All sensors of one instant.
+
+    Attributes:
+        frame: the sensors that the gait uses.
+        joint_effort: (n,) [N m] motor torques.
+        sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, in the
+            sole frame.
+    """
+
+    frame: SensorFrame
+    joint_effort: FloatArray
+    sole_wrench: tuple[FloatArray, FloatArray]
+
+
+class SolePose(NamedTuple):
+    """Pose of a sole in the world.
+
+    Attributes:
+        position: (3,) [m].
+        rotation: (3, 3), sole to world.
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+
+
+class GroundTruth(NamedTuple):
+    """Exact state of a robot, for metrics and tests, never for the gait.
+
+    Attributes:
+        stamp: [ns].
+        torso_position: (3,) [m] of the torso link frame in the world.
+        torso_quaternion: (4,) x y z w, torso to world.
+        torso_linear_velocity_in_torso: (3,) [m/s] of the torso origin, in the torso frame.
+        torso_angular_velocity_in_torso: (3,) [rad/s].
+        com: (3,) [m] of the whole body in the world.
+        soles: left, right.
+        sole_force: (2,) [N] normal force on the left and the right sole.
+        sole_slip: (2,) [m/s] mean sliding speed of the centre of pressure over the last control
+            period; NaN for a sole that was not loaded at its start and end.
+        legs_touch: the legs touched each other during the last control period.
+        joint_position: (n,) [rad] true angles.
+        joint_torque: (n,) [N m].
+        torque_saturated: number of joints whose motor is at its torque limit.
+    """
+
+    stamp: int
+    torso_position: FloatArray
+    torso_quaternion: FloatArray
+    torso_linear_velocity_in_torso: FloatArray
+    torso_angular_velocity_in_torso: FloatArray
+    com: FloatArray
+    soles: tuple[SolePose, SolePose]
+    sole_force: FloatArray
+    sole_slip: FloatArray
+    legs_touch: bool
+    joint_position: FloatArray
+    joint_torque: FloatArray
+    torque_saturated: int
+
+
+class SimulatedRobot:
+    """One individual robot. `World` steps it; users command it and read its sensors.
+
+    Attributes:
+        model: what the engine builds.
+        description: what is known of all robots of this kind.
+        plant: the plant with this robot's own sensors.
+        body: masses, joints and shapes of this individual.
+        individual: the errors of this robot.
+        start: where a reset puts the robot.
+        last_command: the last joint targets since the start; None = none yet.
+    """
+
+    def __init__(
+        self, spec: RobotSpec, plant: Plant, ground: tuple[Prism, ...], control_period: int
+    ) -> None:
+        """Draw the individual and prepare its motors and sensors.
+
+        Args:
+            spec: which robot.
+            plant: kind of robot and floor.
+            ground: prisms that stand out of the floor.
+            control_period: [ns], a multiple of the plant's physics step.
+
+        Raises:
+            NaoGaitError: a value of `spec` is not allowed.
+        """
+        if spec.start_state not in START_STATES:
+            raise NaoGaitError("start_state", spec.start_state, ", ".join(START_STATES))
+        noise = spec.noise_seed
+        if isinstance(noise, bool) or not isinstance(noise, int) or noise < 0:
+            raise NaoGaitError("noise_seed", noise, "a whole number from 0")
+        delay = plant.sensors.delay if spec.sensor_delay is None else spec.sensor_delay
+        if not (math.isfinite(delay) and 0.0 <= delay <= 1.0):
+            raise NaoGaitError("sensor_delay", spec.sensor_delay, "0 to 1 s")
+        self.model = make_robot_model(spec.robot, plant, spec.seed)
+        self.description, self.plant = spec.robot, self.model.plant
+        self.individual, self.body = self.model.individual, self.model.body
+        self.start = _start_state(
+            spec.robot, self.body, self.individual.joint_zero, spec.start_state, ground
+        )
+        self._period = control_period
+        self._physics_step = plant.physics.step
+        substeps = control_period // round(plant.physics.step * _SECOND)
+        self._setpoints = Setpoints(spec.robot, self.plant, self.individual, substeps)
+        self._limits = TorqueLimits(spec.robot, self.plant, self.individual)
+        self._sensors = SensorModel(
+            self.plant, self.individual, self.body, noise, control_period / _SECOND
+        )
+        self._delay_line: DelayLine[Reading] = DelayLine(round(delay * _SECOND))
+        self.last_command: JointTargets | None = None
+        self._stiffness: float | FloatArray = 1.0
+        self._no_push = np.zeros(3)
+        self._torque_share = np.ones(len(spec.robot.joint_names))
+        self._friction: float | None = None
+        self._faults_changed = False
+        self._time = 0
+
+    # -- for users ---------------------------------------------------------------------------------
+
+    def command(self, targets: JointTargets | None) -> None:
+        """Set the joint targets from the next step on; None keeps the last ones.
+
+        Setpoints go linearly to the targets, limited by joint limits and joint speeds.
+
+        Raises:
+            NaoGaitError: the targets are not usable; the last ones stay.
+        """
+        if targets is None:
+            return
+        position = np.array(targets.position, dtype=float)
+        count = len(self.description.joint_names)
+        if position.shape != (count,) or not np.isfinite(position).all():
+            allowed = f"{count} finite angles [rad]"
+            raise NaoGaitError("targets.position", position.tolist(), allowed)
+        if not 0.0 <= targets.stiffness <= 1.0:
+            raise NaoGaitError("targets.stiffness", targets.stiffness, "0 to 1")
+        stiffness: float | FloatArray = float(targets.stiffness)
+        if targets.joint_stiffness is not None:
+            stiffness = np.array(targets.joint_stiffness, dtype=float)
+            if stiffness.shape != (count,) or not ((stiffness >= 0) & (stiffness <= 1)).all():
+                allowed = f"{count} shares, 0 to 1"
+                raise NaoGaitError("targets.joint_stiffness", stiffness.tolist(), allowed)
+        self._target, self._stiffness = position, stiffness
+        self.last_command = targets._replace(position=position)
+
+    def sense(self) -> SensorFrame | None:
+        """The newest frame that has passed the delay; None before the first one."""
+        reading = self.read()
+        return None if reading is None else reading.frame
+
+    def read(self) -> Reading | None:
+        """The newest reading that has passed the delay; None before the first one."""
+        return self._delay_line.newest(self._time)
+
+    def coming(self) -> list[SensorFrame | None]:
+        """The frames of `sense` now and after each of the next steps that are sampled already.
+
+        With a delay of four control periods these are five frames.
+        """
+        readings = self._delay_line.coming(self._time, self._period)
+        return [None if reading is None else reading.frame for reading in readings]
+
+    def push(self, force: FloatArray, duration: float) -> None:
+        """Push the torso at its centre of mass, from the next physics step on.
+
+        A push that still acts is replaced.
+
+        Args:
+            force: (3,) [N] in the world frame.
+            duration: [s], rounded to physics steps, at least one.
+
+        Raises:
+            NaoGaitError: the force or the duration is not usable.
+        """
+        force = np.array(force, dtype=float)
+        if force.shape != (3,) or not np.isfinite(force).all():
+            raise NaoGaitError("push force", force.tolist(), "three finite numbers [N]")
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise NaoGaitError("push duration", duration, "more than 0 s")
+        self._push_force = force
+        self._push_steps = max(1, round(duration / self._physics_step))
+
+    def weaken(self, joint: str, share: float) -> None:
+        """Leave a joint's motor a share of its torque from now on, 0 (limp) to 1 (whole).
+
+        Of joints with one motor the leader's share counts.
+        """
+        if joint not in self.description.joint_names:
+            raise NaoGaitError("joint", joint, f"a joint of {self.description.name}")
+        if not 0.0 <= share <= 1.0:
+            raise NaoGaitError("torque share", share, "0 to 1")
+        self._torque_share[self.description.index(joint)] = share
+        self._limits.weaken(self._torque_share)
+        self._faults_changed = True
+
+    def set_friction(self, friction: float | None) -> None:
+        """Set the friction of the soles on the floor from now on; None = the individual's own."""
+        if friction is not None and not (math.isfinite(friction) and 0.0 <= friction <= 10.0):
+            raise NaoGaitError("friction", friction, "0 to 10")
+        self._friction = friction
+        self._faults_changed = True
+
+    def truth(self) -> GroundTruth:
+        """The exact state now."""
+        state, pose = self._state, self._state.pose
+        left = SolePose(pose.sole_position[0], pose.sole_rotation[0])
+        right = SolePose(pose.sole_position[1], pose.sole_rotation[1])
+        return GroundTruth(
+            stamp=self._time,
+            torso_position=state.torso_position,
+            torso_quaternion=state.torso_rotation,
+            torso_linear_velocity_in_torso=state.torso_linear_velocity @ state.torso_matrix,
+            torso_angular_velocity_in_torso=state.torso_angular_velocity,
+            com=pose.com,
+            soles=(left, right),
+            sole_force=np.array([_normal_force(state, 0), _normal_force(state, 1)]),
+            sole_slip=self._slip,
+            legs_touch=state.legs_touch,
+            joint_position=state.joint_position,
+            joint_torque=state.joint_torque,
+            torque_saturated=self._limits.saturated(
+                state.joint_velocity, state.joint_torque, SATURATED * self._stiffness
+            ),
+        )
+
+    # -- for the world -----------------------------------------------------------------------------
+
+    def restart(self, time: int, state: TrueState) -> None:
+        """Forget commands, pushes and delayed readings; the engine has put the robot at `start`.
+
+        Args:
+            time: [ns] now.
+            state: the robot at its start.
+        """
+        self._setpoints.reset(self.start.joint_position - self.individual.joint_zero)
+        self.last_command = None
+        self._target = self._setpoints.current.copy()
+        self._stiffness = 1.0
+        self._push_force = np.zeros(3)
+        self._push_steps = 0
+        self._sensors.reset()
+        self._delay_line.clear()
+        self._slip = np.full(2, math.nan)
+        self._record(time, state)
+
+    def new_faults(self) -> tuple[FloatArray, float | None] | None:
+        """(n,) torque shares and sole friction; None if they have not changed since the last call."""
+        if not self._faults_changed:
+            return None
+        self._faults_changed = False
+        return self._torque_share, self._friction
+
+    def step_inputs(self) -> Iterator[StepInput]:
+        """Input of each physics step of the next control period."""
+        for setpoint in self._setpoints.advance(self._target):
+            push = self._no_push
+            if self._push_steps > 0:
+                self._push_steps -= 1
+                push = self._push_force
+            yield StepInput(setpoint, self._stiffness, push)
+
+    def observe(self, time: int, state: TrueState) -> None:
+        """Take the state at the end of a control period, at `time` [ns], and sample the sensors."""
+        self._slip = _slip(self._state, state, self._period / _SECOND)
+        self._record(time, state)
+
+    def _record(self, time: int, state: TrueState) -> None:
+        self._time, self._state = time, state
+        frame = self._sensors.sample(time, state)
+        self._delay_line.put(time, Reading(frame, state.joint_torque, state.sole_wrench))
+
+
+def _normal_force(state: TrueState, side: int) -> float:
+    """[N] upwards."""
+    x, y, z, *_ = state.sole_wrench[side].tolist()
+    across, along, up = state.pose.sole_rotation[side][2].tolist()
+    return float(across * x + along * y + up * z)
+
+
+def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
+    """(2,) [m/s] speed over the floor of the point of each sole that carries the load.
+
+    NaN for a sole that was not loaded before and is now. `period` [s] lies between both states.
+    """
+    slip = [math.nan, math.nan]
+    for side in (0, 1):
+        _, _, load, along, across, _ = now.sole_wrench[side].tolist()
+        if load < LOADED or before.sole_wrench[side][2] < LOADED:
+            continue
+        turned = now.pose.sole_rotation[side] - before.pose.sole_rotation[side]
+        moved = now.pose.sole_position[side] - before.pose.sole_position[side]
+        (xx, xy, _), (yx, yy, _), _ = turned.tolist()
+        x, y, _ = moved.tolist()
+        px, py = -across / load, along / load  # centre of pressure in the sole frame
+        slip[side] = math.hypot(x + (xx * px + xy * py), y + (yx * px + yy * py)) / period
+    return np.array(slip)
+
+
+def _start_state(
+    robot: RobotDescription,
+    body: Body,
+    joint_zero: FloatArray,
+    name: str,
+    ground: tuple[Prism, ...],
+) -> StartState:
+    """The robot at rest on the floor, with its encoders at the stand pose.
+
+    On uneven ground the robot starts above the highest point under a standing sole.
+
+    Args:
+        robot: its stand pose.
+        body: the body of the individual.
+        joint_zero: (n,) [rad] encoder offsets of the individual.
+        name: one of `START_STATES`.
+        ground: prisms that stand out of the floor.
+    """
+    joints = robot.stand_pose + joint_zero
+    if name == "stand":
+        pose = body.pose(np.zeros(3), np.eye(3), joints)
+        rotation = _upright_rotation(pose.sole_rotation[0][:, 2] + pose.sole_rotation[1][:, 2])
+    else:
+        half = math.pi / 4.0 if name == "lying_front" else -math.pi / 4.0
+        rotation = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
+    height = -body.lowest_point(rotation_matrix(rotation), joints)
+    if ground:
+        height += _highest_under(body, rotation_matrix(rotation), joints, ground)
+    return StartState(np.array([0.0, 0.0, height]), rotation, joints)
+
+
+def _highest_under(
+    body: Body, rotation: FloatArray, joints: FloatArray, ground: tuple[Prism, ...]
+) -> float:
+    """[m] height of the ground under the soles of a robot whose torso is above the origin."""
+    pose = body.pose(np.zeros(3), rotation, joints)
+    points = [
+        position + axes @ point
+        for sole, position, axes in zip(
+            body.soles, pose.sole_position, pose.sole_rotation, strict=True
+        )
+        for point in sole.points
+    ]
+    return max(ground_height(ground, x, y) for x, y, _ in points)
+
+
+def _upright_rotation(normal: FloatArray) -> FloatArray:
+    """(4,) quaternion of the shortest rotation that makes `normal` vertical."""
+    x, y, z = normal / np.linalg.norm(normal)
+    quaternion = np.array([y, -x, 0.0, 1.0 + z])
+    return quaternion / np.linalg.norm(quaternion)
