@@ -9,7 +9,7 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.validation import finite, repeated, some
+from nao_lipm_gait.runtime.inputs import finite, repeated, some
 from nao_lipm_gait.types import FloatArray, JointTargets
 
 PUSH_ABSURD = 2000.0

@@ -15,9 +15,14 @@ from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.metrics import Metrics, measure
 from gait_lab.trials.rollout import Recorder, RolloutSpec, make_pair, task_ticks
 from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
-from nao_lipm_gait.ros.diagnostics import diagnostics
-from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
-from nao_lipm_gait.runtime.diagnostics import Health, TickStatistics
+from nao_lipm_gait.ros.messages import (
+    JointStateWriter,
+    StatusWriter,
+    diagnostic_array,
+    footsteps,
+    support_text,
+)
+from nao_lipm_gait.runtime.diagnostics import Health, TickStatistics, reports
 from nao_lipm_gait.types import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.plant import load_plant
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
@@ -152,7 +157,7 @@ def _diagnostics(status: GaitStatus) -> DiagnosticArray:
     statistics = TickStatistics()
     statistics.add(150.0)
     health = Health(statistics.summarize(), 0.001, 0, {}, 0, 0, status)
-    return diagnostics("gait", "nao", health)
+    return diagnostic_array("gait", "nao", status.stamp, reports(health))
 
 
 def _twist(command: VelocityCommand) -> Twist:

@@ -29,8 +29,7 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 from gait_lab.analysis.bag_reading import TYPES
 from gait_lab.record.clock_order import ClockOrder
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.domain import stay_local
-from nao_lipm_gait.ros.stop_request import stop_on_signal
+from nao_lipm_gait.ros.process import stay_local, stop_on_signal
 
 if TYPE_CHECKING:
     from rclpy.node import Node

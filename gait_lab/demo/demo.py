@@ -14,8 +14,7 @@ from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.demo.tour import TOURS, Phase, PhaseResult, duration, evaluate, fall_time, phase_at
 from gait_lab.record.recording import Recording
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.domain import DomainClaim
-from nao_lipm_gait.ros.stop_request import StopRequest, stop_on_signal
+from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 START_TIMEOUT = 60.0

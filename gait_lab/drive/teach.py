@@ -21,8 +21,7 @@ from nao_lipm_gait.motion.keyframes import Interpolation, Motion, Posture
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.motion.motion_file import STAND, load_motions
 from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.ros.domain import stay_local
-from nao_lipm_gait.ros.stop_request import stop_on_signal
+from nao_lipm_gait.ros.process import stay_local, stop_on_signal
 from nao_lipm_gait.schema import is_name
 from nao_lipm_gait.types import FloatArray
 from nao_lipm_gait.whole_body.joint_limits import JointLimits

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.domain import stay_local
-from nao_lipm_gait.ros.stop_request import StopRequest, stop_on_signal
+from nao_lipm_gait.ros.process import StopRequest, stay_local, stop_on_signal
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:

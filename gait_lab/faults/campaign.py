@@ -101,7 +101,7 @@ def run_fault(run: FaultRun) -> FaultResult:
 
 def _result(run: FaultRun, harness: Harness) -> FaultResult:
     invariants = harness.invariants
-    states = {gait.entry.state for gait in harness.gaits}
+    states = {gait.controller.state for gait in harness.gaits}
     if invariants.violations:
         outcome = VIOLATED
     elif harness.fallen or invariants.fell_at is not None:

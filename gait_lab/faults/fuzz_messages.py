@@ -12,8 +12,8 @@ from gait_lab.faults.invariants import HANG, CommandCheck
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.runtime.controller import GaitController, Settings
-from nao_lipm_gait.runtime.diagnostics import Level, Others, reports
+from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
+from nao_lipm_gait.runtime.diagnostics import PublisherCounts
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.types import GaitStatus, JointTargets
 from sim_bridge.command_input import CommandInput, read_push
@@ -58,7 +58,7 @@ class Fuzzer:
         robot: The robot; by default the NAO.
 
     Attributes:
-        entry: The gait under test.
+        controller: The gait under test.
         violations: Violated invariants, the first 20.
         ticks: Control ticks so far.
         answers: Joint commands that the gait sent.
@@ -76,17 +76,26 @@ class Fuzzer:
         self._command_input = CommandInput(self._robot)
         self.violations: list[str] = []
         self.answers = self.refused = self.ticks = 0
-        self._make_entry()
+        self._make_controller()
 
-    def _make_entry(self) -> None:
-        self.entry = GaitController(
-            self._robot, GaitParameters(), Settings(), self, lambda: self._now
+    def _make_controller(self) -> None:
+        self.controller = GaitController(
+            self._robot, GaitParameters(), Settings(), lambda: self._now
         )
         self._check = CommandCheck(self._robot)
 
     # -- output of the gait -----------------------------------------------------------------------
 
-    def command(self, targets: JointTargets) -> None:
+    def _check_output(self, output: Output) -> None:
+        for targets, status in output.answers:
+            self._check_command(targets)
+            if status is not None:
+                self._check_status(status)
+        for _, text in output.log:
+            if len(text) > 2000:
+                self._violate(f"log: a line of {len(text)} characters")
+
+    def _check_command(self, targets: JointTargets) -> None:
         """Check a joint command; the robot follows it."""
         self.answers += 1
         found = self._check.check(targets)
@@ -94,16 +103,11 @@ class Fuzzer:
             self._violate(f"command: {found}")
         self._pose = np.asarray(targets.position).tolist()
 
-    def status(self, status: GaitStatus) -> None:
+    def _check_status(self, status: GaitStatus) -> None:
         """Check that the published status is finite."""
         values = (*status.com_estimated_in_q, *status.velocity, *status.base_footprint_in_odom)
         if not all(math.isfinite(value) for value in values):
             self._violate(f"status: {values}")
-
-    def log(self, level: Level, text: str) -> None:
-        """Check the length of a log message."""
-        if len(text) > 2000:
-            self._violate(f"log: a line of {len(text)} characters")
 
     def _violate(self, text: str) -> None:
         if len(self.violations) < 20:
@@ -121,7 +125,7 @@ class Fuzzer:
                 self._violate(f"{type(error).__name__}: {error}")
             if time.thread_time() - before > HANG:
                 self._violate("hang")
-        self.refused += sum(self.entry.rejected.values())
+        self.refused += sum(self.controller.rejected.values())
         return FuzzResult(self.ticks, self.answers, self.refused, tuple(self.violations))
 
     def tick(self) -> None:
@@ -133,7 +137,7 @@ class Fuzzer:
         messages.append(("joint_states", self._joints()))
         if self._chance(0.1):
             messages.append(("cmd_vel", self._twist()))
-        if self.entry.wants_loads:
+        if self.controller.needs_loads:
             messages += [("l_sole/wrench", self._load(side)) for side in (0, 1)]
         if self._chance(0.05):
             self.random.shuffle(messages)  # type: ignore[arg-type]
@@ -149,31 +153,32 @@ class Fuzzer:
 
     def send(self, topic: str, message: Input) -> None:
         """Send one message; an exception of the gait is a violation."""
-        unexpected, crashes = self.entry.unexpected, len(self.entry.crashes)
-        self.entry.receive(topic, lambda: message)
-        if self.entry.unexpected > unexpected:
+        unexpected, crashes = self.controller.unexpected, len(self.controller.crashes)
+        self._check_output(self.controller.receive(topic, lambda: message))
+        if self.controller.unexpected > unexpected:
             self._violate(f"exception for {topic}: {message}"[:500])
-        if len(self.entry.crashes) > crashes:
-            self._violate(f"crash for {topic}: {self.entry.crashes[-1]}"[:500])
+        if len(self.controller.crashes) > crashes:
+            self._violate(f"crash for {topic}: {self.controller.crashes[-1]}"[:500])
 
     def _services(self) -> None:
-        entry = self.entry
+        controller = self.controller
         if self._chance(0.005):
-            (entry.stand if self._chance(0.7) else entry.relax)()
+            (controller.stand if self._chance(0.7) else controller.relax)()
         if self._chance(0.02):
             changes = self._changes()
             try:
-                entry.change_parameters(changes)
+                controller.change_parameters(changes)
             except NaoGaitError:
                 self.refused += 1
         if self.ticks % 25 == 0:
-            entry.watch()
+            self._check_output(controller.watch())
         if self.ticks % 100 == 0:
-            entry.see_others(Others(*self.random.integers(0, 4, 3).tolist()))
-            reports(entry.health())
+            counts = PublisherCounts(*self.random.integers(0, 4, 3).tolist())
+            controller.note_publishers(counts)
+            controller.reports()
         if self._chance(0.0005):
-            self.refused += sum(entry.rejected.values())
-            self._make_entry()  # a restarted gait
+            self.refused += sum(controller.rejected.values())
+            self._make_controller()  # a restarted gait
         if self._chance(0.001):
             self._stamp += int(self.random.integers(-(10**9), 10**10))
             self._stamp = max(0, self._stamp)

@@ -8,11 +8,10 @@ from gait_lab.faults.invariants import Invariants
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import GaitController, Settings
-from nao_lipm_gait.runtime.outlet import DeafOutlet
 from nao_lipm_gait.types import JointTargets
 
 
-class GaitProcess(DeafOutlet):
+class GaitProcess:
     """Collects the commands of its gait and shows them to the invariants.
 
     Args:
@@ -22,6 +21,10 @@ class GaitProcess(DeafOutlet):
         settings: Settings of the gait.
         invariants: Checks every command and the duration of every message.
         seconds: Returns the time since the start [s].
+
+    Attributes:
+        name: Name of the process.
+        controller: The gait behind its checks.
     """
 
     def __init__(
@@ -35,13 +38,8 @@ class GaitProcess(DeafOutlet):
     ) -> None:
         self.name = name
         self._invariants = invariants
-        self.entry = GaitController(robot, parameters, settings, self, seconds)
+        self.controller = GaitController(robot, parameters, settings, seconds)
         self._commands: list[JointTargets] = []
-
-    def command(self, targets: JointTargets) -> None:
-        """Collect a command of the gait."""
-        self._commands.append(targets)
-        self._invariants.check_command(self.name, self.entry.state, targets)
 
     def take_commands(self) -> list[JointTargets]:
         """Return the commands since the last call."""
@@ -49,7 +47,11 @@ class GaitProcess(DeafOutlet):
         return commands
 
     def receive(self, message: Message) -> None:
-        """Process a message, and check how much processor time that took."""
+        """Process a message; check its answers and the processor time that it took."""
         before = time.thread_time()
-        self.entry.receive(message.topic, lambda: message.content)
+        output = self.controller.receive(message.topic, lambda: message.content)
         self._invariants.check_duration(message.topic, time.thread_time() - before)
+        for targets, status in output.answers:
+            state = self.controller.state if status is None else status.state
+            self._invariants.check_command(self.name, state, targets)
+            self._commands.append(targets)

@@ -16,7 +16,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import Settings
-from nao_lipm_gait.runtime.diagnostics import Others, reports
+from nao_lipm_gait.runtime.diagnostics import PublisherCounts
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.types import JointTargets, VelocityCommand
 from sim_bridge.command_input import CommandInput
@@ -118,7 +118,7 @@ class Harness:
         tick: Number of control periods so far.
         truth: Ground truth after the last tick.
         gaits: Running gait processes, oldest first.
-        others: Number of publishers that the gaits find on their topics.
+        publishers: Numbers of publishers that the gaits find on their topics.
         fallen: Whether the robot lies.
         height: Height of the torso over the floor while standing [m].
         invariants: Checks of what must never happen.
@@ -141,7 +141,7 @@ class Harness:
         self.tick = 0
         self.truth: GroundTruth = simulation.robot.truth()
         self.gaits: list[GaitProcess] = []
-        self.others = Others()
+        self.publishers = PublisherCounts()
         self.fallen = False
         self.height = float(self.truth.torso_position[2])
         self.invariants = Invariants(self.robot, self.seconds)
@@ -226,14 +226,15 @@ class Harness:
         )
         self._run_timers()
         asked_to_walk = self.seconds() > self._walk_start and not self.command.is_zero
-        self.invariants.check_tick(self.fallen, [gait.entry for gait in self.gaits], asked_to_walk)
+        controllers = [gait.controller for gait in self.gaits]
+        self.invariants.check_tick(self.fallen, controllers, asked_to_walk)
 
     def _publish_sensors(self) -> None:
         reading = self.simulation.robot.read()
         if reading is None or reading is self._published or self.tick < self._silent_until:
             return
         self._published = reading
-        loads = any(gait.entry.wants_loads for gait in self.gaits)
+        loads = any(gait.controller.needs_loads for gait in self.gaits)
         soles = self.robot.sole_frames if loads else ()
         for message in sensor_messages(reading, self._joint_names, soles):
             for delay, changed in self.fault.on_sensor(self, message):
@@ -267,10 +268,10 @@ class Harness:
     def _run_timers(self) -> None:
         for gait in self.gaits:
             if self.tick % WATCHDOG_TICKS == 0:
-                gait.entry.fenced("watchdog", gait.entry.watch)
+                gait.controller.watch()
             if self.tick % DIAGNOSTICS_TICKS == 0:
-                gait.entry.see_others(self.others)
-                self.invariants.add_reports(reports(gait.entry.health()))
+                gait.controller.note_publishers(self.publishers)
+                self.invariants.add_reports(gait.controller.reports())
 
 
 def sensor_messages(

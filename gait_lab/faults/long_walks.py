@@ -120,7 +120,7 @@ def soak(run: FaultRun, minutes: float, every: float = 10.0) -> Iterator[SoakSam
             # Half the full speeds: the test is about the process, not about falls.
             harness.command = VelocityCommand(0.5 * asked.x, 0.5 * asked.y, 0.5 * asked.yaw)
             harness.step()
-            status = harness.gaits[0].entry.last_status
+            status = harness.gaits[0].controller.last_status
             count = 0 if status is None else status.step_count
             steps += max(0, count - last)
             last = count

@@ -10,7 +10,7 @@ from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.stamp_faults import shifted
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS
-from nao_lipm_gait.runtime.diagnostics import Others
+from nao_lipm_gait.runtime.diagnostics import PublisherCounts
 from nao_lipm_gait.runtime.inputs import TwistInput
 
 
@@ -88,7 +88,7 @@ class TwoDrivers(Fault):
     def before_physics(self, harness: Harness) -> None:
         """Send the velocity commands of the second operator."""
         if self.active(harness):
-            harness.others = Others(cmd_vel=2)
+            harness.publishers = PublisherCounts(cmd_vel=2)
             if harness.tick % self._every == 0:
                 x, y, yaw = (0.0, 0.0, 0.0) if self._stop else self._velocity
                 twist = TwistInput((x, y, 0.0), (0.0, 0.0, yaw))
@@ -108,9 +108,9 @@ class TwoGaits(Fault):
 
     def before_physics(self, harness: Harness) -> None:
         """Start the second gait, and perhaps end the first."""
-        if self.active(harness) and harness.others.joint_command == 1:
+        if self.active(harness) and harness.publishers.joint_command == 1:
             harness.start_gait()
-            harness.others = Others(joint_command=2)
+            harness.publishers = PublisherCounts(joint_command=2)
         if self._first_ends and harness.seconds() > self.begin + 1.0 and len(harness.gaits) > 1:
             harness.kill_gait()
 
@@ -129,18 +129,18 @@ class Parameters(Fault):
         if not self.active(harness) or harness.tick % self._every:
             return
         for gait in harness.gaits:
-            before = gait.entry.parameters
+            before = gait.controller.parameters
             changes = self._changes(before.as_dict())
             try:
-                gait.entry.with_changes(changes)
+                gait.controller.with_changes(changes)
             except NaoGaitError as error:
                 if not (error.field and error.allowed):
                     evidence = f"refusal without allowed values: {changes}"
                     harness.invariants.violate("parameters", evidence)
-                if gait.entry.parameters != before:
+                if gait.controller.parameters != before:
                     harness.invariants.violate("parameters", f"refused, but applied: {changes}")
                 continue
-            gait.entry.change_parameters(changes)
+            gait.controller.change_parameters(changes)
 
     def _changes(self, now: dict[str, float | bool | str]) -> dict[str, object]:
         changes: dict[str, object] = {}

@@ -219,4 +219,4 @@ def _fault(case: Case, name: str) -> Iterator[State]:
         harness = Harness(world, spec.parameters, fault, VelocityCommand(0.2, 0.0, 0.0))
         for _ in range(round(fault.end / CONTROL_PERIOD)):
             harness.step()
-            yield harness.truth, harness.gaits[0].entry.last_status if harness.gaits else None
+            yield harness.truth, harness.gaits[0].controller.last_status if harness.gaits else None

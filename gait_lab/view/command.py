@@ -14,8 +14,7 @@ from gait_lab.view.panel import Panel
 from gait_lab.view.scene import RobotScene
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.domain import stay_local
-from nao_lipm_gait.ros.stop_request import stop_on_signal
+from nao_lipm_gait.ros.process import stay_local, stop_on_signal
 
 if TYPE_CHECKING:
     from rclpy.node import Node

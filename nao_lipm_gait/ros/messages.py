@@ -1,11 +1,16 @@
-"""Between the gait's own types and ROS messages."""
+"""Conversion between the gait's own types and ROS messages.
+
+`sim_bridge` uses `to_time` and `to_doubles` for its own messages.
+"""
 
 import math
 from array import array
 from collections.abc import Sequence
+from typing import Protocol
 from uuid import uuid4
 
 from builtin_interfaces.msg import Duration, Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import (
     Point,
     PointStamped,
@@ -22,14 +27,15 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
 from nao_lipm_gait.geometry import compose, quaternion_from_rpy
+from nao_lipm_gait.runtime.diagnostics import Report
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2
 
 ODOM = "odom"
 BASE_FOOTPRINT = "base_footprint"
 Q = "Q"
-"""Frame of the CoM points: the paper's coordinate system of the running single support, z from the
-ground. It jumps with each support change, so it is not a frame of TF."""
+"""Frame of the CoM points: the paper's coordinate system of the current single support, z from the
+ground. It jumps with each support change, so it is not published in TF."""
 
 _NANOSECONDS = 1_000_000_000
 _LEFT = ColorRGBA(r=0.9, g=0.2, b=0.2, a=0.8)
@@ -39,21 +45,20 @@ _RIGHT_UP = ColorRGBA(r=0.2, g=0.7, b=0.2, a=0.4)
 _ORIGIN = ColorRGBA(r=0.2, g=0.4, b=1.0, a=1.0)
 _COM = ColorRGBA(r=1.0, g=0.8, b=0.1, a=1.0)
 _SOLE = (0.16, 0.09, 0.005)
-"""[m] Size of the drawn soles; only a picture."""
+"""[m] Size of the soles in the picture."""
 
 
-def to_time(stamp: int) -> Time:
-    """Stamp [ns]"""
-    sec, nanosec = divmod(stamp, _NANOSECONDS)
-    return Time(sec=sec, nanosec=nanosec)
+# -- from messages ---------------------------------------------------------------------------------
 
 
 def twist_input(message: Twist | TwistStamped) -> TwistInput:
+    """Contents of `cmd_vel`."""
     twist = message.twist if isinstance(message, TwistStamped) else message
     return TwistInput(_xyz(twist.linear), _xyz(twist.angular))
 
 
 def imu_input(message: Imu) -> ImuInput:
+    """Contents of `imu/data`."""
     stamp, turn = message.header.stamp, message.orientation
     return ImuInput(
         stamp.sec,
@@ -68,6 +73,7 @@ def imu_input(message: Imu) -> ImuInput:
 
 
 def joint_input(message: JointState) -> JointInput:
+    """Contents of `joint_states`."""
     stamp = message.header.stamp
     return JointInput(
         stamp.sec, stamp.nanosec, message.name, message.position, message.velocity
@@ -75,7 +81,7 @@ def joint_input(message: JointState) -> JointInput:
 
 
 def load_input(side: int, message: WrenchStamped) -> LoadInput:
-    """side: 0 left, 1 right."""
+    """Contents of a sole's wrench; side: 0 left, 1 right."""
     stamp = message.header.stamp
     return LoadInput(stamp.sec, stamp.nanosec, side, message.wrench.force.z)
 
@@ -84,26 +90,41 @@ def _xyz(vector: Vector3) -> Point3:
     return vector.x, vector.y, vector.z
 
 
+# -- to messages -----------------------------------------------------------------------------------
+
+
+def to_time(stamp: int) -> Time:
+    """A stamp [ns] as a message."""
+    sec, nanosec = divmod(stamp, _NANOSECONDS)
+    return Time(sec=sec, nanosec=nanosec)
+
+
 def to_doubles(values: FloatArray) -> array:
-    """A float64 array in the type that ROS messages take without looking at each element."""
+    """A float64 array in the type that ROS messages take without checking each element."""
     doubles = array("d")
     doubles.frombytes(values.tobytes())
     return doubles
 
 
-class CommandWriter:
-    """Joint targets as a message of one `command_interface`."""
+class CommandWriter(Protocol):
+    """Writes joint targets as the message of one `command_interface`.
+
+    Each is made with the joint names and the control period [s]. The message is reused.
+
+    Attributes:
+        message_type: Of `joint_command`.
+    """
 
     message_type: type
 
     def write(self, targets: JointTargets) -> JointState | Float64MultiArray | JointTrajectory:
-        raise NotImplementedError
+        """The targets as a message."""
 
 
-class JointStateWriter(CommandWriter):
+class JointStateWriter:
     """`joint_state`: position [rad]; effort is the share of each motor's torque, 0 to 1.
 
-    The frame_id is a name of this process alone, so that a robot can tell two gaits apart.
+    The frame_id is unique to this process, so that a robot can tell two gaits apart.
     """
 
     message_type = JointState
@@ -114,6 +135,7 @@ class JointStateWriter(CommandWriter):
         self._count = len(joint_names)
 
     def write(self, targets: JointTargets) -> JointState:
+        """The targets as a message."""
         self._message.header.stamp = to_time(targets.stamp)
         self._message.position = to_doubles(targets.position)
         each = targets.joint_stiffness
@@ -122,8 +144,8 @@ class JointStateWriter(CommandWriter):
         return self._message
 
 
-class ForwardCommandWriter(CommandWriter):
-    """`forward_command`: for ros2_control's forward and position group controllers.
+class ForwardCommandWriter:
+    """`forward_command`: for the forward and position group controllers of ros2_control.
 
     Positions [rad] in the order of the robot's joint names; no stamp, no stiffness.
     """
@@ -139,15 +161,16 @@ class ForwardCommandWriter(CommandWriter):
         ]
 
     def write(self, targets: JointTargets) -> Float64MultiArray:
+        """The targets as a message."""
         self._message.data = to_doubles(targets.position)
         return self._message
 
 
-class JointTrajectoryWriter(CommandWriter):
-    """`joint_trajectory`: one point, to be reached one control period after it arrives.
+class JointTrajectoryWriter:
+    """`joint_trajectory`: one point, to be reached one control period after its arrival.
 
-    The header stamp is zero, which ros2_control reads as "now": the stamp of the sensors lies in
-    the past by the sensor delay, and a controller would throw the point away.
+    The header stamp is zero, which ros2_control reads as "now". The stamp of the sensors lies in
+    the past by the sensor delay, and a controller would discard the point.
     """
 
     message_type = JointTrajectory
@@ -160,11 +183,12 @@ class JointTrajectoryWriter(CommandWriter):
         self._message.points = [self._point]
 
     def write(self, targets: JointTargets) -> JointTrajectory:
+        """The targets as a message."""
         self._point.positions = to_doubles(targets.position)
         return self._message
 
 
-COMMAND_WRITERS: dict[str, type] = {
+COMMAND_WRITERS: dict[str, type] = {  # by the value of command_interface
     "joint_state": JointStateWriter,
     "forward_command": ForwardCommandWriter,
     "joint_trajectory": JointTrajectoryWriter,
@@ -172,14 +196,13 @@ COMMAND_WRITERS: dict[str, type] = {
 
 
 class StatusWriter:
-    """The status of a tick as odometry, transform and points. Messages are used again each tick."""
+    """Writes the status of a tick as odometry, transform and points. The messages are reused."""
 
     def __init__(self) -> None:
         self._odometry = Odometry()
         self._odometry.header.frame_id = ODOM
         self._odometry.child_frame_id = BASE_FOOTPRINT
-        # x, y, z, roll, pitch, yaw. Dead reckoning over the feet drifts; these are orders of
-        # magnitude for a fusion, not a model.
+        # x, y, z, roll, pitch, yaw. Dead reckoning drifts; these are orders of magnitude, no model.
         self._odometry.pose.covariance = _diagonal(0.01, 0.01, 1e-6, 1e-6, 1e-6, 0.05)
         self._odometry.twist.covariance = _diagonal(0.0025, 0.0025, 1e-6, 1e-6, 1e-6, 0.04)
         self._point = PointStamped()
@@ -189,6 +212,7 @@ class StatusWriter:
         self._transform.child_frame_id = BASE_FOOTPRINT
 
     def odometry(self, status: GaitStatus) -> Odometry:
+        """Pose of base_footprint in odom, and its velocity in its own frame."""
         x, y, yaw = status.base_footprint_in_odom
         message = self._odometry
         message.header.stamp = to_time(status.stamp)
@@ -201,6 +225,7 @@ class StatusWriter:
         return message
 
     def transform(self, status: GaitStatus) -> TransformStamped:
+        """The transform from odom to base_footprint."""
         x, y, yaw = status.base_footprint_in_odom
         message = self._transform
         message.header.stamp = to_time(status.stamp)
@@ -211,6 +236,7 @@ class StatusWriter:
         return message
 
     def point_in_q(self, point: Point3, stamp: int) -> PointStamped:
+        """A point [m] in Q at `stamp` [ns]."""
         message = self._point
         message.header.stamp = to_time(stamp)
         message.point.x, message.point.y, message.point.z = point
@@ -218,12 +244,12 @@ class StatusWriter:
 
 
 def support_text(status: GaitStatus) -> str:
-    """State and support foot in two words, as in `walk left`."""
+    """State and support foot, as in `walk left`."""
     return f"{status.state.value} {status.support}"
 
 
 def footsteps(status: GaitStatus) -> MarkerArray:
-    """Soles, pendulum origin and CoM in `odom`; a sole that does not carry the robot is pale."""
+    """Soles, pendulum origin and CoM in `odom`; the sole of the swing foot is pale."""
     left = _LEFT_UP if status.support == "right" else _LEFT
     right = _RIGHT_UP if status.support == "left" else _RIGHT
     markers = MarkerArray()
@@ -246,6 +272,36 @@ def footsteps(status: GaitStatus) -> MarkerArray:
     com.pose.position = _from_q(status.q_in_odom, status.com_estimated_in_q)
     markers.markers += [origin, com]
     return markers
+
+
+def diagnostic_array(
+    node: str, hardware: str, stamp: int | None, reports: Sequence[Report]
+) -> DiagnosticArray:
+    """The reports of one second.
+
+    Args:
+        node: Name of the node; it precedes the name of each report.
+        hardware: The robot's name.
+        stamp: Of the last tick [ns]; None before the first.
+        reports: One for each status.
+
+    Returns:
+        The message for `diagnostics`.
+    """
+    array = DiagnosticArray()
+    if stamp is not None:
+        array.header.stamp = to_time(stamp)
+    array.status = [
+        DiagnosticStatus(
+            level=bytes((report.level,)),
+            name=f"{node}: {report.name}",
+            message=report.message,
+            hardware_id=hardware,
+            values=[KeyValue(key=key, value=value) for key, value in report.values.items()],
+        )
+        for report in reports
+    ]
+    return array
 
 
 def _marker(

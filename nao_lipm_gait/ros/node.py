@@ -1,4 +1,4 @@
-"""The gait as a ROS 2 node: converts messages, checks them, and leaves the walking to `Gait`."""
+"""The gait as a ROS 2 node: converts messages and publishes what `GaitController` returns."""
 
 import time
 from collections.abc import Callable
@@ -20,16 +20,15 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.library import library_of
 from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.diagnostics import diagnostics
 from nao_lipm_gait.ros.messages import (
     COMMAND_WRITERS,
     StatusWriter,
+    diagnostic_array,
     footsteps,
     imu_input,
     joint_input,
@@ -47,20 +46,19 @@ from nao_lipm_gait.ros.parameters import (
     unknown_overrides,
     used_as,
 )
-from nao_lipm_gait.runtime.controller import GaitController, Settings
-from nao_lipm_gait.runtime.diagnostics import Level, Others
-from nao_lipm_gait.runtime.garbage import GarbageKeeper
-from nao_lipm_gait.runtime.head_input import head_angles, head_follow, head_mode, head_point
+from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
+from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
+from nao_lipm_gait.runtime.diagnostics import Level, LogLine, PublisherCounts
 from nao_lipm_gait.runtime.inputs import Input
-from nao_lipm_gait.runtime.warm_up import warm_up
-from nao_lipm_gait.types import GaitStatus, JointTargets
+from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
+from nao_lipm_gait.types import ON_THE_WAY, GaitStatus
 
 URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 PRESET = NodeParameter(
     "preset", "default", "gait parameters: a shipped name (default: the robot's own) or a YAML file"
 )
 CONTROL_PERIOD = NodeParameter(
-    "control_period", 0.01, "distance of two joint states", "s", 0.002, 0.05
+    "control_period", 0.01, "time between two joint states", "s", 0.002, 0.05
 )
 STAMPED = NodeParameter("enable_stamped_cmd_vel", False, "cmd_vel is a TwistStamped, not a Twist")
 TIMEOUT = NodeParameter(
@@ -78,34 +76,33 @@ MOTIONS = NodeParameter(
 NODE_PARAMETERS = (URDF, PRESET, MOTIONS, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE)
 
 WATCHDOG_PERIOD = 0.25
+"""[s]"""
 MARKER_TICKS = 10
-"""Footsteps are drawn with every support change and every so many ticks."""
+"""Footsteps are published with every support change and every so many ticks."""
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class GaitNode(Node):
-    """Each joint state drives one tick; timers are only for the watchdog and the diagnostics."""
+    """Each joint state leads to one tick; timers only watch and report."""
 
     def __init__(self) -> None:
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
         self._robot = used_as(URDF, load_robot, text(declare(self, URDF)))
-        preset = used_as(
-            PRESET, partial(preset_for, self._robot), text(declare(self, PRESET))
-        )
+        preset = used_as(PRESET, partial(preset_for, self._robot), text(declare(self, PRESET)))
         motions = used_as(MOTIONS, partial(library_of, self._robot), text(declare(self, MOTIONS)))
         period = of_type(declare(self, CONTROL_PERIOD), float)
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
         interface = text(declare(self, INTERFACE))
-        parameters = self._declare_table(preset)
+        parameters = self._declare_gait_parameters(preset)
         settings = Settings(period, timeout)
         warm_up(self._robot, parameters, settings)
-        self._entry = GaitController(
-            self._robot, parameters, settings, self, time.monotonic, motions
+        self._controller = GaitController(
+            self._robot, parameters, settings, time.monotonic, motions
         )
-        self._garbage = GarbageKeeper()
+        self._garbage = GarbageScheduler()
         self._loads: list[Subscription] = []
         self._support = ""
         self._step_count = -1
@@ -115,6 +112,7 @@ class GaitNode(Node):
         self._status_writer = StatusWriter()
         self._make_publishers()
         self._make_subscriptions(stamped)
+        self._make_services()
         known = frozenset({p.name for p in NODE_PARAMETERS} | set(BY_NAME))
         for name in unknown_overrides(self, known):
             self.get_logger().warning(
@@ -126,7 +124,7 @@ class GaitNode(Node):
 
     # -- making ------------------------------------------------------------------------------------
 
-    def _declare_table(self, preset: GaitParameters) -> GaitParameters:
+    def _declare_gait_parameters(self, preset: GaitParameters) -> GaitParameters:
         defaults = preset.as_dict()
         values = {
             parameter.name: declare(self, parameter, defaults[parameter.name], read_only=False)
@@ -150,22 +148,47 @@ class GaitNode(Node):
         self._transforms = _make_transform_broadcaster(self)
 
     def _make_subscriptions(self, stamped: bool) -> None:
-        # In this order the executor serves what is ready at the same time: IMU before joints.
+        # The executor serves messages that are ready together in this order: IMU before joints.
         kind = TwistStamped if stamped else Twist
-        self._drivers = self._subscribe(kind, "cmd_vel", twist_input, 10)
+        self._cmd_vel = self._subscribe(kind, "cmd_vel", twist_input, 10)
         self._subscribe(Imu, "imu/data", imu_input, qos_profile_sensor_data)
-        self._sensors = self._subscribe(
+        self._joint_states = self._subscribe(
             JointState, "joint_states", joint_input, qos_profile_sensor_data
         )
-        self.create_subscription(String, "~/motion", self._on_motion, 10)
-        self._listen_for_the_head()
-        self.create_service(Trigger, "~/stand", self._on_stand)
-        self.create_service(Trigger, "~/get_up", self._on_get_up)
-        self.create_service(Trigger, "~/relax", self._on_relax)
+        controller, robot = self._controller, self._robot
+
+        def on(kind: type, topic: str, act: Callable[[Any], object]) -> None:
+            def receive(message: Any) -> None:
+                self._publish(controller.run(topic, partial(act, message)))
+
+            self.create_subscription(kind, topic, receive, 10)
+
+        def look(kind: type, topic: str, goal: Callable[[Any], Goal | None]) -> None:
+            on(kind, topic, lambda message: controller.look(goal(message)))
+
+        on(String, "~/motion", lambda m: controller.request_motion(m.data))
+        look(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
+        look(String, "~/head_mode", lambda m: head_mode(m.data))
+        look(PointStamped, "~/look_at", lambda m: head_point(
+            "~/look_at", (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
+        ))  # fmt: skip
+        look(PointStamped, "~/follow", lambda m: head_follow(
+            (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
+        ))  # fmt: skip
+
+    def _make_services(self) -> None:
+        controller = self._controller
+        for name, act in (
+            ("~/stand", controller.stand),
+            ("~/get_up", controller.get_up),
+            ("~/relax", controller.relax),
+        ):
+            self.create_service(Trigger, name, partial(_answer, act))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        fenced, watch = self._entry.fenced, self._entry.watch
-        self.create_timer(1.0, partial(fenced, "diagnostics", self._diagnose), clock=steady)
-        self.create_timer(WATCHDOG_PERIOD, partial(fenced, "watchdog", watch), clock=steady)
+        self.create_timer(1.0, self._report, clock=steady)
+        self.create_timer(
+            WATCHDOG_PERIOD, lambda: self._publish(controller.watch()), clock=steady
+        )
 
     def _subscribe(
         self, kind: type, topic: str, read: Callable[[Any], Input], qos: Any
@@ -174,22 +197,20 @@ class GaitNode(Node):
             kind, topic, lambda message: self._receive(topic, partial(read, message)), qos
         )
 
-    def _receive(self, topic: str, make: Callable[[], Input]) -> None:
-        self._entry.receive(topic, make)
-        self._garbage.after_tick(resting=self._entry.state not in ON_THE_WAY)
+    # -- messages ----------------------------------------------------------------------------------
 
-    # -- what the entry lets out -------------------------------------------------------------------
+    def _receive(self, topic: str, read: Callable[[], Input]) -> None:
+        controller = self._controller
+        self._publish(controller.receive(topic, read))
+        if controller.needs_loads != bool(self._loads):
+            self._subscribe_to_soles(controller.needs_loads)
+        self._garbage.after_tick(resting=controller.state not in ON_THE_WAY)
 
-    def command(self, targets: JointTargets) -> None:
-        self._command.publish(self._command_writer.write(targets))
-        if self._entry.wants_loads != bool(self._loads):
-            self._listen_to_soles(self._entry.wants_loads)
-
-    def _listen_to_soles(self, listen: bool) -> None:
-        """Two more messages per tick are only paid for while there is no IMU."""
+    def _subscribe_to_soles(self, wanted: bool) -> None:
+        """Subscribe to the sole wrenches only while the IMU is missing."""
         while self._loads:
             self.destroy_subscription(self._loads.pop())
-        if listen:
+        if wanted:
             self._loads = [
                 self._subscribe(
                     WrenchStamped, f"{frame}/wrench", partial(load_input, side),
@@ -198,15 +219,15 @@ class GaitNode(Node):
                 for side, frame in enumerate(self._robot.sole_frames)
             ]  # fmt: skip
 
-    def log(self, level: Level, text: str) -> None:
-        logger = self.get_logger()
-        # One call each: rclpy wants one severity per place in the source.
-        if level >= Level.ERROR:
-            logger.error(text)
-        else:
-            logger.warning(text)
+    def _publish(self, output: Output) -> None:
+        for answer in output.answers:
+            self._command.publish(self._command_writer.write(answer.targets))
+            if answer.status is not None:
+                self._publish_status(answer.status)
+        for line in output.log:
+            self._log(line)
 
-    def status(self, status: GaitStatus) -> None:
+    def _publish_status(self, status: GaitStatus) -> None:
         writer = self._status_writer
         self._odom.publish(writer.odometry(status))
         if self._transforms is not None:
@@ -228,72 +249,61 @@ class GaitNode(Node):
             if self._footsteps.get_subscription_count():
                 self._footsteps.publish(footsteps(status))
 
-    # -- services and parameters -------------------------------------------------------------------
+    def _log(self, line: LogLine) -> None:
+        logger = self.get_logger()
+        # One call each: rclpy allows one severity per place in the source.
+        if line.level >= Level.ERROR:
+            logger.error(line.text)
+        elif line.level == Level.WARN:
+            logger.warning(line.text)
+        else:
+            logger.info(line.text)
 
-    def _on_stand(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = True, self._entry.stand()
-        return response
-
-    def _on_relax(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = True, self._entry.relax()
-        return response
-
-    def _on_motion(self, message: String) -> None:
-        self._entry.fenced("~/motion", partial(self._entry.request_motion, message.data))
-
-    def _listen_for_the_head(self) -> None:
-        robot = self._robot
-
-        def on(kind: type, topic: str, goal: Callable[[Any], Goal | None]) -> None:
-            def receive(message: Any) -> None:
-                self._entry.fenced(topic, lambda: self._entry.look(goal(message)))
-
-            self.create_subscription(kind, topic, receive, 10)
-
-        on(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
-        on(String, "~/head_mode", lambda m: head_mode(m.data))
-        on(PointStamped, "~/look_at", lambda m: head_point(
-            "~/look_at", (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
-        ))  # fmt: skip
-        on(PointStamped, "~/follow", lambda m: head_follow(
-            (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
-        ))  # fmt: skip
-
-    def _on_get_up(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.success, response.message = True, self._entry.get_up()
-        except NaoGaitError as error:
-            response.success, response.message = False, str(error)
-        return response
+    # -- parameters and diagnostics ----------------------------------------------------------------
 
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
         """All or none: the reason names parameter, value and what is allowed."""
         try:
-            self._entry.with_changes(as_mapping(parameters))
+            self._controller.with_changes(as_mapping(parameters))
         except NaoGaitError as error:
             return refused(error)
         return accepted()
 
     def _apply_parameters(self, parameters: list[RosParameter]) -> None:
-        self._entry.change_parameters(as_mapping(parameters))
+        self._controller.change_parameters(as_mapping(parameters))
 
-    # -- watching ----------------------------------------------------------------------------------
-
-    def _diagnose(self) -> None:
-        self._entry.see_others(
-            Others(
-                cmd_vel=self.count_publishers(self._drivers.topic_name),
-                joint_states=self.count_publishers(self._sensors.topic_name),
-                joint_command=self.count_publishers(self._command.topic_name),
+    def _report(self) -> None:
+        controller = self._controller
+        counts = PublisherCounts(
+            cmd_vel=self.count_publishers(self._cmd_vel.topic_name),
+            joint_states=self.count_publishers(self._joint_states.topic_name),
+            joint_command=self.count_publishers(self._command.topic_name),
+        )
+        self._publish(controller.run("diagnostics", partial(controller.note_publishers, counts)))
+        status = controller.last_status
+        self._diagnostics.publish(
+            diagnostic_array(
+                self.get_name(),
+                self._robot.name,
+                None if status is None else status.stamp,
+                controller.reports(),
             )
         )
-        self._diagnostics.publish(
-            diagnostics(self.get_name(), self._robot.name, self._entry.health())
-        )
+
+
+def _answer(
+    act: Callable[[], str], _request: Any, response: Trigger.Response
+) -> Trigger.Response:
+    """Answer a service with what is going to happen, or with the reason of the refusal."""
+    try:
+        response.success, response.message = True, act()
+    except NaoGaitError as error:
+        response.success, response.message = False, str(error)
+    return response
 
 
 def _make_transform_broadcaster(node: Node) -> Any:
-    """A TF broadcaster, or None where tf2_ros is not installed (PyPI has no wheel of it)."""
+    """A TF broadcaster, or None if tf2_ros is not installed (PyPI has no wheel of it)."""
     try:
         from tf2_ros import TransformBroadcaster
     except ImportError:

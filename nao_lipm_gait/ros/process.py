@@ -1,49 +1,187 @@
-"""Life of a node process: start, refusal, loop, end."""
+"""Life of a process that talks ROS: its domain, its signals, and the start and end of a node.
+
+rclpy is imported only inside the functions that need it: the import takes about a second, in which
+a signal must already end the process quietly. Both nodes and the tools use this module.
+"""
 
 import argparse
 import gc
+import itertools
+import os
+import signal
+import socket
 import sys
-from collections.abc import Callable, Sequence
-
-import rclpy
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.domain import stay_local
-from nao_lipm_gait.ros.stop_request import StopRequest
+
+if TYPE_CHECKING:
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.node import Node
 
 REFUSED = 2
 """Exit status for a parameter, file or argument that cannot be used."""
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+FIRST_DOMAIN, LAST_DOMAIN = 1, 101
+"""On Linux the ports of higher domains overlap with those of outgoing connections."""
 
-_ARGUMENT_ERRORS = (
-    NaoGaitError,
-    ParameterException,
-    rclpy_implementation.RCLInvalidROSArgsError,
-    rclpy_implementation.UnknownROSArgsError,
-    rclpy_implementation.RCLError,
-)
+_turn = itertools.count()
 
-Build = Callable[[], Node]
-Loop = Callable[[Node, SingleThreadedExecutor, StopRequest], None]
+
+# -- signals ---------------------------------------------------------------------------------------
+
+
+class StopRequest:
+    """Becomes true on SIGINT or SIGTERM.
+
+    Until `defer` is called there is nothing to clean up, and a signal ends the process at once.
+    """
+
+    def __init__(self) -> None:
+        self._requested = False
+        self._deferred = False
+
+    def __bool__(self) -> bool:
+        return self._requested
+
+    def install(self) -> None:
+        """Handle both signals from here on."""
+        signal.signal(signal.SIGINT, self._on_signal)
+        signal.signal(signal.SIGTERM, self._on_signal)
+
+    def defer(self) -> None:
+        """Let a signal only set the flag from here on; the loop of the node checks it."""
+        self._deferred = True
+
+    def request(self) -> None:
+        """Ask for a stop, as a signal does."""
+        self._requested = True
+
+    def _on_signal(self, _signum: int, _frame: FrameType | None) -> None:
+        self._requested = True
+        if not self._deferred:
+            os._exit(0)  # an exception would surface as an ImportError somewhere in the imports
+
+
+@contextmanager
+def stop_on_signal() -> Iterator[StopRequest]:
+    """Let a signal only set a flag inside the context; restore the handlers after it.
+
+    A KeyboardInterrupt inside rclpy can surface as any error (`take_message` turns it into a
+    RuntimeError). rclpy must be initialised with SignalHandlerOptions.NO beside this.
+    """
+    stop = StopRequest()
+    stop.defer()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop  # only the main thread may set handlers
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    stop.install()
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+# -- domain ----------------------------------------------------------------------------------------
+
+
+def stay_local() -> None:
+    """Limit discovery to this machine, unless the user has set its range; call before rclpy.init.
+
+    Any process that reaches the topics can command the robot, so the network is opened only on
+    purpose.
+    """
+    os.environ.setdefault(RANGE, "LOCALHOST")
+
+
+class DomainClaim:
+    """Reserves a ROS_DOMAIN_ID until `release` or the end of the process.
+
+    The claim is a name in Linux's abstract socket namespace. The kernel frees it with the process,
+    however that ends. Only processes that claim exclude each other; a domain that was set by hand
+    is not known here.
+
+    Attributes:
+        domain: The ID.
+    """
+
+    def __init__(self) -> None:
+        # Never the same ID twice in a row: late messages of a killed run may still be there.
+        start = os.getpid() + next(_turn)
+        count = LAST_DOMAIN - FIRST_DOMAIN + 1
+        for offset in range(count):
+            domain = FIRST_DOMAIN + (start + offset) % count
+            holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+            try:
+                holder.bind(f"\0nao_lipm_gait_domain_{domain}")
+            except OSError:
+                holder.close()
+                continue
+            self.domain = domain
+            self._holder = holder
+            return
+        raise OSError(f"all ROS domains from {FIRST_DOMAIN} to {LAST_DOMAIN} are claimed")
+
+    def environment(self) -> dict[str, str]:
+        """The environment for processes of this run: this domain, this machine only."""
+        return {**os.environ, "ROS_DOMAIN_ID": str(self.domain), RANGE: "LOCALHOST"}
+
+    def release(self) -> None:
+        """Give the ID back."""
+        self._holder.close()
+
+    def __enter__(self) -> "DomainClaim":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+# -- node ------------------------------------------------------------------------------------------
 
 
 def run(
     name: str,
     description: str,
-    build: Build,
-    loop: Loop,
+    build: Callable[[], "Node"],
+    loop: Callable[["Node", "SingleThreadedExecutor", StopRequest], None],
     args: Sequence[str] | None,
     stop: StopRequest,
 ) -> int:
-    """Build a node, run its loop until a stop is asked for, tidy up; the exit status.
+    """Build a node, run its loop until a stop is requested, clean up.
 
-    0 after a stop; 2, with one line on stderr, when the node cannot start as asked.
+    Args:
+        name: Of the executable, for its messages.
+        description: For `--help`.
+        build: Makes the node.
+        loop: Serves the node until the stop.
+        args: Command line; None = that of the process.
+        stop: Already installed.
+
+    Returns:
+        Exit status: 0 after a stop; REFUSED, with one line on stderr, if the node cannot start as
+        asked.
     """
+    import rclpy
+    from rclpy.exceptions import ParameterException
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+    from rclpy.signals import SignalHandlerOptions
+    from rclpy.utilities import remove_ros_args
+
+    argument_errors = (
+        NaoGaitError,
+        ParameterException,
+        rclpy_implementation.RCLInvalidROSArgsError,
+        rclpy_implementation.UnknownROSArgsError,
+        rclpy_implementation.RCLError,
+    )
     arguments = list(sys.argv if args is None else args)
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument(
@@ -51,23 +189,23 @@ def run(
     )
     try:
         plain = remove_ros_args(arguments)[1:]
-        if "-h" in plain or "--help" in plain or plain:
+        if plain:
             parser.parse_args(plain)
         stop.defer()
         stay_local()
         # The default handlers shut the context down under a running callback; ours set a flag.
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    except _ARGUMENT_ERRORS as error:
+    except argument_errors as error:
         return _refuse(name, error)
     node: Node | None = None
     executor = SingleThreadedExecutor()
     try:
         try:
             node = build()
-        except _ARGUMENT_ERRORS as error:
+        except argument_errors as error:
             return _refuse(name, error)
         executor.add_node(node)
-        # What start-up made stays: the collector need not walk it during the ticks.
+        # Exempt what start-up made from later collections.
         gc.collect()
         gc.freeze()
         loop(node, executor, stop)
@@ -79,8 +217,8 @@ def run(
         rclpy.try_shutdown()
 
 
-def spin(_node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:
-    """Serve callbacks until a stop is asked for."""
+def spin(_node: "Node", executor: "SingleThreadedExecutor", stop: StopRequest) -> None:
+    """Serve callbacks until a stop is requested."""
     while not stop:
         executor.spin_once(timeout_sec=0.1)
 

@@ -1,1 +1,17 @@
-"""Between a message and a tick, without ROS."""
+"""Everything between a message and a tick of the gait, without ROS.
+
+`GaitController` takes the contents of messages and returns the joint targets to send. The ROS node,
+the fault trials and the benchmarks drive the same class.
+
+    inputs       contents of the messages, and checks of single fields
+    controller   GaitController: from a message to its answers
+    stamp_monitor, validation, frame_sync
+                 the way of a sensor message: is its stamp the next one, are its values plausible,
+                 which IMU sample belongs to which joint state
+    target_guard the last check of the targets before they are sent
+    sensor_outage, commands, diagnostics, latency
+                 missing sensors, commands, health and log lines, warm-up and garbage collection
+
+`sim_bridge` uses `inputs` and `diagnostics` as well: they are shared by both nodes and know neither
+the gait nor the robot's stand-in.
+"""

@@ -1,12 +1,7 @@
-"""Who else publishes on the topics of a gait, and what is to be said about it.
+"""Health of the gait: what goes into the log, and one report per second for the diagnostics.
 
-What there is to say: collected for the next report, and logged where that does not flood.
-
-Keep a flood of equal warnings readable.
-
-What the gait knows about its own health, and what it has to say about it.
-
-How long the ticks of the last while took.
+The log says a thing when it begins, when it gets worse and when it ends. The reports show the state
+of now. `sim_bridge` uses `Throttle` for its own log.
 """
 
 import math
@@ -14,13 +9,70 @@ from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 from nao_lipm_gait.types import GaitState, GaitStatus
+
+SENSORS, WALK, COMMANDS = "sensors", "walk", "commands"
+"""The reports, and the groups of what is said."""
+SILENCE = 0.5
+"""[s] without joint states that is an error."""
+UNREACHED = 1e-3
+"""[m] Distance of a sole from its target that is reported."""
+_PER_REPORT = 32
+"""Remarks kept for a report; a flood of bad messages must not grow a list."""
+_SHOWN = 3
+"""Remarks shown in a report."""
+_KEYS_MAX = 256
+
+
+class Level(IntEnum):
+    """As in diagnostic_msgs/DiagnosticStatus; OK goes to the log as INFO."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+class LogLine(NamedTuple):
+    """A line for the log.
+
+    Attributes:
+        level: Its severity.
+        text: The line.
+    """
+
+    level: Level
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Something that goes into the next report.
+
+    Attributes:
+        level: Its severity.
+        text: What happened.
+    """
+
+    level: Level
+    text: str
+
+
+# -- tick times ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class TickSummary:
-    """Durations in microseconds."""
+    """Durations of ticks.
+
+    Attributes:
+        count: Number of ticks.
+        p50: Median [us].
+        p99: 99th percentile [us].
+        maximum: [us].
+    """
 
     count: int
     p50: float
@@ -28,8 +80,8 @@ class TickSummary:
     maximum: float
 
 
-def quantile(ordered: list[float], share: float) -> float:
-    """The smallest value that at least `share` of the sorted values do not exceed."""
+def quantile(ordered: Sequence[float], share: float) -> float:
+    """The smallest of the sorted values that at least `share` of them do not exceed."""
     return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
 
 
@@ -40,11 +92,11 @@ class TickStatistics:
         self._durations: deque[float] = deque(maxlen=10_000)
 
     def add(self, duration: float) -> None:
-        """Duration [us]"""
+        """Keep the duration [us] of a tick."""
         self._durations.append(duration)
 
     def summarize(self) -> TickSummary | None:
-        """Summary since the last call; None when there was no tick."""
+        """Summarize the ticks since the last call; None if there were none."""
         if not self._durations:
             return None
         ordered = sorted(self._durations)
@@ -54,56 +106,175 @@ class TickStatistics:
         )
 
 
-SILENCE = 0.5
-"""[s] without sensors that is worth an error."""
+# -- log -------------------------------------------------------------------------------------------
 
 
-class Level(IntEnum):
-    """As in diagnostic_msgs/DiagnosticStatus."""
+class Throttle:
+    """Lets a few messages per key and period through and counts those that it holds back.
 
-    OK = 0
-    WARN = 1
-    ERROR = 2
-    STALE = 3
+    Args:
+        period: [s].
+    """
+
+    def __init__(self, period: float = 2.0) -> None:
+        self._period = period
+        self._windows: dict[str, list[float]] = {}
+        """Key -> [begin of the window, messages in it]."""
+
+    def allow(self, key: str, now: float, burst: int = 1) -> int | None:
+        """Decide whether a message goes into the log.
+
+        Args:
+            key: Of messages that are alike.
+            now: Any monotonic time [s].
+            burst: Messages per period; more than one if the messages under a key differ.
+
+        Returns:
+            None to hold it back; else how many of this key were held back in the last period.
+        """
+        window = self._windows.get(key)
+        if window is None:
+            if len(self._windows) >= _KEYS_MAX:
+                self._windows.clear()  # keys come from outside: never grow without bound
+            self._windows[key] = [now, 1]
+            return 0
+        begin, count = window
+        if now - begin < self._period:
+            window[1] = count + 1
+            return 0 if count < burst else None
+        self._windows[key] = [now, 1]
+        return max(0, int(count) - burst)
+
+
+class Diagnostics:
+    """Collects what is to be said: log lines at once, remarks for the next report.
+
+    Args:
+        clock: Any monotonic time [s].
+
+    Attributes:
+        rejected: Refused messages per topic.
+    """
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._throttle = Throttle()
+        self._log: list[LogLine] = []
+        self._remarks: dict[str, list[Remark]] = {SENSORS: [], WALK: [], COMMANDS: []}
+        self.rejected: Counter[str] = Counter()
+
+    def event(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
+        """Report something that happened.
+
+        Args:
+            group: The report: SENSORS, WALK or COMMANDS.
+            level: Its severity.
+            key: Of events that are alike; the log shows `burst` of them per period.
+            text: What happened.
+            burst: See `key`.
+        """
+        remarks = self._remarks[group]
+        if len(remarks) < _PER_REPORT:
+            remarks.append(Remark(level, text))
+        held_back = self._throttle.allow(key, self._clock(), burst)
+        if held_back is not None:
+            more = f" ({held_back} more like it)" if held_back else ""
+            self._log.append(LogLine(level, text + more))
+
+    def take_log(self) -> tuple[LogLine, ...]:
+        """The log lines since the last call."""
+        if not self._log:
+            return ()
+        lines = tuple(self._log)
+        self._log.clear()
+        return lines
+
+    def take_remarks(self) -> dict[str, tuple[Remark, ...]]:
+        """The remarks since the last call, by group."""
+        taken = {group: tuple(remarks) for group, remarks in self._remarks.items()}
+        for remarks in self._remarks.values():
+            remarks.clear()
+        return taken
 
 
 @dataclass(frozen=True, slots=True)
-class Remark:
-    """Something that happened since the last report."""
+class PublisherCounts:
+    """Publishers on the topics of this gait, as discovery sees them.
 
-    level: Level
-    text: str
+    Attributes:
+        cmd_vel: Senders of velocity commands.
+        joint_states: Robots.
+        joint_command: Gaits, this one included.
+    """
+
+    cmd_vel: int = 1
+    joint_states: int = 1
+    joint_command: int = 1
+
+
+def report_publishers(counts: PublisherCounts, diagnostics: Diagnostics) -> None:
+    """Report topics that have more publishers than they should."""
+    if counts.joint_states > 1:
+        diagnostics.event(
+            SENSORS, Level.ERROR, "robots",
+            f"{counts.joint_states} publishers on joint_states; allowed: one robot; does another "
+            "run share this ROS_DOMAIN_ID?",
+        )  # fmt: skip
+    if counts.joint_command > 1:
+        diagnostics.event(
+            WALK, Level.ERROR, "gaits",
+            f"{counts.joint_command} publishers on joint_command; allowed: one gait; the simulated "
+            "robot obeys the first",
+        )  # fmt: skip
+    if counts.cmd_vel > 1:
+        diagnostics.event(
+            COMMANDS, Level.WARN, "drivers",
+            f"{counts.cmd_vel} publishers on cmd_vel; the newest command counts",
+        )  # fmt: skip
+
+
+# -- reports ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """The state of the gait at the end of a second."""
+    """The state of the gait at the end of a second.
+
+    Attributes:
+        ticks: Of this second; None without a tick.
+        sensor_age: Wall time [s] since the last joint state; None before the first.
+        missed_ticks: Frames that never arrived, since the start.
+        rejected: Refused messages per topic, since the start.
+        faults: Ticks whose targets were held or clipped by the guard, since the start.
+        deadline_misses: Ticks that took longer than one control period, since the start.
+        status: Of the last tick; None before the first.
+        command_age: Sensor time [s] since the last velocity command; None before the first.
+        command_timed_out: A command to move is too old, and the robot stops.
+        remarks: What happened in this second, by report.
+    """
 
     ticks: TickSummary | None
-    """Of this second; None without a tick."""
     sensor_age: float | None
-    """[s] wall time since the last joint state; None before the first."""
     missed_ticks: int
-    """Frames that never came, since the start."""
     rejected: Mapping[str, int]
-    """Refused messages per topic, since the start."""
     faults: int
-    """Ticks whose targets were held or cut, since the start."""
     deadline_misses: int
-    """Ticks that took longer than one control period, since the start."""
     status: GaitStatus | None
     command_age: float | None = None
-    """[s] of sensor time since the last velocity command; None before the first."""
     command_timed_out: bool = False
-    """A command to move became too old, and the robot stops."""
-    sensors: Sequence[Remark] = ()
-    walk: Sequence[Remark] = ()
-    commands: Sequence[Remark] = ()
+    remarks: Mapping[str, Sequence[Remark]] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """One line of the diagnostics."""
+    """One status of the diagnostics.
+
+    Attributes:
+        name: SENSORS, WALK or COMMANDS.
+        level: The worst of what is said.
+        message: One line.
+        values: Numbers as text, with their unit in the name.
+    """
 
     name: str
     level: Level
@@ -112,52 +283,53 @@ class Report:
 
 
 def reports(health: Health) -> tuple[Report, ...]:
-    """One report each for the sensors, the walk and the commands."""
-    return _sensors(health), _walk(health), _commands(health)
+    """Make one report each for the sensors, the walk and the commands."""
+    remarks = health.remarks or {}
+    return (
+        _sensors(health, remarks.get(SENSORS, ())),
+        _walk(health, remarks.get(WALK, ())),
+        _commands(health, remarks.get(COMMANDS, ())),
+    )
 
 
-def _worst(
-    level: Level, message: str, remarks: Sequence[Remark]
-) -> tuple[Level, str]:
-    """Level and message with the remarks: the worst ones first, each once."""
+def _with_remarks(level: Level, message: str, remarks: Sequence[Remark]) -> tuple[Level, str]:
+    """Level and message together with the remarks: the worst ones first, each once."""
     found = dict.fromkeys(
         remark.text for remark in sorted(remarks, key=lambda remark: -remark.level)
     )
     worst = max((remark.level for remark in remarks), default=Level.OK)
-    shown = [text for text in (message, *list(found)[:3]) if text]
+    shown = [text for text in (message, *list(found)[:_SHOWN]) if text]
     return max(level, worst), "; ".join(shown)
 
 
-def _sensors(health: Health) -> Report:
+def _sensors(health: Health, remarks: Sequence[Remark]) -> Report:
     level, message = Level.OK, "sensors arrive"
     if health.sensor_age is None:
         level, message = Level.STALE, "no joint_states so far"
     elif health.sensor_age > SILENCE:
         level, message = Level.ERROR, f"no joint_states for {health.sensor_age:.1f} s"
-    elif health.sensors:
+    elif remarks:
         message = ""
-    level, message = _worst(level, message, health.sensors)
+    level, message = _with_remarks(level, message, remarks)
     values = {
         "sensor age [s]": "" if health.sensor_age is None else f"{health.sensor_age:.3f}",
         "missed ticks": str(health.missed_ticks),
         **{f"rejected {topic}": str(count) for topic, count in health.rejected.items()},
     }
-    return Report("sensors", level, message, values)
+    return Report(SENSORS, level, message, values)
 
 
-def _walk(health: Health) -> Report:
+def _walk(health: Health, remarks: Sequence[Remark]) -> Report:
     status, ticks = health.status, health.ticks
     if status is None:
-        return Report("walk", *_worst(Level.STALE, "no tick so far", health.walk), {})
-    level = Level.OK
+        return Report(WALK, *_with_remarks(Level.STALE, "no tick so far", remarks), {})
+    level, message = Level.OK, status.state.value
     if status.state is GaitState.FALLEN:
         level = Level.ERROR
-    elif status.ik_residual > 1e-3 or status.clipped_joints:
+    elif status.ik_residual > UNREACHED or status.clipped_joints:
         level = Level.WARN
-    message = status.state.value
-    if level is Level.WARN:
         message += ", target out of reach"
-    level, message = _worst(level, message, health.walk)
+    level, message = _with_remarks(level, message, remarks)
     innovation = [
         measured - expected
         for measured, expected in zip(
@@ -182,111 +354,16 @@ def _walk(health: Health) -> Report:
         "torso pitch [rad]": f"{status.torso_pitch:.4f}",
         "faults": str(health.faults),
     }
-    return Report("walk", level, message, values)
+    return Report(WALK, level, message, values)
 
 
-def _commands(health: Health) -> Report:
+def _commands(health: Health, remarks: Sequence[Remark]) -> Report:
     level, message = Level.OK, "cmd_vel arrives"
     if health.command_age is None:
         message = "no cmd_vel so far"
     elif health.command_timed_out:
         level = Level.WARN
         message = f"no cmd_vel for {health.command_age:.1f} s: the robot stops"
-    level, message = _worst(level, message, health.commands)
+    level, message = _with_remarks(level, message, remarks)
     age = "" if health.command_age is None else f"{health.command_age:.3f}"
-    return Report("commands", level, message, {"cmd_vel age [s]": age})
-
-
-_MAX_KEYS = 256
-
-
-class Throttle:
-    """Lets a few messages per key and period through and counts the ones that it held back."""
-
-    def __init__(self, period: float = 2.0) -> None:
-        """Period [s]"""
-        self._period = period
-        self._windows: dict[str, list[float]] = {}  # key -> [begin, messages in the window]
-
-    def allow(self, key: str, now: float, burst: int = 1) -> int | None:
-        """None to keep quiet; else how many of this key were held back in the last period.
-
-        now: any monotonic time [s]. burst: messages per period; more than one where a key stands
-        for faults that differ.
-        """
-        window = self._windows.get(key)
-        if window is None:
-            if len(self._windows) >= _MAX_KEYS:
-                self._windows.clear()  # keys come from outside: never grow without bound
-            self._windows[key] = [now, 1]
-            return 0
-        begin, count = window
-        if now - begin < self._period:
-            window[1] = count + 1
-            return 0 if count < burst else None
-        self._windows[key] = [now, 1]
-        return max(0, int(count) - burst)
-
-
-SENSORS, WALK, COMMANDS = "sensors", "walk", "commands"
-_PER_REPORT = 32
-"""A flood of bad messages shall not grow a list."""
-
-
-class Remarks:
-    """Remarks by group, and how many messages were refused."""
-
-    def __init__(self, log: Callable[[Level, str], None], clock: Callable[[], float]) -> None:
-        """clock: any monotonic time [s]."""
-        self._log = log
-        self._clock = clock
-        self._throttle = Throttle()
-        self._said: dict[str, list[Remark]] = {SENSORS: [], WALK: [], COMMANDS: []}
-        self.rejected: Counter[str] = Counter()
-        """Refused messages per topic."""
-
-    def tell(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
-        """Into the next report; into the log `burst` times per key and period."""
-        said = self._said[group]
-        if len(said) < _PER_REPORT:
-            said.append(Remark(level, text))
-        held_back = self._throttle.allow(key, self._clock(), burst)
-        if held_back is not None:
-            more = f" ({held_back} more like it)" if held_back else ""
-            self._log(level, text + more)
-
-    def take(self) -> dict[str, tuple[Remark, ...]]:
-        """What was said since the last call, by group."""
-        taken = {group: tuple(said) for group, said in self._said.items()}
-        for said in self._said.values():
-            said.clear()
-        return taken
-
-
-@dataclass(frozen=True, slots=True)
-class Others:
-    """Publishers on the topics of this gait, as discovery sees them; this gait counts too."""
-
-    cmd_vel: int = 1
-    joint_states: int = 1
-    joint_command: int = 1
-
-    def report(self, remarks: Remarks) -> None:
-        """Say what is more than one."""
-        if self.joint_states > 1:
-            remarks.tell(
-                SENSORS, Level.ERROR, "robots",
-                f"{self.joint_states} publishers on joint_states; allowed: one robot; does "
-                "another run share this ROS_DOMAIN_ID?",
-            )  # fmt: skip
-        if self.joint_command > 1:
-            remarks.tell(
-                WALK, Level.ERROR, "gaits",
-                f"{self.joint_command} publishers on joint_command; allowed: one gait; the "
-                "simulated robot obeys the one that it obeyed before",
-            )  # fmt: skip
-        if self.cmd_vel > 1:
-            remarks.tell(
-                COMMANDS, Level.WARN, "drivers",
-                f"{self.cmd_vel} publishers on cmd_vel; the newest command counts",
-            )  # fmt: skip
+    return Report(COMMANDS, level, message, {"cmd_vel age [s]": age})

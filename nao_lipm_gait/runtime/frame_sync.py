@@ -1,85 +1,68 @@
-"""Bring the IMU sample and the joint sample of one instant together."""
+"""Brings the IMU sample and the joint sample of one instant together."""
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.runtime.validation import ImuSample, JointSample
 from nao_lipm_gait.types import FloatArray, SensorFrame
 
 MAX_IMU_AGE = 50_000_000
-"""[ns] An IMU sample further than this from the joint sample says nothing about it."""
-_PATIENCE = 10
-"""Joint samples in a row without an IMU sample of their stamp, until we stop to wait for it."""
-INSISTS = 2
-"""Times that a joint sample is repeated, until its robot is served without the IMU sample. The
-first may have overtaken an IMU sample that is repeated too."""
+"""[ns] An IMU sample further than this from the joint sample is not used for it."""
+PATIENCE = 10
+"""Joint samples in a row without an IMU sample of their stamp, after which they no longer wait."""
+REPEATS = 2
+"""Repeats of a joint sample until it is used without its IMU sample. The first repeat may have
+overtaken an IMU sample that is repeated too."""
 OVERTAKEN = 100_000_000
-"""[ns] An IMU sample this little behind the newest one was overtaken; more is a new time."""
+"""[ns] An IMU sample this little behind the newest one was overtaken; more is a new time base."""
 _NO_ROTATION = np.zeros(3)
 
 
-@dataclass(frozen=True, slots=True)
-class ImuSample:
-    stamp: int
-    """[ns]"""
-    angular_velocity: FloatArray
-    """(3,) [rad/s]"""
-    linear_acceleration: FloatArray
-    """(3,) [m/s^2]"""
-
-
-@dataclass(frozen=True, slots=True)
-class JointSample:
-    stamp: int
-    """[ns]"""
-    position: FloatArray
-    """(n,) [rad]"""
-    velocity: FloatArray | None
-    """(n,) [rad/s]; None = not given, taken from the positions."""
-
-
 class FrameSync:
-    """Joint samples drive; each leaves with the IMU sample of its own stamp.
+    """Makes one frame of each joint sample, with the IMU sample of the same stamp.
 
-    A joint sample that overtook its IMU sample waits for it, until the next joint sample at most.
-    A robot whose two stamps never agree is served at once with the nearest IMU sample. Without one
-    near enough the frame is blind: it does not turn, and feels what a body at rest would feel.
-    A robot in lockstep sends no next joint sample before it has its answer: it repeats this one.
+    A joint sample that arrives before its IMU sample waits for it, until the next joint sample at
+    most. If the two stamps never agree, the nearest IMU sample is used at once. If none is near
+    enough, the frame is blind: no rotation, and the acceleration of a body at rest. A robot in
+    lockstep does not send a next joint sample before it has its answer; it repeats this one.
+
+    Args:
+        acceleration_at_rest: Gives the specific force (3,) [m/s^2] in the torso frame for a blind
+            frame.
+
+    Attributes:
+        imu_behind: Time [ns] from the newest IMU sample to the joints, if one arrived since the
+            last blind frame; below 0 the IMU is ahead.
+        blind_since: Stamp of the first of the blind frames in a row [ns].
     """
 
-    def __init__(self, at_rest: Callable[[], FloatArray] | None = None) -> None:
-        """at_rest: (3,) specific force [m/s^2] in the torso frame of a body that rests as it is
-        believed to be now; None = no blind frames, a missing IMU sample is an error.
-        """
-        self._at_rest = at_rest
+    def __init__(self, acceleration_at_rest: Callable[[], FloatArray]) -> None:
+        self._acceleration_at_rest = acceleration_at_rest
         self.imu_behind: int | None = None
-        """[ns] the newest IMU sample is behind the joints, if it came since the last blind frame;
-        below 0 it is ahead."""
         self.blind_since: int | None = None
-        """Stamp of the first of the blind frames in a row [ns]."""
         self._imu: deque[ImuSample] = deque(maxlen=32)
         self._waiting: JointSample | None = None
         self._misses = 0
-        self._insists = 0
-        self._has_imu = self._imu_came = False
-        self._last: tuple[int, FloatArray] | None = None
+        self._repeats = 0
+        self._has_imu = self._imu_arrived = False
+        self._last: JointSample | None = None
 
-    def begin_at(self, stamp: int) -> None:
-        """Forget all but the IMU samples up to this stamp [ns]: the one of it may be there."""
+    def restart(self, stamp: int) -> None:
+        """Begin a new time base at `stamp` [ns]; its own IMU sample may have arrived before."""
         self._imu = deque((s for s in self._imu if s.stamp <= stamp), maxlen=self._imu.maxlen)
         self._waiting = None
         self._last = None
         self.blind_since = None
 
     def add_imu(self, sample: ImuSample) -> SensorFrame | None:
-        """The frame that waited for this sample, if one did."""
+        """Keep an IMU sample; return the frame that waited for it, if any."""
         if self._imu and sample.stamp < self._imu[-1].stamp - OVERTAKEN:
-            self._imu.clear()  # time went back
+            self._imu.clear()  # a new time base
         self._imu.append(sample)
-        self._has_imu = self._imu_came = True
+        self._has_imu = self._imu_arrived = True
         joints = self._waiting
         if joints is None or joints.stamp != sample.stamp:
             return None
@@ -88,14 +71,15 @@ class FrameSync:
         return self._join(joints, sample)
 
     def add_joints(self, joints: JointSample) -> tuple[SensorFrame, ...]:
-        """The frames that are complete now, the oldest first.
+        """Keep a joint sample; return the frames that are complete now, the oldest first.
 
-        Raises NaoGaitError when there never was an IMU sample; the frame is dropped.
+        Raises:
+            NaoGaitError: If there has never been an IMU sample; the frame is dropped.
         """
         overdue, self._waiting = self._waiting, None
-        self._insists = 0
+        self._repeats = 0
         if overdue is not None and overdue.stamp >= joints.stamp:
-            overdue = None  # time went back
+            overdue = None  # a new time base
         same = next((s for s in reversed(self._imu) if s.stamp == joints.stamp), None)
         frames = []
         if overdue is not None:
@@ -104,22 +88,29 @@ class FrameSync:
         if same is not None:
             self._misses = 0
             frames.append(self._join(joints, same))
-        elif self._misses >= _PATIENCE:
+        elif self._misses >= PATIENCE:
             frames.append(self._join(joints, self._nearest(joints.stamp)))
         else:
             self._waiting = joints
         return tuple(frames)
 
-    def insist(self, stamp: int) -> SensorFrame | None:
-        """A joint sample that came again: its frame, if it waits, after INSISTS times.
+    def repeat(self, stamp: int) -> SensorFrame | None:
+        """Count a joint sample that arrived again.
 
-        Raises NaoGaitError like `add_joints`.
+        Args:
+            stamp: Its stamp [ns].
+
+        Returns:
+            The frame that waits under this stamp, after REPEATS repeats; else None.
+
+        Raises:
+            NaoGaitError: As `add_joints`.
         """
         joints = self._waiting
         if joints is None or joints.stamp != stamp:
             return None
-        self._insists += 1
-        if self._insists < INSISTS:
+        self._repeats += 1
+        if self._repeats < REPEATS:
             return None
         frame = self._join(joints, self._nearest(stamp))
         self._waiting = None
@@ -127,35 +118,25 @@ class FrameSync:
         return frame
 
     def _nearest(self, stamp: int) -> ImuSample | None:
-        sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)
-        if sample is None:
-            if self._has_imu and self._at_rest is not None:
-                return None  # all there was is of another time
+        """The IMU sample that is next to `stamp` [ns]; None if none is near enough."""
+        if not self._has_imu:
             raise NaoGaitError("imu/data", "nothing received", "one message for each joint state")
-        age = stamp - sample.stamp
-        if abs(age) > MAX_IMU_AGE:
-            if self._at_rest is not None:
-                return None
-            raise NaoGaitError(
-                "imu/data header.stamp",
-                f"{abs(age) * 1e-9:.3f} s {'before' if age > 0 else 'after'} the joint state",
-                f"at most {MAX_IMU_AGE * 1e-9:g} s",
-            )
-        return sample
+        sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)
+        return None if sample is None or abs(stamp - sample.stamp) > MAX_IMU_AGE else sample
 
     def _join(self, joints: JointSample, imu: ImuSample | None) -> SensorFrame:
-        velocity = joints.velocity
+        velocity, last = joints.velocity, self._last
         if velocity is None:
             velocity = np.zeros_like(joints.position)
-            if self._last is not None and joints.stamp > self._last[0]:
-                elapsed = (joints.stamp - self._last[0]) * 1e-9
-                velocity = (joints.position - self._last[1]) / elapsed
-        self._last = (joints.stamp, joints.position)
+            if last is not None and joints.stamp > last.stamp:
+                elapsed = (joints.stamp - last.stamp) * 1e-9
+                velocity = (joints.position - last.position) / elapsed
+        self._last = joints
         if imu is None:
             self.blind_since = joints.stamp if self.blind_since is None else self.blind_since
-            came, self._imu_came = self._imu_came, False
-            self.imu_behind = joints.stamp - self._imu[-1].stamp if came and self._imu else None
-            rotation, force = _NO_ROTATION, self._rest()
+            arrived, self._imu_arrived = self._imu_arrived, False
+            self.imu_behind = joints.stamp - self._imu[-1].stamp if arrived and self._imu else None
+            rotation, force = _NO_ROTATION, self._acceleration_at_rest()
         else:
             self.blind_since = None
             rotation, force = imu.angular_velocity, imu.linear_acceleration
@@ -166,6 +147,3 @@ class FrameSync:
             angular_velocity=rotation,
             linear_acceleration=force,
         )
-
-    def _rest(self) -> FloatArray:
-        return np.zeros(3) if self._at_rest is None else self._at_rest()

@@ -1,88 +1,100 @@
-"""What a sensor stamp says beside its frame: the next one, the same again, late, or a new time.
+"""Classifies the stamp of a sensor message: next frame, repeat, late, or a new time base.
 
-One stamp alone proves no new time: a message may have been overtaken on the way, or carry a wrong
-number. A time jump is believed when further stamps go on from it.
+One stamp alone does not prove a new time base: a message may have been overtaken on its way or
+carry a wrong number. A time jump is accepted once further stamps continue from it.
 """
 
 from enum import Enum
 
 LONGEST_GAP = 500_000_000
-"""[ns] A larger step ahead means that the past is worth nothing."""
+"""[ns] After a longer gap the previous frames say nothing about the robot any more."""
 DUE = 0.6
-"""Share of a period after which the next tick is due: at twice the rate every second frame, also
-where the stamps jitter a little."""
+"""Share of a period after which the next tick is due. At twice the rate this takes every second
+frame, also if the stamps jitter a little."""
 LATE = 100_000_000
-"""[ns] A stamp this little behind the newest one was most likely overtaken on the way."""
+"""[ns] A stamp this little behind the newest one was most likely overtaken on its way."""
 MEMORY = 100
-"""Frames over which the mean step is taken."""
+"""Frames over which the mean step is averaged."""
 PROOF_FAR, PROOF_LATE = 2, 4
-"""Stamps in a row that rise from the new time, the first one counted, until it is believed."""
+"""Stamps in a row, rising from the new time, until it is accepted; far from and little behind the
+newest stamp."""
 
 
 class Step(Enum):
+    """What a stamp is relative to those before it; only NEXT and the last two lead to a tick."""
+
+    FIRST = "first"
     NEXT = "next"
     REPEATED = "repeated"
-    SOON = "too soon"
-    """Before the next tick is due: to be left out, the next one may be."""
+    EARLY = "too soon"
     LATE = "late"
-    """Behind the newest stamp by little: to be left out."""
     DOUBTFUL = "doubtful"
-    """Far from the newest stamp, and not yet confirmed by another one."""
     BACKWARDS = "backwards"
     JUMP = "jump"
 
 
+NEW_TIME = (Step.BACKWARDS, Step.JUMP)
+"""The stamps continue on another time base."""
+
+
 class StampMonitor:
-    """Compares each stamp with those before and counts the frames that did not come."""
+    """Compares each stamp with those before it and counts the frames that are missing.
+
+    Args:
+        period: Expected time between two frames [ns].
+        gap_ticks: Periods between two frames that still belong to one walk.
+
+    Attributes:
+        last: The newest accepted stamp [ns]; None before the first.
+        missed: Frames that never arrived.
+        mean_step: Mean time from one frame to the next [ns], lost frames left out.
+        longest_gap: Longest time between two frames of one walk [ns].
+    """
 
     def __init__(self, period: int, gap_ticks: int = 20) -> None:
-        """period: expected distance of two frames [ns]; gap_ticks: periods between two frames that
-        are still one walk.
-        """
         self._period = period
-        self._gap = min(LONGEST_GAP, round((gap_ticks + 0.5) * period))
+        self.longest_gap = min(LONGEST_GAP, round((gap_ticks + 0.5) * period))
         self.last: int | None = None
         self.missed = 0
         self.mean_step = float(period)
-        """[ns] from one tick to the next, lost ones left out."""
-        self._new: int | None = None
+        self._candidate: int | None = None
+        """Newest stamp of a time base that is not accepted yet [ns]."""
         self._proof = 0
 
-    @property
-    def longest_gap(self) -> int:
-        """[ns] between two frames; a longer one is a new beginning."""
-        return self._gap
-
-    def is_next(self, stamp: int) -> bool:
-        """Whether `see` would call this stamp the next one; nothing is kept."""
-        return self.last is not None and DUE * self._period <= stamp - self.last <= self._gap
-
-    def see(self, stamp: int) -> Step:
-        """Classify a stamp [ns]; the ones to leave out do not become the new last stamp."""
+    def classify(self, stamp: int) -> Step:
+        """Compare a stamp [ns] with those before, without keeping it."""
         last = self.last
         if last is None:
-            self.last = stamp
-            return Step.NEXT
+            return Step.FIRST
         ahead = stamp - last
         if ahead == 0:
             return Step.REPEATED
         if 0 < ahead < DUE * self._period:
-            return Step.SOON
-        if self.is_next(stamp):
+            return Step.EARLY
+        if 0 < ahead <= self.longest_gap:
+            return Step.NEXT
+        late = -LATE <= ahead < 0
+        if self._proof_with(stamp) < (PROOF_LATE if late else PROOF_FAR):
+            return Step.LATE if late else Step.DOUBTFUL
+        return Step.BACKWARDS if ahead < 0 else Step.JUMP
+
+    def accept(self, stamp: int, step: Step) -> None:
+        """Keep a stamp [ns] that `classify` has called `step`."""
+        if step in (Step.REPEATED, Step.EARLY):
+            return
+        if step in (Step.LATE, Step.DOUBTFUL):
+            self._candidate, self._proof = stamp, self._proof_with(stamp)
+            return
+        if step is Step.NEXT and self.last is not None:
+            ahead = stamp - self.last
             ticks = round(ahead / self._period)
             self.missed += ticks - 1
             self.mean_step += (ahead / ticks - self.mean_step) / MEMORY
-            self.last, self._new = stamp, None
-            return Step.NEXT
-        return self._elsewhere(stamp, last)
+        self.last, self._candidate = stamp, None
 
-    def _elsewhere(self, stamp: int, last: int) -> Step:
-        # The same once more is a proof too: in lockstep the robot insists on an answer.
-        goes_on = self._new is not None and 0 <= stamp - self._new <= self._gap
-        self._proof = self._proof + 1 if goes_on else 1
-        self._new = stamp
-        late = -LATE <= stamp - last < 0
-        if self._proof < (PROOF_LATE if late else PROOF_FAR):
-            return Step.LATE if late else Step.DOUBTFUL
-        self.last, self._new = stamp, None
-        return Step.BACKWARDS if stamp < last else Step.JUMP
+    def _proof_with(self, stamp: int) -> int:
+        """Stamps in a row that support a new time base, this one included."""
+        # The same stamp again counts too: in lockstep the robot repeats it until it has an answer.
+        base = self._candidate
+        continues = base is not None and 0 <= stamp - base <= self.longest_gap
+        return self._proof + 1 if continues else 1

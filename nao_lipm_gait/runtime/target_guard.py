@@ -1,4 +1,4 @@
-"""The gait behind a fence: whatever happens inside, only sane targets come out."""
+"""The last check of the targets before they are sent: finite, inside the limits, not too fast."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -8,37 +8,49 @@ import numpy as np
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame, VelocityCommand
 
-_ROUNDING = 1e-9
-"""[rad] Not worth a word when a target is this little beyond a limit."""
 SPEED_SHARE = 4.0
-"""Of a joint's speed limit: no target moves faster. The robot itself cuts at the limit; the walk
-asks for up to twice as much for single ticks. What is beyond is no walk."""
+"""Fastest target as a share of the joint's speed limit. The robot itself stops at the limit; the
+walk asks for up to twice as much for single ticks. Faster targets are a fault."""
+_ROUNDING = 1e-9
+"""[rad] Targets this little beyond a limit are clipped without a report."""
 _TICKS_MAX = 20
-"""Periods since the last answer for which a target may have moved."""
+"""Periods since the last targets for which a target may have moved."""
 
 
-class Walker(Protocol):
-    """The part of `Gait` that is used here."""
+class Stepper(Protocol):
+    """The part of `Gait` that is guarded."""
 
-    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets: ...
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        """One control tick."""
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
-    """Targets that are finite and inside the joint limits, and what had to be done for that."""
+class GuardedTargets:
+    """Targets that can be sent.
+
+    Attributes:
+        targets: Finite and inside the joint limits.
+        held: They are the ones of an earlier tick, because this tick gave none that can be used.
+        fault: What was wrong, with its evidence; None if nothing was.
+    """
 
     targets: JointTargets
     held: bool
-    """The targets of an earlier tick, because this tick gave none that can be used."""
     fault: str | None
-    """What went wrong, with its evidence; None when nothing did."""
 
 
 class TargetGuard:
+    """Runs the gait's tick so that every exception and every bad target ends here.
+
+    Args:
+        gait: The gait.
+        robot: Its limits.
+        control_period: Time between two frames [s].
+    """
+
     def __init__(
-        self, gait: Walker, robot: RobotDescription, control_period: float = 0.01
+        self, gait: Stepper, robot: RobotDescription, control_period: float = 0.01
     ) -> None:
-        """control_period [s]: the distance of two frames."""
         self._gait = gait
         self._lower = robot.lower
         self._upper = robot.upper
@@ -48,19 +60,20 @@ class TargetGuard:
         self._good: JointTargets | None = None
         self._was_stiff = False
 
-    def begin_anew(self) -> None:
-        """The robot may be anywhere now: the next targets need not go on from the last ones."""
+    def restart(self) -> None:
+        """Forget the last targets: the robot may be anywhere."""
         self._good = None
 
-    def go_on_at(self, stamp: int) -> None:
-        """The clock of the frames has changed and nothing else: the next one is of this stamp."""
+    def shift_clock(self, stamp: int) -> None:
+        """Continue although only the clock has changed; the next frame has this stamp [ns]."""
         if self._good is not None:
             self._good = self._good._replace(stamp=stamp - self._period)
 
-    def step(self, frame: SensorFrame, command: VelocityCommand) -> Answer:
-        """One tick of the gait. Never raises; holds the last good targets instead.
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> GuardedTargets:
+        """One tick of the gait; never raises.
 
-        Before the first good ones it holds the measured pose.
+        If the gait gives no usable targets, the last good ones are held; before the first ones the
+        measured pose is.
         """
         try:
             targets = self._gait.step(frame, command)
@@ -82,8 +95,8 @@ class TargetGuard:
         worst = int(np.argmax(beyond))
         if beyond[worst] > _ROUNDING:
             fault = (
-                f"target {position[worst]:.6g} rad for {self._names[worst]} cut to its limits "
-                f"{self._lower[worst]:.6g} to {self._upper[worst]:.6g}"
+                f"target {position[worst]:.6g} rad for {self._names[worst]}; allowed: "
+                f"{self._lower[worst]:.6g} to {self._upper[worst]:.6g}; clipped"
             )
         each = targets.joint_stiffness
         if each is not None and (
@@ -92,14 +105,14 @@ class TargetGuard:
             return self._hold(frame, f"stiffness {each.tolist()}")
         stiff = stiffness if each is None else float(np.max(each))
         if stiff > 0.0:
-            inside, hurry = self._slowed(frame, inside)
-            fault = fault or hurry
+            inside, too_fast = self._slowed(frame, inside)
+            fault = fault or too_fast
         self._good = JointTargets(frame.stamp, inside, stiffness, each)
         self._was_stiff = stiff > 0.0
-        return Answer(self._good, held=False, fault=fault)
+        return GuardedTargets(self._good, held=False, fault=fault)
 
     def _slowed(self, frame: SensorFrame, position: FloatArray) -> tuple[FloatArray, str | None]:
-        """Targets that no joint approaches faster than it may; a word where they would have."""
+        """The targets (n,) [rad], no faster than allowed, and a description of one that was."""
         good = self._good
         start = np.asarray(frame.joint_position, dtype=float)
         ticks = 1
@@ -114,19 +127,16 @@ class TargetGuard:
         slowed = np.clip(start + np.clip(change, -stride, stride), self._lower, self._upper)
         return slowed, (
             f"target for {self._names[worst]} moved by {change[worst]:.3g} rad in {ticks} tick(s); "
-            f"allowed: {stride[worst]:.3g} rad, {SPEED_SHARE:g} times its speed limit; cut there"
+            f"allowed: {stride[worst]:.3g} rad, {SPEED_SHARE:g} times its speed limit; clipped"
         )
 
-    def _hold(self, frame: SensorFrame, reason: str) -> Answer:
+    def _hold(self, frame: SensorFrame, reason: str) -> GuardedTargets:
         good = self._good
-        position: FloatArray
         if good is None:
-            position, stiffness = np.clip(frame.joint_position, self._lower, self._upper), 1.0
-            each = None
+            targets = JointTargets(
+                frame.stamp, np.clip(frame.joint_position, self._lower, self._upper)
+            )
         else:
-            position, stiffness, each = good.position, good.stiffness, good.joint_stiffness
-        return Answer(
-            JointTargets(frame.stamp, position, stiffness, each),
-            held=True,
-            fault=f"{reason}; frame {frame.stamp * 1e-9:.3f} s; holding the last good targets",
-        )
+            targets = good._replace(stamp=frame.stamp)
+        fault = f"{reason}; frame {frame.stamp * 1e-9:.3f} s; the last good targets are held"
+        return GuardedTargets(targets, held=True, fault=fault)

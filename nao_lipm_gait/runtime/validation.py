@@ -1,161 +1,148 @@
-"""What is believed of a sensor message: as read, or held, or where the joints were told to be.
+"""Sensor validation: one pass over each IMU and joint message whose stamp is known.
 
-Where the joints should be, by what they were told: for moments in which they cannot be read.
+A message passes these checks in this order:
 
-Single wrong numbers of a sensor: what cannot have changed so much is not believed at once.
+1. fields: all joints there, every number finite and inside its range; else the message is refused;
+2. stuck sensors: the same numbers again and again while the robot moves;
+3. spikes: a change that the robot cannot make from one sample to the next.
 
-Sensors that go on sending and no longer measure.
-
-A living IMU has noise, and the joints of a walking robot move: the same numbers again and again,
-while other things change, come from a sensor that is stuck.
-
-From the numbers of a message to checked values. Plain data in and out, no ROS types.
-
-Everything that is refused raises NaoGaitError with topic and field, value and what is allowed.
+While joints cannot be read, are stuck or show a spike, the walk continues on the positions that
+were commanded one feedback delay earlier. They are known well enough for a short time.
 """
 
 import math
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.diagnostics import SENSORS, Level, Remarks
-from nao_lipm_gait.runtime.frame_sync import ImuSample
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
-from nao_lipm_gait.types import FloatArray, JointTargets, VelocityCommand
+from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics, Level
+from nao_lipm_gait.runtime.inputs import (
+    ImuInput,
+    JointInput,
+    read_vector,
+    repeated,
+    some,
+    stamp_of,
+)
+from nao_lipm_gait.types import FloatArray, JointTargets
 
-SPEED_ABSURD = 10.0
-"""[m/s] No command for a small humanoid: a wrong unit or a broken sender."""
-TURN_ABSURD = 100.0
-"""[rad/s]"""
 JOINT_MARGIN = 0.5
-"""[rad] A joint that reads further beyond its limits than this is a broken reading."""
+"""[rad] A position further beyond the joint limits than this is a broken reading."""
 JOINT_SPEED_ABSURD = 200.0
 """[rad/s]"""
 ACCELERATION_ABSURD = 1000.0
-"""[m/s^2] Beyond any accelerometer of a robot."""
+"""[m/s^2] Beyond the range of any accelerometer of a robot."""
 ROTATION_ABSURD = 200.0
-"""[rad/s] Beyond any gyro of a robot."""
+"""[rad/s] Beyond the range of any gyro of a robot."""
 
-_NANOSECONDS = 1_000_000_000
+JOINT_REPEATS = 6
+"""Equal joint samples in a row that no walking robot produces."""
+IMU_REPEATS = 10
+"""Equal IMU samples in a row that no working IMU produces: it has noise."""
+IMU_STUCK_MOTION = 0.02
+"""[rad] by which a joint must move while the IMU repeats itself, before the IMU counts as stuck."""
+STUCK = 0.06
+"""[rad] between commanded and measured position of joints that count as stuck."""
+
+SPEED_SHARE = 3.0
+"""Fastest plausible change of a joint, as a share of its speed limit. Joints that are pushed and
+measured in encoder steps reach 1.6."""
+ROTATION_STEP = 4.0
+"""[rad/s] Largest plausible change of the gyro between two samples. Pushes and falls reach 2."""
+SPIKE_SAMPLES = 3
+"""Samples in a row that are replaced by the last plausible one; the fourth is accepted as real."""
+COMMAND_AGE = 300_000_000
+"""[ns] Older commands do not tell where a joint is now."""
 
 
-def stamp_of(sec: int, nanosec: int, field: str) -> int:
-    """[ns] from the two parts of a ROS stamp."""
-    if nanosec >= _NANOSECONDS:
-        raise NaoGaitError(f"{field}.nanosec", nanosec, "0 to 999999999")
-    if sec < 0:
-        raise NaoGaitError(f"{field}.sec", sec, "0 or more")
-    return sec * _NANOSECONDS + nanosec
+@dataclass(frozen=True, slots=True)
+class ImuSample:
+    """A validated IMU message.
 
-
-def finite(value: float, field: str, limit: float, unit: str) -> float:
-    """`value`, if it is finite and not beyond `limit` in size."""
-    if not math.isfinite(value) or abs(value) > limit:
-        raise NaoGaitError(field, value, f"a finite number from {-limit:g} to {limit:g} {unit}")
-    return value
-
-
-def read_velocity(
-    linear: Sequence[float], angular: Sequence[float], topic: str = "cmd_vel"
-) -> VelocityCommand:
-    """The planar part of a twist; linear and angular are x, y, z in [m/s] and [rad/s].
-
-    The other three components are ignored, but must be finite: a sender with a NaN anywhere is
-    broken.
+    Attributes:
+        stamp: [ns].
+        angular_velocity: (3,) [rad/s] in the torso frame.
+        linear_acceleration: (3,) specific force [m/s^2] in the torso frame.
     """
-    for axis, value in zip("xyz", linear, strict=True):
-        finite(value, f"{topic} linear.{axis}", SPEED_ABSURD, "m/s")
-    for axis, value in zip("xyz", angular, strict=True):
-        finite(value, f"{topic} angular.{axis}", TURN_ABSURD, "rad/s")
-    return VelocityCommand(x=linear[0], y=linear[1], yaw=angular[2])
+
+    stamp: int
+    angular_velocity: FloatArray
+    linear_acceleration: FloatArray
 
 
-def read_vector(values: Sequence[float], field: str, limit: float, unit: str) -> FloatArray:
-    """(3,) finite numbers of at most `limit`."""
-    for axis, value in zip("xyz", values, strict=True):
-        finite(value, f"{field}.{axis}", limit, unit)
-    return np.array(values, dtype=float)
+@dataclass(frozen=True, slots=True)
+class JointSample:
+    """A validated joint state, in the order of the robot's joints.
 
-
-def check_orientation(quaternion: Sequence[float], covariance_0: float, topic: str) -> None:
-    """Complain about an IMU that claims an orientation and gives none. x, y, z, w.
-
-    REP-145: orientation_covariance[0] = -1 says that there is no orientation.
+    Attributes:
+        stamp: [ns].
+        position: (n,) [rad].
+        velocity: (n,) [rad/s]; None if the message has none or the position was substituted.
     """
-    if covariance_0 == -1.0:
-        return
-    norm = math.sqrt(sum(value * value for value in quaternion))
-    if not math.isfinite(norm) or abs(norm - 1.0) > 0.1:
-        raise NaoGaitError(
-            f"{topic} orientation",
-            tuple(round(value, 6) for value in quaternion),
-            "a unit quaternion, or orientation_covariance[0] = -1 for none",
-        )
 
-
-def some(names: Sequence[str]) -> str:
-    """The first few of names that came from outside, none of them longer than a line."""
-    shown = ", ".join(name[:40] for name in names[:5])
-    return shown if len(names) <= 5 else f"{shown} and {len(names) - 5} more"
-
-
-def repeated(names: Sequence[str]) -> str:
-    """The names that occur more than once."""
-    return some([name for name, count in Counter(names).items() if count > 1])
+    stamp: int
+    position: FloatArray
+    velocity: FloatArray | None
 
 
 class JointReader:
-    """Reads joints by name into the order of the robot's joint arrays."""
+    """Reads joints by name into the order of the robot's joint arrays.
 
-    def __init__(self, robot: RobotDescription, topic: str) -> None:
-        self._topic = topic
+    Args:
+        robot: The robot whose joints must all be there.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
         self._order = robot.joint_names
         self._lower = robot.lower - JOINT_MARGIN
         self._upper = robot.upper + JOINT_MARGIN
         self._names: list[str] | None = None
         self._indices = np.zeros(0, dtype=np.intp)
 
-    def read(
-        self, names: Sequence[str], position: Sequence[float], velocity: Sequence[float]
-    ) -> tuple[FloatArray, FloatArray | None]:
-        """Position (n,) [rad] and velocity (n,) [rad/s], None where the message has no velocity.
+    def read(self, message: JointInput) -> tuple[FloatArray, FloatArray | None]:
+        """Check the fields of a message.
 
-        The names may come in any order and with extra joints among them.
+        Returns:
+            Position (n,) [rad] and velocity (n,) [rad/s], None if the message has no velocity.
+
+        Raises:
+            NaoGaitError: With the field that is refused.
         """
-        indices = self._indices_of(names)
-        count = len(names)
-        if len(position) != count:
+        indices = self._indices_of(message.names)
+        count = len(message.names)
+        if len(message.position) != count:
             raise NaoGaitError(
-                f"{self._topic} position", f"{len(position)} values", f"{count}, one for each name"
+                "joint_states position",
+                f"{len(message.position)} values",
+                f"{count}, one for each name",
             )
-        if len(velocity) not in (0, count):
+        if len(message.velocity) not in (0, count):
             raise NaoGaitError(
-                f"{self._topic} velocity",
-                f"{len(velocity)} values",
+                "joint_states velocity",
+                f"{len(message.velocity)} values",
                 f"{count}, one for each name, or none",
             )
-        q = np.asarray(position, dtype=float)[indices]
-        # A NaN fails the comparison too.
-        inside = (q >= self._lower) & (q <= self._upper)
+        q = np.asarray(message.position, dtype=float)[indices]
+        inside = (q >= self._lower) & (q <= self._upper)  # false for NaN as well
         if not inside.all():
             bad = int(np.argmin(inside))
             raise NaoGaitError(
-                f"{self._topic} position[{self._order[bad]}]",
+                f"joint_states position[{self._order[bad]}]",
                 float(q[bad]),
                 f"a finite number from {self._lower[bad]:.3g} to {self._upper[bad]:.3g} rad",
             )
-        if len(velocity) == 0:
+        if len(message.velocity) == 0:
             return q, None
-        qd = np.asarray(velocity, dtype=float)[indices]
+        qd = np.asarray(message.velocity, dtype=float)[indices]
         slow = np.abs(qd) <= JOINT_SPEED_ABSURD
         if not slow.all():
             bad = int(np.argmin(slow))
             raise NaoGaitError(
-                f"{self._topic} velocity[{self._order[bad]}]",
+                f"joint_states velocity[{self._order[bad]}]",
                 float(qd[bad]),
                 f"a finite number of at most {JOINT_SPEED_ABSURD:g} rad/s",
             )
@@ -164,15 +151,16 @@ class JointReader:
     def _indices_of(self, names: Sequence[str]) -> np.ndarray:
         if names == self._names:  # the usual case: the same sender as before
             return self._indices
-        field = f"{self._topic} name"
         place = {name: index for index, name in enumerate(names)}
         if len(place) != len(names):
-            raise NaoGaitError(field, f"{repeated(names)} more than once", "each joint once")
+            raise NaoGaitError(
+                "joint_states name", f"{repeated(names)} more than once", "each joint once"
+            )
         missing = [name for name in self._order if name not in place]
         if missing:
             raise NaoGaitError(
-                field,
-                f"no {', '.join(missing)}",
+                "joint_states name",
+                f"no {some(missing)}",
                 f"all {len(self._order)} joints of the robot, in any order",
             )
         self._indices = np.array([place[name] for name in self._order], dtype=np.intp)
@@ -180,203 +168,144 @@ class JointReader:
         return self._indices
 
 
-JOINT_REPEATS = 6
-"""Equal joint samples in a row that no walking robot gives."""
-IMU_REPEATS = 10
-"""Equal IMU samples in a row, while joints move, that no living IMU gives."""
-MOVED = 0.02
-"""[rad] by which a joint moves while the IMU says the same."""
-
-
-class FrozenSensors:
-    """Watches the values, not the stamps."""
-
-    def __init__(self) -> None:
-        self._imu: tuple[object, object] | None = None
-        self._imu_repeats = 0
-        self._pose_then: FloatArray | None = None
-        self._pose: FloatArray | None = None
-        self._joint_repeats = 0
-
-    def begin_anew(self) -> None:
-        self.__init__()  # type: ignore[misc]
-
-    def see_imu(self, rotation: tuple[float, ...], force: tuple[float, ...]) -> None:
-        """One IMU sample."""
-        values = (rotation, force)
-        if values == self._imu:
-            self._imu_repeats += 1
-        else:
-            self._imu, self._imu_repeats, self._pose_then = values, 0, self._pose
-
-    def see_joints(self, position: FloatArray) -> None:
-        """One joint sample (n,) [rad]."""
-        same = self._pose is not None and bool((position == self._pose).all())
-        self._joint_repeats = self._joint_repeats + 1 if same else 0
-        self._pose = position
-
-    @property
-    def joints(self) -> bool:
-        """Nothing moves: a robot at rest, or joints that are stuck."""
-        return self._joint_repeats >= JOINT_REPEATS
-
-    @property
-    def imu(self) -> bool:
-        """The IMU is stuck."""
-        if self._imu_repeats < IMU_REPEATS or self._pose is None or self._pose_then is None:
-            return False
-        return float(np.max(np.abs(self._pose - self._pose_then))) > MOVED
-
-
-SPEED_SHARE = 3.0
-"""Of a joint's speed limit. Joints that are pushed, measured in steps of an encoder, reach 1.6."""
-ROTATION_STEP = 4.0
-"""[rad/s] from one gyro sample to the next. Pushes and falls reach 2."""
-PATIENCE = 3
-"""Samples in a row that are held; a fourth is believed: it is how things are now. Where there is
-something better to believe, it is believed for as long as it takes."""
-
-
 class StepFilter:
-    """Holds the last believed values where new ones are further away than `step`."""
+    """Replaces values that changed more than they can from one sample to the next."""
 
     def __init__(self) -> None:
         self._last: FloatArray | None = None
-        self._held: FloatArray = np.zeros(0, dtype=int)
+        self._replaced: FloatArray = np.zeros(0, dtype=int)
+        """(n,) Samples in a row for which each value was replaced."""
 
-    def begin_anew(self) -> None:
-        self._last = None
+    def restart(self, values: FloatArray | None) -> None:
+        """Forget the past; continue from `values` (n,), or from the next sample if None."""
+        self._last = values
+        if values is not None:
+            self._replaced = np.zeros(values.shape, dtype=int)
 
-    def see(
-        self, values: FloatArray, step: FloatArray | float, instead: FloatArray | None = None
+    def apply(
+        self, values: FloatArray, step: FloatArray | float, substitute: FloatArray | None = None
     ) -> tuple[FloatArray, np.ndarray]:
-        """The believed values (n,), and the indices of those that are held.
+        """Filter one sample.
 
         Args:
-            step: (n,) or one for all, the largest believable change.
-            instead: (n,) what to believe in place of what is not believable; None = the last.
+            values: (n,) as measured.
+            step: (n,) or one for all: the largest plausible change.
+            substitute: (n,) what to use instead, for as long as needed; None = the last output, for
+                at most SPIKE_SAMPLES samples.
+
+        Returns:
+            The filtered values (n,), and the indices of those that were replaced.
         """
         last = self._last
-        if last is None or last.shape != values.shape:
-            self._last, self._held = values, np.zeros(values.shape, dtype=int)
+        if last is None:
+            self.restart(values)
             return values, np.zeros(0, dtype=int)
-        wild = np.abs(values - last) > step
-        if not wild.any():
-            if self._held.any():
-                self._held[:] = 0
+        implausible = np.abs(values - last) > step
+        if not implausible.any():
+            if self._replaced.any():
+                self._replaced[:] = 0
             self._last = values
             return values, np.zeros(0, dtype=int)
-        hold = wild if instead is not None else wild & (self._held < PATIENCE)
-        self._held = np.where(hold, self._held + 1, 0)
-        believed = np.where(hold, last if instead is None else instead, values)
-        self._last = believed
-        return believed, np.flatnonzero(hold)
+        replace = implausible
+        if substitute is None:
+            replace = implausible & (self._replaced < SPIKE_SAMPLES)
+        self._replaced = np.where(replace, self._replaced + 1, 0)
+        filtered = np.where(replace, last if substitute is None else substitute, values)
+        self._last = filtered
+        return filtered, np.flatnonzero(replace)
 
 
-class SpikeFilter:
-    """Joints and gyro, each by how fast they can change."""
-
-    def __init__(self, robot: RobotDescription) -> None:
-        self._speed = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
-        self._names = robot.joint_names
-        self._joints = StepFilter()
-        self._gyro = StepFilter()
-
-    def begin_anew(self) -> None:
-        self._joints.begin_anew()
-        self._gyro.begin_anew()
-
-    def joints(
-        self, position: FloatArray, elapsed: float, told: FloatArray | None = None
-    ) -> tuple[FloatArray, str | None]:
-        """(n,) [rad] as believed, `elapsed` [s] after the last; a word about what is held.
-
-        told: (n,) where the joints were told to be, None where they are not.
-        """
-        believed, held = self._joints.see(position, self._speed * elapsed, told)
-        if not len(held):
-            return believed, None
-        worst = int(held[0])
-        return believed, (
-            f"joint_states position[{self._names[worst]}]: got {position[worst]:.3g} after "
-            f"{believed[worst]:.3g}; allowed: {self._speed[worst]:.3g} rad/s; not believed"
-        )
-
-    def rotation(self, rate: FloatArray) -> tuple[FloatArray, str | None]:
-        """(3,) [rad/s] as believed; a word about what is held."""
-        believed, held = self._gyro.see(rate, ROTATION_STEP)
-        if not len(held):
-            return believed, None
-        axis = int(held[0])
-        return believed, (
-            f"imu/data angular_velocity.{'xyz'[axis]}: got {rate[axis]:.3g} after "
-            f"{believed[axis]:.3g}; allowed: steps of {ROTATION_STEP:g} rad/s; held for a moment"
-        )
-
-
-OLDEST = 300_000_000
-"""[ns] Targets that are older say nothing about now."""
-
-
-class JointBelief:
-    """Keeps the targets of the last moments by the stamp that they answered."""
+class CommandHistory:
+    """The targets of the last moments, by the stamp of the frame that they answered."""
 
     def __init__(self) -> None:
-        self._told: deque[JointTargets] = deque(maxlen=64)
+        self._sent: deque[JointTargets] = deque(maxlen=64)
 
-    def begin_anew(self) -> None:
-        self._told.clear()
+    def clear(self) -> None:
+        """Forget all targets."""
+        self._sent.clear()
 
-    def told(self, targets: JointTargets) -> None:
-        """Targets that were sent."""
-        if self._told and targets.stamp <= self._told[-1].stamp:
-            self._told.clear()  # another time
-        self._told.append(targets)
+    def add(self, targets: JointTargets) -> None:
+        """Keep targets that were sent."""
+        if self._sent and targets.stamp <= self._sent[-1].stamp:
+            self._sent.clear()  # the time base has changed
+        self._sent.append(targets)
 
-    def at(self, stamp: int, delay: int) -> FloatArray | None:
-        """(n,) [rad] at `stamp` [ns], if targets need `delay` [ns] to show in the sensors.
+    def position_at(self, stamp: int, delay: int) -> FloatArray | None:
+        """Where the joints should be.
 
-        None where nothing was told, or the joints are limp.
+        Args:
+            stamp: [ns].
+            delay: Time until a command shows in the sensors [ns].
+
+        Returns:
+            (n,) [rad]; None if there is no command that recent, or it took the torque off.
         """
-        for targets in reversed(self._told):
+        for targets in reversed(self._sent):
             age = stamp - delay - targets.stamp
             if age >= 0:
-                return targets.position if age < OLDEST and targets.stiffness > 0.0 else None
+                return targets.position if age < COMMAND_AGE and targets.stiffness > 0.0 else None
         return None
 
 
-STUCK = 0.06
-"""[rad] by which stuck joints are not where they were told to be."""
-
-
 class SensorValidation:
-    """Reads the values of IMU and joints; stamps are not looked at in here."""
+    """Turns sensor messages into samples that the gait can use.
 
-    def __init__(self, robot: RobotDescription, remarks: Remarks) -> None:
-        self._remarks = remarks
-        self._reader = JointReader(robot, "joint_states")
-        self._frozen = FrozenSensors()
-        self._spikes = SpikeFilter(robot)
-        self._joints = JointBelief()
-        self._stuck = False
+    Args:
+        robot: The robot that is measured.
+        diagnostics: Takes what was found.
+
+    Attributes:
+        unread_since: Stamp of the first of the joint states in a row that were substituted at least
+            in part [ns]; None while joints are read.
+    """
+
+    def __init__(self, robot: RobotDescription, diagnostics: Diagnostics) -> None:
+        self._diagnostics = diagnostics
+        self._reader = JointReader(robot)
+        self._names = robot.joint_names
+        self._fastest = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
+        self._joint_steps = StepFilter()
+        self._gyro_steps = StepFilter()
+        self._commands = CommandHistory()
+        self._joints_at: int | None = None
+        self._forget_repeats(None)
         self.unread_since: int | None = None
-        """Stamp of the first of the joint states in a row that could not be read [ns]."""
 
-    def begin_anew(self, steady: bool) -> None:
-        """A new time; steady: the robot is where it was."""
-        self._frozen.begin_anew()
-        self._joints.begin_anew()
-        self._stuck = False
+    def _forget_repeats(self, position: FloatArray | None) -> None:
+        self._imu_values: tuple[object, object] | None = None
+        self._imu_repeats = self._joint_repeats = 0
+        self._measured = position
+        self._measured_before_repeats: FloatArray | None = None
+        self._joints_stuck = False
+
+    def restart(self, joints: JointSample, steady: bool) -> None:
+        """Begin again on a new time base.
+
+        Args:
+            joints: The first sample of it.
+            steady: The robot has not moved meanwhile, so the gyro's last value is still good.
+        """
+        self._forget_repeats(joints.position)
+        self._commands.clear()
         self.unread_since = None
+        self._joints_at = joints.stamp
+        self._joint_steps.restart(joints.position)
         if not steady:
-            self._spikes.begin_anew()
+            self._gyro_steps.restart(None)
 
-    def told(self, targets: JointTargets) -> None:
-        """Targets that were sent."""
-        self._joints.told(targets)
+    def sent(self, targets: JointTargets) -> None:
+        """Keep targets that were sent; they stand in for joints that cannot be read."""
+        self._commands.add(targets)
+
+    # -- IMU ---------------------------------------------------------------------------------------
 
     def imu(self, message: ImuInput) -> ImuSample:
-        """Raises NaoGaitError for what cannot be used."""
+        """Validate an IMU message.
+
+        Raises:
+            NaoGaitError: If it cannot be used, or the IMU is stuck.
+        """
         stamp = stamp_of(message.sec, message.nanosec, "imu/data header.stamp")
         for field, covariance in (
             ("angular_velocity", message.angular_velocity_covariance),
@@ -388,68 +317,134 @@ class SensorValidation:
                 )
         rotation, force = message.angular_velocity, message.linear_acceleration
         rate = read_vector(rotation, "imu/data angular_velocity", ROTATION_ABSURD, "rad/s")
-        pull = read_vector(force, "imu/data linear_acceleration", ACCELERATION_ABSURD, "m/s^2")
-        rate, spike = self._spikes.rotation(rate)
-        if spike is not None:
-            self._remarks.tell(SENSORS, Level.WARN, "gyro spike", spike)
-        try:
-            check_orientation(message.orientation, message.orientation_covariance, "imu/data")
-        except NaoGaitError as error:
-            # Not used by the gait, which estimates its own; but someone should know.
-            text = f"{error}; the orientation is not used, walking goes on"
-            self._remarks.tell(SENSORS, Level.WARN, error.field, text)
-        self._frozen.see_imu(rotation, force)
-        if self._frozen.imu:
+        acceleration = read_vector(
+            force, "imu/data linear_acceleration", ACCELERATION_ABSURD, "m/s^2"
+        )
+        measured = rate
+        rate, replaced = self._gyro_steps.apply(measured, ROTATION_STEP)
+        if len(replaced):
+            axis = int(replaced[0])
+            text = (
+                f"imu/data angular_velocity.{'xyz'[axis]}: got {measured[axis]:.3g} after "
+                f"{rate[axis]:.3g}; allowed: steps of {ROTATION_STEP:g} rad/s; "
+                "the last value is used"
+            )
+            self._diagnostics.event(SENSORS, Level.WARN, "gyro spike", text)
+        self._check_orientation(message)
+        if self._imu_is_stuck(rotation, force):
             raise NaoGaitError(
                 "imu/data", "the same numbers while joints move", "an IMU that is not stuck"
             )
-        return ImuSample(stamp, rate, pull)
+        return ImuSample(stamp, rate, acceleration)
 
-    def joints(
-        self, stamp: int, message: JointInput, *, delay: int, is_next: bool, on_the_way: bool
-    ) -> tuple[FloatArray, FloatArray | None, bool]:
-        """Position and velocity; true where they cannot be read, but are those that were told.
+    def _check_orientation(self, message: ImuInput) -> None:
+        """Report an orientation that is claimed and not there; the gait estimates its own."""
+        if message.orientation_covariance == -1.0:
+            return
+        norm = math.sqrt(sum(value * value for value in message.orientation))
+        if not math.isfinite(norm) or abs(norm - 1.0) > 0.1:
+            error = NaoGaitError(
+                "imu/data orientation",
+                tuple(round(value, 6) for value in message.orientation),
+                "a unit quaternion, or orientation_covariance[0] = -1 for none",
+            )
+            text = f"{error}; the gait does not use it and walks on"
+            self._diagnostics.event(SENSORS, Level.WARN, error.field, text)
 
-        delay: [ns] that targets need to show in the sensors. is_next: the stamp follows the last
-        one. on_the_way: the robot walks, so its joints move. Raises NaoGaitError where the joints
-        cannot be read and nobody can tell where they are.
+    def _imu_is_stuck(self, rotation: tuple[float, ...], force: tuple[float, ...]) -> bool:
+        values = (rotation, force)
+        if values != self._imu_values:
+            self._imu_values, self._imu_repeats = values, 0
+            self._measured_before_repeats = self._measured
+            return False
+        self._imu_repeats += 1
+        now, before = self._measured, self._measured_before_repeats
+        if self._imu_repeats < IMU_REPEATS or now is None or before is None:
+            return False
+        return float(np.max(np.abs(now - before))) > IMU_STUCK_MOTION
+
+    # -- joints ------------------------------------------------------------------------------------
+
+    def read_joints(self, message: JointInput, stamp: int) -> JointSample:
+        """Check the fields of a joint state that does not follow the last one; keep nothing.
+
+        Raises:
+            NaoGaitError: With the field that is refused.
         """
-        told = self._joints.at(stamp, delay) if is_next else None
+        return JointSample(stamp, *self._reader.read(message))
+
+    def next_joints(
+        self, message: JointInput, stamp: int, *, delay: int, walking: bool
+    ) -> JointSample:
+        """Validate the joint state that follows the last one.
+
+        Args:
+            message: The joint state.
+            stamp: Its stamp [ns].
+            delay: Time until a command shows in the sensors [ns].
+            walking: The robot walks, so its joints must move.
+
+        Returns:
+            The sample; positions that cannot be used are replaced by the commanded ones.
+
+        Raises:
+            NaoGaitError: If the joints cannot be read and no command tells where they are.
+        """
+        commanded = self._commands.position_at(stamp, delay)
         try:
-            position, velocity = self._reader.read(
-                message.names, message.position, message.velocity
-            )
+            position, velocity = self._reader.read(message)
         except NaoGaitError as error:
-            if told is None:
+            if commanded is None:
                 raise
-            self._remarks.rejected["joint_states"] += 1
-            trouble, key = str(error), error.field
-        else:
-            self._frozen.see_joints(position)
-            # Found on the way, and until they move: also in the stand that the walk ends in.
-            self._stuck = self._frozen.joints and (
-                self._stuck
-                or (on_the_way and told is not None and np.abs(told - position).max() >= STUCK)
+            self._diagnostics.rejected["joint_states"] += 1
+            return self._substituted(stamp, commanded, str(error), error.field)
+        if self._are_stuck(position, commanded, walking) and commanded is not None:
+            trouble = "joint_states position: stuck while the robot walks"
+            return self._substituted(stamp, commanded, trouble, trouble)
+        position = self._without_spikes(stamp, position, commanded)
+        self._joints_at = stamp
+        return JointSample(stamp, position, velocity)
+
+    def _are_stuck(
+        self, position: FloatArray, commanded: FloatArray | None, walking: bool
+    ) -> bool:
+        same = self._measured is not None and bool((position == self._measured).all())
+        self._joint_repeats = self._joint_repeats + 1 if same else 0
+        self._measured = position
+        # Found while walking, and kept until the joints move: also in the stand that follows.
+        self._joints_stuck = self._joint_repeats >= JOINT_REPEATS and (
+            self._joints_stuck
+            or (
+                walking
+                and commanded is not None
+                and bool(np.abs(commanded - position).max() >= STUCK)
             )
-            if told is None or not self._stuck:
-                return position, velocity, False
-            trouble = key = "joint_states position: stuck while the robot walks"
+        )
+        return self._joints_stuck
+
+    def _substituted(
+        self, stamp: int, commanded: FloatArray, trouble: str, key: str
+    ) -> JointSample:
         self.unread_since = self.unread_since or stamp
-        text = f"{trouble}; the joints are taken to be where they were told to be"
-        self._remarks.tell(SENSORS, Level.WARN, key, text, burst=5)
-        return told, None, True
+        text = f"{trouble}; using the commanded joint positions"
+        self._diagnostics.event(SENSORS, Level.WARN, key, text, burst=5)
+        self._joint_steps.restart(commanded)
+        self._joints_at = stamp
+        return JointSample(stamp, commanded, None)
 
-    def without_spikes(
-        self, stamp: int, position: FloatArray, *, delay: int, elapsed: float, unread: bool
+    def _without_spikes(
+        self, stamp: int, position: FloatArray, commanded: FloatArray | None
     ) -> FloatArray:
-        """(n,) [rad] what is believed of a position (n,), `elapsed` [s] after the last.
-
-        unread: the position is one that was told.
-        """
-        position, spike = self._spikes.joints(position, elapsed, self._joints.at(stamp, delay))
-        if spike is not None:
-            self.unread_since = self.unread_since or stamp
-            self._remarks.tell(SENSORS, Level.WARN, "joint spike", spike)
-        elif not unread:
+        elapsed = (stamp - (self._joints_at or 0)) * 1e-9
+        filtered, replaced = self._joint_steps.apply(position, self._fastest * elapsed, commanded)
+        if not len(replaced):
             self.unread_since = None
-        return position
+            return filtered
+        self.unread_since = self.unread_since or stamp
+        joint = int(replaced[0])
+        text = (
+            f"joint_states position[{self._names[joint]}]: got {position[joint]:.3g}; allowed: "
+            f"changes of {self._fastest[joint]:.3g} rad/s; {filtered[joint]:.3g} is used"
+        )
+        self._diagnostics.event(SENSORS, Level.WARN, "joint spike", text)
+        return filtered

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from nao_lipm_gait.ros.stop_request import StopRequest
+from nao_lipm_gait.ros.process import StopRequest
 
 NAME = "sim_bridge"
 DESCRIPTION = "Simulate a robot: joint_command in; joint_states, imu/data and ground truth out."

@@ -29,7 +29,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
 )
 from nao_lipm_gait.runtime.diagnostics import Throttle
-from nao_lipm_gait.runtime.validation import stamp_of
+from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_lipm_gait.types import JointTargets
 from sim_bridge.ball import Ball
 from sim_bridge.command_input import CommandInput, read_push

@@ -5,7 +5,7 @@ import time
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from nao_lipm_gait.ros.stop_request import StopRequest
+from nao_lipm_gait.ros.process import StopRequest
 from sim_bridge.ros.node import BridgeNode
 from sim_bridge.ros.pacing import Pacer
 

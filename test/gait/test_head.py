@@ -24,7 +24,7 @@ from nao_lipm_gait.head.head_control import (
 )
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.runtime.head_input import head_angles, head_mode, head_point
+from nao_lipm_gait.runtime.commands import head_angles, head_mode, head_point
 from nao_lipm_gait.types import STANDSTILL, GaitState, SensorFrame, VelocityCommand
 from nao_lipm_gait.whole_body.body_model import BodyModel
 

@@ -59,9 +59,9 @@ def test_without_a_fault_the_harness_walks_as_a_rollout_does_bit_by_bit() -> Non
             harness.step()
             truth = next(ticks).truth
             assert np.array_equal(harness.truth.joint_position, truth.joint_position), harness.tick
-    assert harness.gaits[0].entry.faults == 0
-    assert not harness.gaits[0].entry.rejected
-    assert harness.gaits[0].entry.state is GaitState.WALK
+    assert harness.gaits[0].controller.faults == 0
+    assert not harness.gaits[0].controller.rejected
+    assert harness.gaits[0].controller.state is GaitState.WALK
 
 
 FAST = (
@@ -113,7 +113,7 @@ def test_without_imu_the_robot_stops_stands_and_reports_why() -> None:
     harness = harness_with(LongImuOutage(100.0))
     with harness.simulation:
         harness.run(600)
-        assert harness.gaits[0].entry.state is GaitState.STAND
+        assert harness.gaits[0].controller.state is GaitState.STAND
         assert not harness.fallen
         assert any("imu/data: none for" in text for text in harness.invariants.explained)
         assert not harness.invariants.violations
@@ -127,10 +127,10 @@ def test_a_robot_that_is_pushed_over_without_imu_relaxes_and_stays_fallen() -> N
         harness.simulation.robot.push(np.array([0.0, 90.0, 0.0]), 0.1)
         harness.run(150)
         assert harness.fallen
-        assert harness.gaits[0].entry.state is GaitState.FALLEN
+        assert harness.gaits[0].controller.state is GaitState.FALLEN
         harness.run(300)  # the IMU is back
         assert harness.fallen
-        assert harness.gaits[0].entry.state is GaitState.FALLEN
+        assert harness.gaits[0].controller.state is GaitState.FALLEN
     assert not harness.invariants.violations
 
 
@@ -155,10 +155,10 @@ def test_frozen_joints_stop_the_walk_and_it_continues_when_they_move_again(seed:
     harness = harness_with(FrozenJoints(), seed)
     with harness.simulation:
         harness.run(430)
-        assert harness.gaits[0].entry.state is GaitState.STAND
+        assert harness.gaits[0].controller.state is GaitState.STAND
         assert any("stuck while the robot walks" in text for text in harness.invariants.explained)
         harness.run(300)
-        assert harness.gaits[0].entry.state is GaitState.WALK
+        assert harness.gaits[0].controller.state is GaitState.WALK
         assert not harness.fallen
     assert not harness.invariants.violations
 
@@ -170,7 +170,7 @@ def test_the_robot_obeys_the_first_of_two_gaits_and_the_second_when_the_first_en
         second = harness.start_gait()
         harness.run(100)
         assert not harness.fallen
-        assert harness.gaits[0].entry.state is GaitState.WALK
+        assert harness.gaits[0].controller.state is GaitState.WALK
         assert harness.obeyed == "gait_1"
         harness.kill_gait()
         harness.run(40)
@@ -184,8 +184,8 @@ def test_parameters_take_effect_at_the_next_support_change() -> None:
     with changed.simulation, unchanged.simulation:
         for harness in (changed, unchanged):
             harness.run(250)
-        changed.gaits[0].entry.change_parameters({"swing_lift": 0.031})
-        assert changed.gaits[0].entry.parameters.swing_lift == 0.031, "readable at once"
+        changed.gaits[0].controller.change_parameters({"swing_lift": 0.031})
+        assert changed.gaits[0].controller.parameters.swing_lift == 0.031, "readable at once"
 
         def step_both() -> bool:
             """Step both robots; whether their soles are still at the same place."""
@@ -195,7 +195,7 @@ def test_parameters_take_effect_at_the_next_support_change() -> None:
             return all(np.array_equal(a.position, b.position) for a, b in soles)
 
         def steps() -> int:
-            status = changed.gaits[0].entry.last_status
+            status = changed.gaits[0].controller.last_status
             assert status is not None
             return status.step_count
 
@@ -209,12 +209,12 @@ def test_a_refused_change_of_parameters_changes_nothing() -> None:
     harness = harness_with()
     with harness.simulation:
         harness.run(250)
-        entry, before = harness.gaits[0].entry, GaitParameters()
+        controller, before = harness.gaits[0].controller, GaitParameters()
         with pytest.raises(NaoGaitError, match=r"feedback_delay.*stand first"):
-            entry.change_parameters({"feedback_delay": 0.05})
+            controller.change_parameters({"feedback_delay": 0.05})
         with pytest.raises(NaoGaitError, match=r"swing_lift: got 9\.0"):
-            entry.change_parameters({"swing_lift": 9.0, "arm_swing": 1.0})
-        assert entry.parameters == before
+            controller.change_parameters({"swing_lift": 9.0, "arm_swing": 1.0})
+        assert controller.parameters == before
 
 
 def test_the_gait_does_not_start_without_an_imu() -> None:
@@ -222,9 +222,9 @@ def test_the_gait_does_not_start_without_an_imu() -> None:
     harness.fault.begin = 0.0
     with harness.simulation:
         harness.run(100)
-        entry = harness.gaits[0].entry
-        assert entry.last_status is None
-        assert entry.rejected["joint_states"] > 0
+        controller = harness.gaits[0].controller
+        assert controller.last_status is None
+        assert controller.rejected["joint_states"] > 0
 
 
 def test_a_stamp_far_from_zero_makes_no_difference() -> None:
@@ -245,7 +245,7 @@ def test_a_stamp_far_from_zero_makes_no_difference() -> None:
         harness = harness_with(Shifted(shift))
         with harness.simulation:
             harness.run(200)
-            assert harness.gaits[0].entry.state is GaitState.WALK
+            assert harness.gaits[0].controller.state is GaitState.WALK
             return harness.truth.joint_position.tobytes()
 
     assert positions(0) == positions(2**31 - 10)

@@ -14,7 +14,7 @@ from gait_lab.faults.fuzz_messages import FLOATS, NAMES, Fuzzer
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.runtime.head_input import head_angles, head_follow, head_mode, head_point
+from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from sim_bridge.command_input import CommandInput, read_push
 
@@ -99,17 +99,17 @@ def test_no_motion_and_no_goal_of_the_head_is_an_exception(
 ) -> None:
     fuzzer = Fuzzer(0, ROBOT)
     fuzzer.run(2)
-    entry = fuzzer.entry
+    controller = fuzzer.controller
     for topic, work in (
-        ("~/motion", lambda: entry.request_motion(text)),
-        ("~/head", lambda: entry.look(head_angles(names, position, ROBOT))),
-        ("~/head_mode", lambda: entry.look(head_mode(text))),
-        ("~/look_at", lambda: entry.look(head_point("~/look_at", point, text, ROBOT))),
-        ("~/look_at", lambda: entry.look(head_point("~/look_at", point, "torso", ROBOT))),
-        ("~/follow", lambda: entry.look(head_follow(point, text, ROBOT))),
+        ("~/motion", lambda: controller.request_motion(text)),
+        ("~/head", lambda: controller.look(head_angles(names, position, ROBOT))),
+        ("~/head_mode", lambda: controller.look(head_mode(text))),
+        ("~/look_at", lambda: controller.look(head_point("~/look_at", point, text, ROBOT))),
+        ("~/look_at", lambda: controller.look(head_point("~/look_at", point, "torso", ROBOT))),
+        ("~/follow", lambda: controller.look(head_follow(point, text, ROBOT))),
     ):
-        entry.fenced(topic, work)
-        assert entry.unexpected == 0, (topic, names, position, point, text)
+        controller.run(topic, work)
+        assert controller.unexpected == 0, (topic, names, position, point, text)
         fuzzer.run(1)
     assert not fuzzer.violations
 

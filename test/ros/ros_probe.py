@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from nao_lipm_gait.ros.domain import DomainClaim
+from nao_lipm_gait.ros.process import DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = {"gait": "nao_lipm_gait.ros.main", "sim_bridge": "sim_bridge.ros.main"}

@@ -1,11 +1,11 @@
-"""The SROS2 policy lets the nodes say what they really say, and nothing is forgotten."""
+"""The SROS2 policy allows all that the nodes publish, subscribe to and serve."""
 
 from collections.abc import Iterable
 
 import pytest
-from test_security import rights
 
 from ros_probe import Probe
+from sros_policy import rights
 
 
 def relative(names: Iterable[tuple[str, list[str]]], node: str) -> set[str]:
@@ -25,17 +25,17 @@ def test_the_policy_covers_what_the_node_does(probe: Probe, name: str) -> None:
     allowed = {
         key: {each.lstrip("/") for each in names} for key, names in rights(name).items()
     }
-    # Latecomers: a service is there last.
+    # Services are discovered last.
     last = "~/relax" if name == "gait" else "~/reset"
     probe.wait(
         lambda: last in relative(node.get_service_names_and_types_by_node(name, "/"), name), last
     )
     published = relative(node.get_publisher_names_and_types_by_node(name, "/"), name)
-    heard = relative(node.get_subscriber_names_and_types_by_node(name, "/"), name)
+    subscribed = relative(node.get_subscriber_names_and_types_by_node(name, "/"), name)
     served = relative(node.get_service_names_and_types_by_node(name, "/"), name)
     assert published <= allowed["topic", "publish"]
-    assert heard <= allowed["topic", "subscribe"]
+    assert subscribed <= allowed["topic", "subscribe"]
     assert served <= allowed["service", "reply"]
     assert len(published) > 5
-    assert len(heard) > 1
+    assert len(subscribed) > 1
     assert len(served) > 5

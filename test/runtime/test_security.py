@@ -1,4 +1,4 @@
-"""No door is open that nobody meant to open: loaders, shells, sockets, discovery, policy."""
+"""Nothing runs what comes in, and nothing listens beyond this machine unless told to."""
 
 import ast
 import os
@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from gait_lab.view import command as view
-from nao_lipm_gait.ros.domain import RANGE, stay_local
+from nao_lipm_gait.ros.process import RANGE, stay_local
+from sros_policy import POLICY, rights
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted(
@@ -34,7 +35,7 @@ def dotted(node: ast.expr) -> str:
 
 
 def breaches(source: str) -> list[str]:
-    """Calls in a source that run what somebody else wrote."""
+    """Calls in a source that run code or commands from outside."""
     found = []
     for node in ast.walk(ast.parse(source)):
         if not isinstance(node, ast.Call):
@@ -94,38 +95,24 @@ def test_nodes_and_tools_stay_on_this_machine_unless_told(monkeypatch: pytest.Mo
     assert os.environ[RANGE] == "LOCALHOST"
     monkeypatch.setenv(RANGE, "SUBNET")
     stay_local()
-    assert os.environ[RANGE] == "SUBNET", "what the user says counts"
+    assert os.environ[RANGE] == "SUBNET", "the setting of the user is kept"
 
 
-def test_everything_that_joins_ros_has_said_how_far_before() -> None:
+def test_everything_that_joins_ros_limits_discovery_before() -> None:
     for path in SOURCES:
         text = path.read_text(encoding="utf-8")
-        if "rclpy.init(" in text and path.name != "demo.py":
+        if "rclpy.init(" in text:
             before = text[: text.index("rclpy.init(")]
-            assert "stay_local()" in before[before.index("import") :], path
-    demo = (ROOT / "gait_lab" / "demo.py").read_text(encoding="utf-8")
-    assert "DomainClaim" in demo, "the demo has a domain of its own, on this machine only"
+            # A claimed domain is limited to this machine as well.
+            assert "stay_local()" in before or "DomainClaim()" in text, path
     assert RANGE in (ROOT / "launch" / "walk.launch.py").read_text(encoding="utf-8")
 
 
 # -- the SROS2 policy ------------------------------------------------------------------------------
 
 
-def rights(node: str) -> dict[tuple[str, str], set[str]]:
-    """(topic or service, right) -> names, of a node in the policy."""
-    root = ET.parse(ROOT / "config" / "sros2" / "policy.xml").getroot()
-    (profile,) = root.findall(f".//profile[@node='{node}']")
-    found: dict[tuple[str, str], set[str]] = {}
-    for group in profile:
-        for right, word in group.attrib.items():
-            assert word == "ALLOW"
-            names = {(item.text or "").strip() for item in group}
-            found[group.tag.removesuffix("s"), right] = names
-    return found
-
-
 def test_the_policy_is_one_enclave_for_each_process() -> None:
-    root = ET.parse(ROOT / "config" / "sros2" / "policy.xml").getroot()
+    root = ET.parse(POLICY).getroot()
     assert root.tag == "policy"
     assert root.get("version") == "0.2.0"
     paths = [enclave.get("path") for enclave in root.iter("enclave")]
@@ -133,7 +120,7 @@ def test_the_policy_is_one_enclave_for_each_process() -> None:
 
 
 def test_one_node_may_command_the_joints_and_few_may_drive() -> None:
-    root = ET.parse(ROOT / "config" / "sros2" / "policy.xml").getroot()
+    root = ET.parse(POLICY).getroot()
     nodes = [str(profile.get("node")) for profile in root.iter("profile")]
     may = {node: rights(node).get(("topic", "publish"), set()) for node in nodes}
     assert [node for node in nodes if "joint_command" in may[node]] == ["gait"]
@@ -141,6 +128,6 @@ def test_one_node_may_command_the_joints_and_few_may_drive() -> None:
         "nao_gait_teleop", "nao_gait_view",
     }  # fmt: skip
     assert not [node for node in nodes if "*" in may[node]]
-    heard = rights("gait")["topic", "subscribe"]
-    truths = {name for name in heard if name.startswith("ground_truth")}
-    assert not truths, "the gait knows no truth"
+    subscribed = rights("gait")["topic", "subscribe"]
+    truths = {name for name in subscribed if name.startswith("ground_truth")}
+    assert not truths, "ground truth never reaches the gait"

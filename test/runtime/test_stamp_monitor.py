@@ -1,4 +1,4 @@
-"""What a sensor stamp says beside the one before."""
+"""How stamps are classified relative to those before them."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,13 +10,19 @@ MS = 1_000_000
 
 def seen(*stamps: int) -> tuple[StampMonitor, list[Step]]:
     watch = StampMonitor(10 * MS)
-    return watch, [watch.see(ms * MS) for ms in stamps]
+    return watch, [take(watch, ms * MS) for ms in stamps]
+
+
+def take(watch: StampMonitor, stamp: int) -> Step:
+    step = watch.classify(stamp)
+    watch.accept(stamp, step)
+    return step
 
 
 def test_stamps_are_told_apart_and_gaps_are_counted():
     watch, steps = seen(100, 110, 110, 150, 651, 661, 300, 310, 320)
     assert steps == [
-        Step.NEXT, Step.NEXT, Step.REPEATED, Step.NEXT, Step.DOUBTFUL, Step.JUMP, Step.DOUBTFUL,
+        Step.FIRST, Step.NEXT, Step.REPEATED, Step.NEXT, Step.DOUBTFUL, Step.JUMP, Step.DOUBTFUL,
         Step.BACKWARDS, Step.NEXT,
     ]  # fmt: skip
     assert watch.missed == 3, "120, 130 and 140 ms; a jump is not a loss"
@@ -24,19 +30,19 @@ def test_stamps_are_told_apart_and_gaps_are_counted():
 
 def test_one_stamp_alone_is_no_new_time():
     _, steps = seen(100, 110, 9_000_000, 120, 0, 130, 140)
-    assert [s for s in steps if s is not Step.NEXT] == [Step.DOUBTFUL, Step.DOUBTFUL]
+    assert [s for s in steps if s is not Step.NEXT] == [Step.FIRST, Step.DOUBTFUL, Step.DOUBTFUL]
 
 
-def test_an_overtaken_message_is_late_and_a_small_step_back_is_believed_in_the_end():
+def test_an_overtaken_message_is_late_and_a_small_step_back_is_accepted_in_the_end():
     _, steps = seen(100, 120, 110, 130, 140)
-    assert steps == [Step.NEXT, Step.NEXT, Step.LATE, Step.NEXT, Step.NEXT]
+    assert steps == [Step.FIRST, Step.NEXT, Step.LATE, Step.NEXT, Step.NEXT]
     _, steps = seen(1000, 950, 960, 970, 980, 990)
     assert steps[1:5] == [Step.LATE, Step.LATE, Step.LATE, Step.BACKWARDS]
     assert steps[5] is Step.NEXT
 
 
 def test_the_same_new_stamp_again_is_a_proof():
-    """In lockstep the robot sends nothing else until it is answered."""
+    """In lockstep the robot repeats its frame until it has an answer."""
     assert seen(100, 900, 900)[1][-1] is Step.JUMP
 
 
@@ -45,8 +51,8 @@ def test_any_stamps_have_a_step(stamps: list[int]):
     watch = StampMonitor(10 * MS)
     for stamp in stamps:
         before = watch.last
-        step = watch.see(stamp)
-        left_out = step in (Step.LATE, Step.DOUBTFUL, Step.REPEATED, Step.SOON)
+        step = take(watch, stamp)
+        left_out = step in (Step.LATE, Step.DOUBTFUL, Step.REPEATED, Step.EARLY)
         assert watch.last == (before if left_out else stamp)
         if step is Step.NEXT and before is not None:
             assert 0 < stamp - before <= watch.longest_gap
@@ -54,7 +60,7 @@ def test_any_stamps_have_a_step(stamps: list[int]):
 
 def test_a_stamp_before_the_tick_is_due_is_left_out():
     watch, steps = seen(100, 104, 110, 115, 120, 125)
-    assert steps == [Step.NEXT, Step.SOON, Step.NEXT, Step.SOON, Step.NEXT, Step.SOON]
+    assert steps == [Step.FIRST, Step.EARLY, Step.NEXT, Step.EARLY, Step.NEXT, Step.EARLY]
     assert watch.missed == 0
     assert watch.mean_step == 10 * MS
 

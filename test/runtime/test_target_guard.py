@@ -1,4 +1,4 @@
-"""Whatever the gait does, the answer is finite and inside the joint limits."""
+"""Whatever the gait does, the targets that are sent are finite and inside the joint limits."""
 
 import math
 from collections.abc import Callable
@@ -16,7 +16,7 @@ GOOD = np.clip(ROBOT.stand_pose + 0.01, ROBOT.lower, ROBOT.upper)
 
 
 class ScriptedGait:
-    """Answers with what it is told."""
+    """Gives the scripted answers."""
 
     def __init__(self, *answers: Callable[[int], JointTargets]) -> None:
         self._answers = list(answers)
@@ -61,7 +61,7 @@ def test_good_targets_pass_unchanged():
         (lambda stamp: JointTargets(stamp, GOOD, math.nan), "stiffness nan"),
     ],
 )
-def test_last_good_targets_are_held_and_the_evidence_is_told(
+def test_last_good_targets_are_held_and_the_evidence_is_reported(
     bad: Callable[[int], JointTargets], evidence: str
 ):
     guarded = TargetGuard(ScriptedGait(good, bad, good), ROBOT)
@@ -81,7 +81,7 @@ def test_without_good_targets_the_measured_pose_is_held():
     np.testing.assert_array_equal(answer.targets.position, ROBOT.stand_pose)
 
 
-def test_targets_beyond_a_limit_are_cut_and_told():
+def test_targets_beyond_a_limit_are_clipped_and_reported():
     knee = ROBOT.index("LKneePitch")
     beyond = ROBOT.upper[knee] + 0.01
     guarded = TargetGuard(ScriptedGait(with_target(knee, beyond)), ROBOT)
@@ -94,7 +94,7 @@ def test_targets_beyond_a_limit_are_cut_and_told():
     assert "LKneePitch" in answer.fault
 
 
-def test_no_target_runs_away_from_the_last_one():
+def test_targets_move_no_faster_than_allowed():
     knee = ROBOT.index("LKneePitch")
     stride = SPEED_SHARE * 0.01 * ROBOT.velocity_limit[knee]
     far = GOOD[knee] + 1.0

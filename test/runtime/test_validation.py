@@ -1,6 +1,7 @@
-"""Checks of what comes in from outside: velocity commands, joints, IMU, stamps. No ROS needed."""
+"""Sensor validation: what is refused, what is replaced, and by what."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -9,43 +10,78 @@ from hypothesis import strategies as st
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, stamp_of
 from nao_lipm_gait.runtime.validation import (
+    IMU_REPEATS,
+    SPIKE_SAMPLES,
     JointReader,
-    check_orientation,
-    read_vector,
-    read_velocity,
-    stamp_of,
+    SensorValidation,
 )
-from nao_lipm_gait.types import VelocityCommand
+from nao_lipm_gait.types import FloatArray, JointTargets
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)
 POSE = ROBOT.stand_pose.tolist()
 ZEROS = [0.0] * len(NAMES)
+KNEE = ROBOT.index("LKneePitch")
 BAD_NUMBERS = (math.nan, math.inf, -math.inf)
+MS = 1_000_000
+REST = (0.0, 0.0, 9.81)
 
 
-def reader() -> JointReader:
-    return JointReader(ROBOT, "joint_states")
+def read(
+    names: Sequence[str], position: Sequence[float], velocity: Sequence[float]
+) -> tuple[FloatArray, FloatArray | None]:
+    return JointReader(ROBOT).read(JointInput(0, 0, names, position, velocity))
 
 
-def test_planar_part_of_a_twist_is_taken():
-    assert read_velocity((0.1, 0.2, 9.0), (1.0, 2.0, 0.3)) == VelocityCommand(0.1, 0.2, 0.3)
+class Sensors:
+    """Feeds a validation with samples every 10 ms."""
+
+    def __init__(self) -> None:
+        self.diagnostics = Diagnostics(lambda: 0.0)
+        self.validation = SensorValidation(ROBOT, self.diagnostics)
+        self.stamp = 0
+
+    def joints(
+        self,
+        position: FloatArray | list[float],
+        walking: bool = False,
+        ms: int = 10,
+        commanded: FloatArray | None = None,
+    ) -> FloatArray:
+        """The validated position, `ms` after the last; commanded: targets for this frame."""
+        self.stamp += ms * MS
+        message = JointInput(0, 0, NAMES, list(position), [])
+        if self.stamp == ms * MS:
+            sample = self.validation.read_joints(message, self.stamp)
+            self.validation.restart(sample, steady=True)
+        else:
+            sample = self.validation.next_joints(
+                message, self.stamp, delay=10 * MS, walking=walking
+            )
+        if commanded is not None:
+            self.validation.sent(JointTargets(self.stamp, commanded))
+        return sample.position
+
+    def imu(
+        self, rate: tuple[float, float, float], force: tuple[float, float, float] = REST
+    ) -> FloatArray:
+        message = ImuInput(0, self.stamp % 1_000_000_000, rate, force)
+        return self.validation.imu(message).angular_velocity
+
+    def said(self) -> list[str]:
+        return [remark.text for remark in self.diagnostics.take_remarks()[SENSORS]]
 
 
-@pytest.mark.parametrize("bad", [*BAD_NUMBERS, 1e6, -1e6])
-@pytest.mark.parametrize("place", range(6))
-def test_bad_twist_is_refused_by_field(bad: float, place: int):
-    values = [0.0] * 6
-    values[place] = bad
-    field = ("linear", "angular")[place // 3] + "." + "xyz"[place % 3]
-    with pytest.raises(NaoGaitError, match=rf"cmd_vel {field}: got .*; allowed: a finite number"):
-        read_velocity(values[:3], values[3:])
+# -- fields ----------------------------------------------------------------------------------------
 
 
 def test_joints_in_order_come_out_as_they_are():
-    position, velocity = reader().read(NAMES, POSE, ZEROS)
+    position, velocity = read(NAMES, POSE, ZEROS)
     np.testing.assert_array_equal(position, POSE)
+    assert velocity is not None
     np.testing.assert_array_equal(velocity, ZEROS)
 
 
@@ -54,42 +90,45 @@ def test_order_and_extra_joints_do_not_matter(order: list[int]):
     names = [*NAMES, "LHand", "RHand"]
     position = [*POSE, math.nan, 1e9]
     velocity = [*(0.1 * i for i in range(len(NAMES))), 0.0, 0.0]
-    read = reader().read(
+    q, qd = read(
         [names[i] for i in order], [position[i] for i in order], [velocity[i] for i in order]
     )
-    np.testing.assert_array_equal(read[0], POSE)
-    assert read[1] is not None
-    np.testing.assert_array_equal(read[1], velocity[:-2])
+    np.testing.assert_array_equal(q, POSE)
+    assert qd is not None
+    np.testing.assert_array_equal(qd, velocity[:-2])
 
 
 def test_a_changed_order_is_noticed():
-    joints = reader()
-    joints.read(NAMES, POSE, ZEROS)
-    position, _ = joints.read(NAMES[::-1], POSE[::-1], ZEROS)
+    joints = JointReader(ROBOT)
+    joints.read(JointInput(0, 0, NAMES, POSE, ZEROS))
+    position, _ = joints.read(JointInput(0, 0, NAMES[::-1], POSE[::-1], ZEROS))
     np.testing.assert_array_equal(position, POSE)
 
 
 def test_missing_joints_are_named():
     with pytest.raises(NaoGaitError, match="joint_states name: got 'no HeadYaw, HeadPitch'"):
-        reader().read(NAMES[2:], POSE[2:], ZEROS[2:])
+        read(NAMES[2:], POSE[2:], ZEROS[2:])
+
+
+def test_only_the_first_of_many_missing_joints_are_named():
+    with pytest.raises(NaoGaitError, match=r"'no HeadYaw, .* and 17 more'; allowed: all 22 joints"):
+        read([], [], [])
 
 
 def test_joint_given_twice_is_named():
     with pytest.raises(NaoGaitError, match="LHipRoll more than once"):
-        reader().read([*NAMES, "LHipRoll"], [*POSE, 0.0], [*ZEROS, 0.0])
+        read([*NAMES, "LHipRoll"], [*POSE, 0.0], [*ZEROS, 0.0])
 
 
 def test_wrong_lengths_are_refused():
     with pytest.raises(NaoGaitError, match=r"joint_states position: got '21 values'"):
-        reader().read(NAMES, POSE[:-1], ZEROS)
+        read(NAMES, POSE[:-1], ZEROS)
     with pytest.raises(NaoGaitError, match=r"joint_states velocity: got '21 values'"):
-        reader().read(NAMES, POSE, ZEROS[:-1])
-    with pytest.raises(NaoGaitError, match=r"joint_states name: got 'no "):
-        reader().read([], [], [])
+        read(NAMES, POSE, ZEROS[:-1])
 
 
 def test_no_velocity_at_all_is_allowed():
-    assert reader().read(NAMES, POSE, [])[1] is None
+    assert read(NAMES, POSE, [])[1] is None
 
 
 @pytest.mark.parametrize("bad", [*BAD_NUMBERS, 7.0, -1e300])
@@ -98,7 +137,7 @@ def test_bad_position_is_refused_by_joint(bad: float, joint: str):
     position = list(POSE)
     position[NAMES.index(joint)] = bad
     with pytest.raises(NaoGaitError, match=rf"joint_states position\[{joint}\]: got .*; allowed: "):
-        reader().read(NAMES, position, ZEROS)
+        read(NAMES, position, ZEROS)
 
 
 @pytest.mark.parametrize("bad", [*BAD_NUMBERS, 1e4])
@@ -106,29 +145,147 @@ def test_bad_velocity_is_refused_by_joint(bad: float):
     velocity = list(ZEROS)
     velocity[NAMES.index("RHipPitch")] = bad
     with pytest.raises(NaoGaitError, match=r"joint_states velocity\[RHipPitch\]: got"):
-        reader().read(NAMES, POSE, velocity)
+        read(NAMES, POSE, velocity)
 
 
 @pytest.mark.parametrize("bad", [*BAD_NUMBERS, 1e9])
-def test_bad_vector_is_refused_by_axis(bad: float):
-    with pytest.raises(NaoGaitError, match=r"imu/data angular_velocity\.y: got"):
-        read_vector((0.0, bad, 0.0), "imu/data angular_velocity", 200.0, "rad/s")
+@pytest.mark.parametrize("field", ["angular_velocity", "linear_acceleration"])
+def test_bad_imu_vector_is_refused_by_axis(bad: float, field: str):
+    vectors = {"angular_velocity": (0.0, 0.0, 0.0), "linear_acceleration": REST}
+    vectors[field] = (0.0, bad, 0.0)
+    message = ImuInput(1, 0, vectors["angular_velocity"], vectors["linear_acceleration"])
+    with pytest.raises(NaoGaitError, match=rf"imu/data {field}\.y: got"):
+        Sensors().validation.imu(message)
 
 
-@pytest.mark.parametrize("quaternion", [(0.0,) * 4, (math.nan, 0, 0, 1), (0, 0, 0, 3.0)])
-def test_claimed_orientation_must_be_one(quaternion: tuple[float, ...]):
-    with pytest.raises(NaoGaitError, match="imu/data orientation: got .*covariance.0. = -1"):
-        check_orientation(quaternion, 0.0, "imu/data")
-    check_orientation(quaternion, -1.0, "imu/data")  # none claimed, none checked
+def test_an_imu_without_a_field_that_the_gait_needs_is_refused():
+    message = ImuInput(1, 0, (0.0, 0.0, 0.0), REST, angular_velocity_covariance=-1.0)
+    with pytest.raises(NaoGaitError, match=r"angular_velocity_covariance\[0\]: got -1.0"):
+        Sensors().validation.imu(message)
 
 
-def test_unit_quaternion_passes():
-    check_orientation((0.0, 0.6, 0.0, 0.8), 0.01, "imu/data")
+@pytest.mark.parametrize(
+    "quaternion", [(0.0,) * 4, (math.nan, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 3.0)]
+)
+def test_a_claimed_orientation_that_is_none_is_reported_and_not_refused(
+    quaternion: tuple[float, float, float, float],
+):
+    sensors = Sensors()
+    sensors.validation.imu(ImuInput(1, 0, (0.0, 0.0, 0.0), REST, quaternion, 0.01))
+    (text,) = sensors.said()
+    assert text.startswith("imu/data orientation: got ")
+    assert "covariance[0] = -1" in text
+    sensors.validation.imu(ImuInput(1, 0, (0.0, 0.0, 0.0), REST, quaternion, -1.0))
+    assert sensors.said() == []
 
 
 def test_stamp_is_whole_nanoseconds():
     assert stamp_of(2, 30_000_001, "x") == 2_030_000_001
-    with pytest.raises(NaoGaitError, match="x.nanosec"):
+    with pytest.raises(NaoGaitError, match=r"x\.nanosec"):
         stamp_of(0, 1_000_000_000, "x")
-    with pytest.raises(NaoGaitError, match="x.sec"):
+    with pytest.raises(NaoGaitError, match=r"x\.sec"):
         stamp_of(-1, 0, "x")
+
+
+# -- spikes ----------------------------------------------------------------------------------------
+
+
+def test_a_spike_is_held_and_a_new_position_is_accepted_in_the_end():
+    sensors = Sensors()
+    off = ROBOT.stand_pose.copy()
+    off[KNEE] += 0.5
+    measured = (POSE, off, POSE, off, off, off, off, off)
+    used = [sensors.joints(q)[KNEE] - POSE[KNEE] for q in measured]
+    assert [float(each) for each in used] == [0, 0, 0, 0, 0, 0, 0.5, 0.5]
+    said = sensors.said()
+    assert len(said) == 1 + SPIKE_SAMPLES
+    assert all("joint_states position[LKneePitch]" in text for text in said)
+
+
+def test_what_a_joint_can_do_is_no_spike():
+    sensors = Sensors()
+    q = ROBOT.stand_pose.copy()
+    for _ in range(20):
+        np.testing.assert_array_equal(sensors.joints(q), q)
+        q = np.clip(q + 2.0 * 0.01 * np.asarray(ROBOT.velocity_limit), ROBOT.lower, ROBOT.upper)
+    farther = q - 0.4
+    np.testing.assert_array_equal(sensors.joints(farther, ms=50), farther), "after lost frames"
+    assert sensors.said() == []
+
+
+def test_a_spike_of_the_gyro_is_held():
+    sensors = Sensors()
+    for rate in ((0.0, 0.0, 0.0), (3.0, -3.0, 0.0)):
+        np.testing.assert_array_equal(sensors.imu(rate), rate)
+    np.testing.assert_array_equal(sensors.imu((30.0, 0.0, 0.0)), (3.0, 0.0, 0.0))
+    assert any("angular_velocity.x: got 30" in text for text in sensors.said())
+
+
+# -- joints that cannot be read --------------------------------------------------------------------
+
+
+def test_joints_that_cannot_be_read_are_where_they_were_commanded_to_be():
+    sensors = Sensors()
+    commanded = ROBOT.stand_pose + 0.001
+    sensors.joints(POSE, commanded=commanded)
+    unreadable = [math.nan] * len(NAMES)
+    np.testing.assert_array_equal(sensors.joints(unreadable), commanded)
+    assert sensors.validation.unread_since == sensors.stamp
+    assert sensors.diagnostics.rejected["joint_states"] == 1
+    sensors.joints(POSE, commanded=commanded)
+    assert sensors.validation.unread_since is None
+
+
+def test_joints_that_cannot_be_read_without_a_recent_command_are_refused():
+    sensors = Sensors()
+    unreadable = [math.nan] * len(NAMES)
+    sensors.joints(POSE, commanded=ROBOT.stand_pose)
+    for _ in range(30):
+        sensors.joints(unreadable)
+    with pytest.raises(NaoGaitError, match=r"position\[HeadYaw\]: got nan"):
+        sensors.joints(unreadable), "the command is too old"
+    relaxed = Sensors()
+    relaxed.joints(POSE)
+    relaxed.validation.sent(JointTargets(relaxed.stamp, ROBOT.stand_pose, stiffness=0.0))
+    with pytest.raises(NaoGaitError, match="got nan"):
+        relaxed.joints(unreadable), "relaxed joints may be anywhere"
+
+
+# -- stuck sensors ---------------------------------------------------------------------------------
+
+
+def test_joints_of_a_walking_robot_that_do_not_move_are_stuck():
+    sensors = Sensors()
+    commanded = ROBOT.stand_pose + 0.1
+    used = [sensors.joints(POSE, walking=True, commanded=commanded)[KNEE] for _ in range(10)]
+    assert used[0] == POSE[KNEE]
+    assert used[-1] == commanded[KNEE]
+    assert any("stuck while the robot walks" in text for text in sensors.said())
+
+
+def test_joints_of_a_standing_robot_need_not_move():
+    sensors = Sensors()
+    commanded = ROBOT.stand_pose + 0.1
+    for _ in range(50):
+        np.testing.assert_array_equal(sensors.joints(POSE, commanded=commanded), POSE)
+    assert sensors.said() == []
+
+
+def test_an_imu_that_repeats_itself_while_joints_move_is_stuck():
+    sensors = Sensors()
+    q = ROBOT.stand_pose.copy()
+    for _ in range(IMU_REPEATS):
+        q = q + 0.01
+        sensors.joints(q)
+        sensors.imu((0.1, 0.0, 0.0))
+    sensors.joints(q + 0.01)
+    with pytest.raises(NaoGaitError, match="the same numbers while joints move"):
+        sensors.imu((0.1, 0.0, 0.0))
+    sensors.imu((0.1, 0.0, 0.001))
+
+
+def test_the_imu_of_a_resting_robot_may_repeat_itself():
+    sensors = Sensors()
+    for _ in range(100):
+        sensors.joints(POSE)
+        sensors.imu((0.0, 0.0, 0.0))

@@ -1,7 +1,7 @@
 """The suite `realtime`: does each answer come in time, also on a busy machine?
 
-The sensor messages of a walk are played to the gait's entry at their times by the wall clock. With
-load, one process per core computes without end beside it.
+The sensor messages of a walk are played to the `GaitController` at their times by the wall clock.
+With load, one process per core computes without end beside it.
 """
 
 import gc
@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -25,8 +26,8 @@ from gait_lab.trials.rollout import make_pair
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.controller import GaitController, Settings
-from nao_lipm_gait.runtime.garbage import GarbageKeeper
-from nao_lipm_gait.runtime.outlet import DeafOutlet
+from nao_lipm_gait.runtime.inputs import Input
+from nao_lipm_gait.runtime.latency import GarbageScheduler
 from nao_lipm_gait.types import VelocityCommand
 
 SUITE = "realtime"
@@ -111,12 +112,12 @@ def _record(options: BenchOptions) -> list[list[Message]]:
 def _play(
     options: BenchOptions, script: list[list[Message]], load: bool, keeper: bool
 ) -> Timing:
-    entry = GaitController(
-        load_robot(options.urdf), options.parameters, Settings(PERIOD), DeafOutlet(), time.monotonic
+    controller = GaitController(
+        load_robot(options.urdf), options.parameters, Settings(PERIOD), time.monotonic
     )
     gc.collect()
     gc.freeze()
-    garbage = GarbageKeeper() if keeper else None
+    garbage = GarbageScheduler() if keeper else None
     wake, ticks = [], []
     misses = 0
     blocks = sys.getallocatedblocks()
@@ -126,10 +127,10 @@ def _play(
         time.sleep(max(0.0, due - time.monotonic()))
         woken = time.monotonic()
         for message in messages:
-            entry.receive(message.topic, lambda message=message: message.content)  # type: ignore[misc]
+            controller.receive(message.topic, partial(_content, message))
         done = time.monotonic()
         if garbage is not None:
-            garbage.after_tick(resting=entry.state not in ON_THE_WAY)
+            garbage.after_tick(resting=controller.state not in ON_THE_WAY)
         wake.append(woken - due)
         ticks.append(done - woken)
         misses += done - due > PERIOD
@@ -138,6 +139,10 @@ def _play(
         garbage.close()
     gc.unfreeze()
     return Timing(load, keeper, tuple(wake), tuple(ticks), misses, left / len(script))
+
+
+def _content(message: Message) -> Input:
+    return message.content
 
 
 @contextmanager

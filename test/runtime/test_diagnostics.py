@@ -1,4 +1,4 @@
-"""What people are told: a flood is held back, times are summed up."""
+"""A flood of log lines is held back, and tick times are summarized."""
 
 from nao_lipm_gait.runtime.diagnostics import Throttle, TickStatistics
 
@@ -23,7 +23,7 @@ def test_throttle_does_not_grow_with_hostile_keys():
     throttle = Throttle()
     for i in range(100_000):
         throttle.allow(str(i), 0.0)
-    assert len(throttle._windows) < 1000
+    assert throttle.allow("0", 0.0) == 0, "forgotten"
 
 
 def test_tick_summary_is_of_the_time_since_the_last_one():

@@ -1,4 +1,4 @@
-"""A signal in the loop of a tool sets a flag, whatever the loop is in the middle of."""
+"""The life of a process: signals set a flag, and runs on one machine use different domains."""
 
 import os
 import signal
@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from nao_lipm_gait.ros.stop_request import StopRequest, stop_on_signal
+from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal
 
 
 @pytest.fixture(autouse=True)
 def interruptible() -> Iterator[None]:
-    """A job in the background of a shell is born deaf to Ctrl-C."""
+    """A background job of a shell starts with SIGINT ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -49,3 +49,14 @@ def test_beside_the_main_thread_signals_are_left_alone() -> None:
     assert len(seen) == 1
     assert not seen[0]
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_two_runs_never_get_the_same_domain() -> None:
+    with DomainClaim() as first, DomainClaim() as second:
+        assert first.domain != second.domain
+        environment = second.environment()
+        assert environment["ROS_DOMAIN_ID"] == str(second.domain)
+        assert environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+
+    with DomainClaim() as again:
+        assert again.domain != second.domain, "its late messages may still arrive"
