@@ -13,7 +13,8 @@ from std_msgs.msg import String
 
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.metrics import Metrics, measure
-from gait_lab.trials.rollout import Recorder, RolloutSpec, make_pair, task_ticks
+from gait_lab.analysis.trace import Recorder
+from gait_lab.trials.rollout import RolloutSpec, make_pair, task_ticks
 from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.ros.messages import (
     JointStateWriter,

@@ -1,18 +1,19 @@
-"""Bags: written as rosbag2 folders with MCAP or sqlite3 inside, from serialised messages.
+"""Bags: rosbag2 folders with MCAP or sqlite3 inside, written and read.
 
-`BagWriter` knows no ROS graph; `TopicRecorder` feeds one from raw subscriptions. `ros2 bag info`
-and `ros2 bag play` read what is written here; `bag_reading` reads it back.
+`BagWriter` appends serialised messages, without a ROS graph. `open_bag` reads MCAP or sqlite3,
+plain or zstd. A whole bag is read by its index; one that is damaged, or whose recorder was killed,
+is read from its beginning as far as possible. Reading never writes to a bag. The tools of ROS
+(`ros2 bag info`, `ros2 bag play`) read what is written here.
 """
 
-import importlib
-import math
-import struct
+import sqlite3
+import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosbags.interfaces import (
     Connection,
@@ -23,40 +24,42 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_typestore
 
-from gait_lab.analysis.bag_reading import TYPES
-from gait_lab.record.clock_order import ClockOrder
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.process import stay_local, stop_on_signal
 
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-CLOCK = "rosgraph_msgs/msg/Clock"
-SYNC_PERIOD = 0.5
-"""Seconds of wall time that a killed process may lose."""
+TYPES = get_typestore(Stores.ROS2_JAZZY)
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
-DISCOVERY_PERIOD = 0.5
-"""Seconds of wall time between two looks for new topics."""
-CLOCK_PERIOD = 5.0
-"""Seconds of wall time that /clock may be found later than the first other topic."""
-NOBODY_PERIOD = 8.0
-"""Seconds of wall time without any topic, after which a recording's duration counts."""
-
+SYNC_PERIOD = 0.5
+"""[s] of wall time that a killed process may lose."""
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
+_MAGIC = {".mcap": b"\x89MCAP0\r\n", ".db3": b"SQLite format 3\x00"}
+_ZSTD = ".zstd"
+_PADDING = (0, 4, 8, 12)
+"""Bytes that DDS adds to a message ending in empty arrays; rosbags does not expect them."""
+
+Raw = tuple[str, str, int, bytes]
+"""Topic, message type, log time [ns], serialised message."""
 
 
 class BagWriter:
-    """A rosbag2 folder, complete also when the recording ends by an error.
+    """Writes a rosbag2 folder, which is complete also if the recording ends by an error.
 
-    A killed process loses the last moment and metadata.yaml: `read_bag` does without, for the tools
-    of ROS `ros2 bag reindex` makes it again.
+    A killed process loses the last moment and metadata.yaml. `open_bag` does without it; for the
+    tools of ROS, `ros2 bag reindex` makes a new one.
+
+    Args:
+        path: The new folder.
+        storage: `mcap` or `sqlite3`.
+
+    Raises:
+        NaoGaitError: The storage is unknown, or the folder exists or cannot be made.
     """
 
     def __init__(self, path: Path, storage: str = "mcap") -> None:
-        """Create the bag; NaoGaitError if the folder exists or cannot be made."""
         if storage not in STORAGES:
             raise NaoGaitError("storage", storage, f"one of {', '.join(STORAGES)}")
         self.path = path
@@ -107,7 +110,7 @@ class BagWriter:
         return self._counts
 
     def sync(self) -> None:
-        """Hand to the operating system what has waited for `SYNC_PERIOD`; call it now and then."""
+        """Pass on to the operating system what has waited for `SYNC_PERIOD`; call it regularly."""
         now = time.monotonic()
         if now - self._synced <= SYNC_PERIOD:
             return
@@ -116,7 +119,7 @@ class BagWriter:
         if storage is None:
             return
         # rosbags has no flush. Its MCAP writer keeps up to 1 MB in memory: close the chunk early.
-        # Its sqlite3 writer keeps one transaction open to the end: commit it, begin another.
+        # Its sqlite3 writer has one transaction until the end: commit it and begin another.
         if isinstance(storage, McapWriter):
             if storage.chunk.bio.tell():
                 storage.close_chunk()
@@ -143,232 +146,266 @@ class BagWriter:
         self.close()
 
 
-def message_class(message_type: str) -> Any:
-    """The Python class of `package/msg/Name`; ImportError if it is not installed."""
-    package, _, name = message_type.partition("/msg/")
-    try:
-        return getattr(importlib.import_module(f"{package}.msg"), name)
-    except AttributeError as error:
-        raise ImportError(f"no message {message_type}") from error
+@dataclass(frozen=True, slots=True)
+class TopicSummary:
+    """A topic of a bag.
 
+    Attributes:
+        type: `package/msg/Name`.
+        count: Number of messages.
+    """
 
-def stamp_of(clock: bytes) -> int:
-    """[ns] in a serialised rosgraph_msgs/Clock."""
-    order = "<" if clock[1] & 1 else ">"
-    seconds, nanoseconds = struct.unpack_from(f"{order}iI", clock, 4)
-    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+    type: str
+    count: int
 
 
 @dataclass(frozen=True, slots=True)
-class Topic:
-    """A topic to record."""
+class BagContents:
+    """What was found in a bag.
 
-    name: str
-    type: str
-    latched: bool = False
-    """Transient local: the last message is kept for those who come late."""
-
-
-class TopicRecorder:
-    """Writes topics to a bag, stamped with simulated time once /clock ticks, else with wall time.
-
-    All subscriptions are raw: nothing is decoded on the way, so a busy machine keeps up.
+    Attributes:
+        path: Of the bag.
+        messages: (log time [ns], message) of the wanted topics, in the order of the log; empty for
+            a topic that the bag lacks.
+        topics: All topics of the bag.
+        remarks: What was wrong with the bag, in words; empty for a whole one.
+        start: [ns] log time of the first message; 0 without any.
+        end: [ns] log time of the last message.
     """
 
-    DEPTH = 5000
-    """Messages that may wait while the recorder is busy."""
-
-    def __init__(
-        self, node: "Node", writer: BagWriter, *, simulated_time: bool | None = None
-    ) -> None:
-        """`simulated_time` None: messages are held until `/clock` ticks or `use_wall_time`."""
-        self._node = node
-        self._writer = writer
-        self._simulated = simulated_time
-        self._order = ClockOrder(writer.write)
-        if simulated_time is False:
-            self._order.use_wall_time()
-        self._subscriptions: dict[str, tuple[Any, Callable[[bytes, Any], None]]] = {}
-        self._types: dict[str, Any] = {}
-        self._refused: set[str] = set()
-
-    @property
-    def topics(self) -> tuple[str, ...]:
-        return tuple(self._subscriptions)
-
-    @property
-    def now(self) -> float:
-        """[s] of simulated time up to which has been recorded; 0 before the first tick."""
-        return 1e-9 * (self._order.now or 0)
-
-    def add(self, topic: Topic, *, best_effort: bool = False) -> None:
-        """Subscribe; ImportError if the type is not installed, NaoGaitError if it is unknown."""
-        from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
-        cls = message_class(topic.type)
-        name = self._node.resolve_topic_name(topic.name)
-        self._writer.add_topic(name, topic.type, latched=topic.latched)
-        qos = QoSProfile(
-            depth=self.DEPTH,
-            reliability=(
-                ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
-            ),
-            durability=(
-                DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
-            ),
-        )
-        handler: Any = self._handler(name, topic.type == CLOCK)
-        self._types[name] = cls
-        self._subscriptions[name] = (
-            self._node.create_subscription(cls, name, handler, qos, raw=True), handler
-        )  # fmt: skip
-
-    def add_new_topics(self, wanted: set[str] | None = None) -> list[tuple[str, str]]:
-        """Subscribe to the topics that have appeared (of those `wanted`, if not None).
-
-        Returns (topic, reason) for each that cannot be recorded, once.
-        """
-        from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-
-        refused = []
-        for name, types in self._node.get_topic_names_and_types():
-            if name in self._subscriptions or name in self._refused:
-                continue
-            if wanted is not None and name not in wanted:
-                continue
-            offers = [offer.qos_profile for offer in self._node.get_publishers_info_by_topic(name)]
-            if not offers:
-                continue
-            latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
-            best_effort = any(q.reliability == ReliabilityPolicy.BEST_EFFORT for q in offers)
-            try:
-                self.add(Topic(name, types[0], latched), best_effort=best_effort)
-            except (ImportError, NaoGaitError) as error:
-                self._refused.add(name)
-                refused.append((name, str(error)))
-        return refused
-
-    def _handler(self, name: str, is_clock: bool) -> Callable[[bytes, Any], None]:
-        if is_clock and self._simulated is not False:
-            return lambda data, info: self._order.tick(name, _arrival(info), stamp_of(data), data)
-        return lambda data, info: self._order.message(name, _arrival(info), data)
-
-    def decide(self, simulated_time: bool) -> None:
-        """Which time a recorder of no given time uses."""
-        self._simulated = simulated_time
-        if not simulated_time:
-            self._order.use_wall_time()
-
-    def close(self) -> None:
-        """Take what has arrived and was not handled yet, then stop listening."""
-        for name, (subscription, handle) in self._subscriptions.items():
-            with subscription.handle:
-                while (taken := subscription.handle.take_message(self._types[name], True)):
-                    handle(*taken)
-            self._node.destroy_subscription(subscription)
-        self._subscriptions.clear()
-        if self._simulated is None and self._order.now is None:
-            self._order.use_wall_time()
-        self._order.close()
+    path: Path
+    messages: Mapping[str, list[tuple[int, Any]]]
+    topics: Mapping[str, TopicSummary]
+    remarks: tuple[str, ...]
+    start: int
+    end: int
 
 
-def _arrival(info: Any) -> int:
-    """[ns] wall time at which the middleware got a message, which may be long before its turn."""
-    return int(info["received_timestamp"]) or time.time_ns()
+def open_bag(path: Path, topics: Iterable[str] | None = None) -> BagContents:
+    """Read a bag.
 
+    Args:
+        path: A rosbag2 folder, or one .mcap or .db3 file.
+        topics: The topics to deserialise; None for all.
 
-def record(
-    out: Path,
-    *,
-    topics: tuple[str, ...] = (),
-    duration: float | None = None,
-    simulated_time: bool | None = None,
-    storage: str = "mcap",
-    say: Callable[[str], None] = print,
-) -> int:
-    """`nao_gait record`: all topics (or those named) until Ctrl-C or `duration` s of wall time.
+    Returns:
+        The contents; of a damaged bag what is left, with remarks.
 
-    Returns the number of messages. `simulated_time` None: use /clock if anyone publishes it.
+    Raises:
+        NaoGaitError: The path is no bag at all.
     """
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.signals import SignalHandlerOptions
-
-    from gait_lab.drive.ros_names import checked_topics
-
-    topics = checked_topics(topics)
-    if duration is not None and not 0.0 < duration < 1e9:
-        raise NaoGaitError("duration", duration, "more than 0 s")
-    stay_local()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    began = time.monotonic()
+    files = _files(path)
+    remarks: list[str] = []
     try:
-        node = rclpy.create_node("nao_gait_record")
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        with BagWriter(out, storage) as writer, stop_on_signal() as stop:
-            recorder = TopicRecorder(node, writer, simulated_time=simulated_time)
-            wanted = {node.resolve_topic_name(topic) for topic in topics} or None
-            if wanted is not None and simulated_time is not False:
-                wanted.add("/clock")
-            say(f"recording to {out}; Ctrl-C ends")
-            choice = _TimeChoice(node, simulated_time)
-            end = math.inf
-            look = 0.0
-            while not stop and (now := time.monotonic()) < end:
-                if choice.look(now):
-                    recorder.decide(bool(choice.simulated))
-                    say(f"in {'simulated' if choice.simulated else 'wall'} time")
-                if duration is not None and end == math.inf and choice.began(now):
-                    end = now + duration
-                if now >= look:
-                    look = now + DISCOVERY_PERIOD
-                    for topic, reason in recorder.add_new_topics(wanted):
-                        say(f"not recorded: {topic}: {reason}")
-                executor.spin_once(timeout_sec=min(0.2, end - now))
-                writer.sync()
-            recorder.close()
-            total = sum(writer.counts.values())
-    finally:
-        rclpy.try_shutdown()
-    say(f"{out}: {total} messages of {len(writer.counts)} topics, "
-        f"{time.monotonic() - began:.0f} s")  # fmt: skip
-    return total
+        # An index can be broken in any way, and the reader then raises any exception.
+        types, raw = _whole(path)
+    except Exception as error:
+        types = {}
+        raw = _salvaged(path, files, error, remarks)
+    return _decoded(path, types, raw, None if topics is None else set(topics), remarks)
 
 
-class _TimeChoice:
-    """Simulated time if anyone publishes /clock, which may be discovered after other topics."""
-
-    def __init__(self, node: "Node", simulated: bool | None) -> None:
-        self.simulated = simulated
-        self._node = node
-        self._told = False
-        self._born = time.monotonic()
-        self._deadline = math.inf
-
-    def look(self, now: float) -> bool:
-        """Whether it has just been decided."""
-        if self._told:
-            return False
-        if self.simulated is None:
-            if self._node.count_publishers("/clock"):
-                self.simulated = True
-            elif now > self._deadline:
-                self.simulated = False
-            elif self._deadline == math.inf and _others_publish(self._node):
-                self._deadline = now + CLOCK_PERIOD
-        self._told = self.simulated is not None
-        return self._told
-
-    def began(self, now: float) -> bool:
-        """Whether the recording's duration counts from now on."""
-        return self._told or now > self._born + NOBODY_PERIOD
+def _files(path: Path) -> list[Path]:
+    """The storage files of a bag; NaoGaitError if there are none that could be one."""
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if _suffix(file) in _MAGIC)
+    else:
+        files = [path] if path.is_file() else []
+    if not files:
+        found = "does not exist"
+        if path.is_dir():
+            names = sorted(file.name for file in path.iterdir())
+            found = f"a folder with {', '.join(names[:6])}" if names else "an empty folder"
+        raise _no_bag(path, found)
+    for file in files:
+        _check_magic(file)
+    return files
 
 
-def _others_publish(node: "Node") -> bool:
-    own = {topic for topic, _ in node.get_publisher_names_and_types_by_node(
-        node.get_name(), node.get_namespace())}  # fmt: skip
-    return any(
-        node.count_publishers(topic) for topic, _ in node.get_topic_names_and_types()
-        if topic not in own
-    )  # fmt: skip
+def _suffix(file: Path) -> str:
+    """`.mcap` or `.db3`, also below `.zstd`."""
+    return Path(file.stem).suffix if file.suffix == _ZSTD else file.suffix
+
+
+def _check_magic(file: Path) -> None:
+    if file.suffix == _ZSTD:
+        return
+    magic = _MAGIC.get(file.suffix)
+    if magic is None:
+        raise _no_bag(file, f"a file ending in {file.suffix or 'nothing'}")
+    try:
+        with file.open("rb") as stream:
+            start = stream.read(len(magic))
+    except OSError as error:
+        raise _no_bag(file, str(error)) from error
+    if start and start != magic[: len(start)]:
+        raise _no_bag(file, f"a file that begins with {start[:8]!r}")
+
+
+def _no_bag(path: Path, found: str) -> NaoGaitError:
+    return NaoGaitError(
+        "bag", f"{path}: {found}", "a folder that rosbag2 wrote, or an .mcap or .db3 file"
+    )
+
+
+def _whole(path: Path) -> tuple[dict[str, str], list[Raw]]:
+    """Type by topic, and all messages."""
+    with Reader(path) as reader:
+        types = {connection.topic: connection.msgtype for connection in reader.connections}
+        raw = [
+            (connection.topic, connection.msgtype, stamp, bytes(data))
+            for connection, stamp, data in reader.messages()
+        ]
+    return types, raw
+
+
+def _salvaged(path: Path, files: list[Path], error: Exception, remarks: list[str]) -> list[Raw]:
+    reason = " ".join(str(error).split()) or type(error).__name__
+    if path.is_dir() and not (path / "metadata.yaml").is_file():
+        remarks.append(
+            "metadata.yaml is missing: the recorder was killed or is still running; "
+            "read from the data alone"
+        )
+    else:
+        remarks.append(f"the bag is damaged ({reason}); read from the data alone")
+    raw: list[Raw] = []
+    for file in files:
+        if not file.stat().st_size:
+            remarks.append(f"{file.name} is empty")
+            continue
+        before = len(raw)
+        with tempfile.TemporaryDirectory() as folder:
+            end = _salvage_file(_unpacked(file, Path(folder)), raw)
+        if end is not None:
+            count = len(raw) - before
+            remarks.append(f"{file.name} breaks off after {count} messages ({end})")
+    raw.sort(key=lambda each: each[2])
+    return raw
+
+
+def _salvage_file(file: Path, into: list[Raw]) -> str | None:
+    """Append what can be read; return why it ended early, or None."""
+    read = _mcap_messages if file.suffix == ".mcap" else _sqlite_messages
+    try:
+        for each in read(file):
+            into.append(each)
+    except Exception as error:
+        return " ".join(str(error).split()) or type(error).__name__
+    return None
+
+
+def _unpacked(file: Path, folder: Path) -> Path:
+    """The file without its compression, as far as it can be unpacked."""
+    if file.suffix != _ZSTD:
+        return file
+    import zstandard
+
+    out = folder / file.stem
+    with file.open("rb") as packed, out.open("wb") as plain:
+        try:
+            for block in zstandard.ZstdDecompressor().read_to_iter(packed):
+                plain.write(block)
+        except zstandard.ZstdError:
+            pass  # truncated: the beginning is there
+    return out
+
+
+def _mcap_messages(file: Path) -> Iterator[Raw]:
+    from mcap.records import Channel, Message, Schema
+    from mcap.stream_reader import StreamReader
+
+    schemas: dict[int, str] = {}
+    channels: dict[int, tuple[str, str]] = {}
+    with file.open("rb") as stream:
+        for record in StreamReader(stream).records:
+            if isinstance(record, Schema):
+                schemas[record.id] = record.name
+            elif isinstance(record, Channel):
+                channels[record.id] = record.topic, schemas.get(record.schema_id, "")
+            elif isinstance(record, Message):
+                yield *channels[record.channel_id], record.log_time, record.data
+
+
+def _sqlite_messages(file: Path) -> Iterator[Raw]:
+    # From a copy: sqlite would write to a bag whose journal still exists.
+    import shutil
+
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, file.name)
+        for suffix in ("", "-wal", "-journal"):
+            part = file.with_name(file.name + suffix)
+            if part.is_file():
+                shutil.copyfile(part, copy.with_name(copy.name + suffix))
+        _fill_up(copy)
+        connection = sqlite3.connect(copy)
+        try:
+            topics = {
+                key: (name, kind)
+                for key, name, kind in connection.execute("SELECT id, name, type FROM topics")
+            }
+            # In the order of the file: an index may be damaged.
+            rows = connection.execute("SELECT topic_id, timestamp, data FROM messages NOT INDEXED")
+            for key, stamp, data in rows:
+                yield *topics[key], stamp, data
+        finally:
+            connection.close()
+
+
+def _fill_up(database: Path) -> None:
+    """Extend a truncated database to its full length; sqlite opens no shorter one."""
+    with database.open("r+b") as file:
+        header = file.read(100)
+        page = int.from_bytes(header[16:18], "big")
+        length = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
+        if file.seek(0, 2) < length:
+            file.truncate(length)
+
+
+def _decoded(
+    path: Path,
+    types: dict[str, str],
+    raw: list[Raw],
+    wanted: set[str] | None,
+    remarks: list[str],
+) -> BagContents:
+    messages: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in wanted or ()}
+    counts = dict.fromkeys(types, 0)
+    unreadable: dict[str, int] = {}
+    for topic, kind, stamp, data in raw:
+        counts[topic] = counts.get(topic, 0) + 1
+        types[topic] = kind
+        if wanted is not None and topic not in wanted:
+            continue
+        message = _message(kind, data)
+        if message is None:
+            unreadable[topic] = unreadable.get(topic, 0) + 1
+        else:
+            messages.setdefault(topic, []).append((stamp, message))
+    for topic, count in unreadable.items():
+        remarks.append(f"{topic}: {count} of {counts[topic]} messages ({types[topic]}) unreadable")
+    if wanted is None:
+        for topic in counts:
+            messages.setdefault(topic, [])
+    stamps = [each[2] for each in raw]
+    return BagContents(
+        path=path,
+        messages=messages,
+        topics={topic: TopicSummary(types[topic], counts[topic]) for topic in sorted(counts)},
+        remarks=tuple(remarks),
+        start=min(stamps, default=0),
+        end=max(stamps, default=0),
+    )
+
+
+def _message(kind: str, data: bytes) -> Any | None:
+    """The message; None if it cannot be deserialised."""
+    if kind not in TYPES.fielddefs:
+        return None
+    for padding in _PADDING:
+        try:
+            return TYPES.deserialize_cdr(data[: len(data) - padding], kind)
+        except SerdeError:
+            continue
+        except Exception:
+            return None
+    return None

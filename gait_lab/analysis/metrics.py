@@ -1,176 +1,94 @@
-"""How well a robot walked, from ground truth: metrics that cannot flatter.
+"""How well a robot walked: `measure` turns a `Trace` into `Metrics`.
 
-No physics engine and no ROS in here: a `Trace` of arrays at the control rate goes in, `Metrics`
-come out. Speeds are taken in the torso's own heading, so a robot that walks in circles shows its
-speed and, beside it, its yaw drift.
+Speeds are mean velocities in the torso's own heading, with the yaw drift beside them: the
+displacement over time would say nothing about a robot that walks in circles.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, BoolArray, FloatArray, IntArray, Trace
 from nao_lipm_gait.errors import NaoGaitError
 from sim_bridge.ball import SHOE_HEIGHT
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
 LOADED = 2.0
-"""Normal force from which a sole counts as loaded [N]."""
+"""[N] normal force from which a sole counts as loaded."""
 FALL_TILT = math.radians(45.0)
-"""Torso tilt from which a robot has fallen [rad]."""
+"""[rad] torso tilt from which a robot has fallen."""
 FALL_HEIGHT_SHARE = 0.5
 """Share of the standing torso height below which a robot has fallen."""
 FLIGHT_LIMIT = 0.05
-"""Largest share of ticks without a loaded sole that is still walking."""
+"""Largest share of ticks without a loaded sole that counts as walking."""
 SLIP_LIMIT = 0.03
-"""Largest mean speed of the loaded sole that is still walking [m/s]."""
+"""[m/s] largest mean speed of the loaded sole that counts as walking."""
 
-DOUBLE, LEFT, RIGHT = 0, 1, 2
-ALARM_STATES = frozenset({"fallen"})
-"""States of the gait that say that the robot falls or has fallen."""
-SUPPORT_CODES = {"double": DOUBLE, "left": LEFT, "right": RIGHT}
 _SOLE_OF_SUPPORT = {LEFT: 0, RIGHT: 1}
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
-    """Ground truth and gait status of one walk, one row per control tick (t rows).
+class Metrics:
+    """What one walk scored over its window; NaN where nothing could be measured.
 
-    Pairs are left, right. Frames: `world` has z up; `torso` is the torso link; Q is the gait's own
-    coordinate system of the single support phase, on the ground plane.
+    Attributes:
+        duration: [s] that was measured; shorter than the window after a fall.
+        fell: The robot fell.
+        fall_time: [s] since the first tick of the trace; None without a fall.
+        speed_x: [m/s] mean forward velocity in the torso's heading.
+        speed_y: [m/s] mean leftward velocity in the torso's heading.
+        turn_rate: [rad/s] yaw gained over time: the speed of a turn, the drift of a straight walk.
+        flight_share: Share of the ticks without a loaded sole.
+        slip_speed: [m/s] mean horizontal speed of the loaded sole.
+        contact_ticks: Ticks in which the legs touched each other.
+        com_error_x: [m] mean |expected - true| CoM relative to the support foot, along Q's x.
+        com_error_y: [m] the same along y.
+        com_error_x_measured: [m] the paper's own error: mean |expected - measured| along Q's x.
+        com_error_y_measured: [m] the same along y.
+        saturated_share: Share of the ticks with a motor at its torque limit.
+        support_changes: Changes of the support leg, as the gait has them.
+        alarm_time: [s] since the first tick of the trace: when the gait reported a fall. An alarm
+            that it withdrew before a fall does not count; None without one.
     """
 
-    stamp: IntArray
-    """(t,) [ns] strictly rising."""
-    torso_position: FloatArray
-    """(t, 3) [m] in world."""
-    torso_quaternion: FloatArray
-    """(t, 4) xyzw, torso to world."""
-    torso_velocity: FloatArray
-    """(t, 3) [m/s] in the torso frame."""
-    com: FloatArray
-    """(t, 3) [m] in world."""
-    sole_position: FloatArray
-    """(t, 2, 3) [m] in world."""
-    sole_yaw: FloatArray
-    """(t, 2) [rad] in world."""
-    sole_force: FloatArray
-    """(t, 2) [N] normal force."""
-    sole_slip: FloatArray
-    """(t, 2) [m/s] horizontal speed."""
-    legs_touch: BoolArray
-    """(t,) the legs touch each other."""
-    saturated: IntArray
-    """(t,) number of motors at their torque limit."""
-    alarm: BoolArray
-    """(t,) the gait says that it falls or has fallen."""
-    command: FloatArray
-    """(t, 3) asked velocity [m/s, m/s, rad/s]."""
-    odometry: FloatArray
-    """(t, 3) the gait's own base_footprint in odom [m, m, rad]; NaN before the first frame."""
-    status_stamp: IntArray
-    """(t,) [ns] sampling time that the gait's values belong to; -1 before the first frame."""
-    support: IntArray
-    """(t,) DOUBLE, LEFT or RIGHT: the support leg as the gait has it."""
-    support_sole_in_q: FloatArray
-    """(t, 3) sole frame of the support leg in Q [m, m, rad]; NaN without single support."""
-    com_expected_in_q: FloatArray
-    """(t, 3) [m]."""
-    com_measured_in_q: FloatArray
-    """(t, 3) [m]."""
-    com_estimated_in_q: FloatArray
-    """(t, 3) [m]."""
-
-    def __post_init__(self) -> None:
-        ticks = len(self.stamp)
-        for field in fields(self):
-            rows = len(getattr(self, field.name))
-            if rows != ticks:
-                raise NaoGaitError(f"trace.{field.name}", f"{rows} rows", f"{ticks} rows")
-        if ticks > 1 and not np.all(np.diff(self.stamp) > 0):
-            raise NaoGaitError("trace.stamp", "one that does not rise", "strictly rising stamps")
-
-    def __len__(self) -> int:
-        return len(self.stamp)
-
-    @property
-    def time(self) -> FloatArray:
-        """(t,) seconds since the first tick."""
-        return (self.stamp - self.stamp[0]) * 1e-9
-
-    def between(self, start: float, end: float) -> "Trace":
-        """The ticks with start <= time < end [s since the first tick]."""
-        time = self.time
-        # Half a tick of slack: the ends are sums of floats, the ticks are integers.
-        slack = 0.5e-9 * float(np.diff(self.stamp).min()) if len(self) > 1 else 0.0
-        return self[(time >= start - slack) & (time < end - slack)]
-
-    def __getitem__(self, rows: BoolArray | slice) -> "Trace":
-        return Trace(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
-
-
-@dataclass(frozen=True, slots=True)
-class Metrics:
-    """What one walk scored over its window; NaN where nothing could be measured."""
-
     duration: float
-    """[s] that was measured; shorter than asked after a fall."""
     fell: bool
     fall_time: float | None
-    """[s] since the first tick of the trace."""
     speed_x: float
-    """Mean forward velocity in the torso's heading [m/s]."""
     speed_y: float
-    """Mean leftward velocity in the torso's heading [m/s]."""
     turn_rate: float
-    """Yaw gained per time [rad/s]: the speed of a turn, the drift of a straight walk."""
     flight_share: float
-    """Share of ticks with no loaded sole."""
     slip_speed: float
-    """Mean horizontal speed of the loaded sole [m/s]."""
     contact_ticks: int
-    """Ticks in which the legs touched each other."""
     com_error_x: float
-    """Mean |expected - true| CoM relative to the support foot, along Q's x [m]."""
     com_error_y: float
-    """The same along y [m]."""
     com_error_x_measured: float
-    """The paper's own error: mean |expected - measured| along Q's x [m]."""
     com_error_y_measured: float
-    """The same along y [m]."""
     saturated_share: float
-    """Share of ticks with a motor at its torque limit."""
     support_changes: int
-    """Changes of the support leg, as the gait has them."""
     alarm_time: float | None
-    """[s] since the first tick of the trace: when the gait said that it falls; what it took back
-    before the robot fell counts only where none fell."""
 
     @property
     def fall_lead(self) -> float | None:
-        """How long before the fall the gait said so [s]; 0 if it did not; None without a fall."""
+        """[s] from the alarm to the fall; 0 without an alarm, None without a fall."""
         if self.fall_time is None:
             return None
         return 0.0 if self.alarm_time is None else self.fall_time - self.alarm_time
 
     @property
     def false_alarm(self) -> bool:
-        """The gait said that it falls, and it did not."""
+        """The gait reported a fall that did not happen."""
         return self.alarm_time is not None and not self.fell
 
     @property
     def walks(self) -> bool:
-        """True for walking: no hopping, no skating, no leg against leg."""
+        """No fall, no hopping, no sliding, no contact between the legs."""
         return not self.faults
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What keeps this from being an honest walk."""
+        """Why this does not count as walking: of `fall`, `flight`, `slip`, `contact`."""
         found = []
         if self.fell:
             found.append("fall")
@@ -241,9 +159,16 @@ def slip_speed(sole_force: FloatArray, sole_slip: FloatArray) -> float:
 
 
 def soles_overlap(trace: Trace, outline: Sequence[tuple[float, float]]) -> BoolArray:
-    """(t,) ticks in which the soles overlap, seen from above, and none is above the other's shoe.
+    """Ticks in which the soles overlap seen from above, and none is above the other's shoe.
 
-    Two convex outlines are apart if an edge of one has all corners of the other outside.
+    Two convex outlines are apart if all corners of one are outside an edge of the other.
+
+    Args:
+        trace: The walk.
+        outline: Of the left sole in its frame [m], convex, counter-clockwise.
+
+    Returns:
+        (t,).
     """
     height = trace.sole_position[:, :, 2]
     beside = np.abs(height[:, 0] - height[:, 1]) < SHOE_HEIGHT
@@ -261,7 +186,7 @@ def soles_overlap(trace: Trace, outline: Sequence[tuple[float, float]]) -> BoolA
 
 
 def _apart(one: FloatArray, other: FloatArray) -> BoolArray:
-    """(t,) where an edge of the outline `one` (t, n, 2) has all of `other` (t, m, 2) outside."""
+    """(t,) where all of `other` (t, m, 2) is outside an edge of the outline `one` (t, n, 2)."""
     edge = np.roll(one, -1, axis=1) - one
     away = other[:, None, :, :] - one[:, :, None, :]
     across = edge[:, :, None, 0] * away[..., 1] - edge[:, :, None, 1] * away[..., 0]
@@ -287,11 +212,10 @@ def has_fallen(torso_position: FloatArray, quaternion: FloatArray, standing_heig
 
 
 def true_com_in_q(trace: Trace) -> FloatArray:
-    """(t, 3) the true CoM in Q [m] at each `status_stamp`; NaN outside single support.
+    """(t, 3) [m] the true CoM in Q at each `status_stamp`; NaN outside single support.
 
-    The true support sole ties the two worlds together: it is put where the gait believes that its
-    support sole is in Q. Only the sole's yaw is used, so that a sole that tilts shows as an error
-    of the CoM and not as a rotation of the world.
+    The true support sole is placed in Q where the gait has its support sole. Only the sole's yaw is
+    used, so that a tilted sole shows as an error of the CoM and not as a rotation of the world.
     """
     result = np.full((len(trace), 3), math.nan)
     row = np.searchsorted(trace.stamp, trace.status_stamp)
@@ -318,13 +242,24 @@ def _mean_abs(values: FloatArray) -> float:
 def measure(
     trace: Trace, start: float, end: float, outline: Sequence[tuple[float, float]] = ()
 ) -> Metrics:
-    """Score the window start..end [s since the first tick] of a trace.
+    """Score a window of a trace.
 
-    outline: of the left sole in its frame [m], convex, counter-clockwise. With it soles also touch
-    where their outlines overlap, which are larger than the plates that collide in the engines.
+    The first tick gives the standing height, so a trace begins with the robot standing. The whole
+    trace is searched for a fall; nothing is measured after it.
 
-    The first tick gives the standing height, so a trace begins with the robot standing. A fall is
-    looked for in the whole trace; from the fall on nothing is measured any more.
+    Args:
+        trace: The walk.
+        start: Begin of the window [s since the first tick].
+        end: End of the window [s since the first tick].
+        outline: Of the left sole in its frame [m], convex, counter-clockwise. If given, soles also
+            touch where their outlines overlap; these are larger than the plates that collide in
+            the engines.
+
+    Returns:
+        The metrics.
+
+    Raises:
+        NaoGaitError: The trace is empty.
     """
     if not len(trace):
         raise NaoGaitError("trace", "no ticks", "at least one tick")
@@ -340,7 +275,7 @@ def measure(
         saturated = float(np.mean(window.saturated > 0))
     else:
         velocity, saturated = np.array((math.nan, math.nan)), math.nan
-    # Truth is looked up in the whole trace: at the window's start the sensors are older than it.
+    # Truth is searched in the whole trace: at the window's start the sensors are older than it.
     time = trace.time
     ticks = (time >= start) & (time < upto) & (trace.support != DOUBLE)
     from_truth = (trace.com_expected_in_q - true_com_in_q(trace))[ticks]
@@ -366,8 +301,9 @@ def measure(
 
 
 def alarm_time(trace: Trace, fall: int | None) -> float | None:
-    """[s] since the first tick: of the alarm in whose course the robot fell in the tick `fall`, or
-    of the first one if it did not fall; None without one.
+    """[s] since the first tick: begin of the alarm that leads to the fall; None without one.
+
+    Without a fall (`fall`, its tick, is None) the first alarm counts.
     """
     if fall is None:
         return float(trace.time[np.argmax(trace.alarm)]) if trace.alarm.any() else None

@@ -29,16 +29,19 @@ _TILES = 14
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A camera that looks at the robot."""
+    """A camera that looks at the robot.
+
+    Attributes:
+        distance: [m].
+        yaw: [deg] 0 looks along the world's y.
+        pitch: [deg].
+        height: [m] of the point looked at.
+    """
 
     distance: float = 0.95
-    """[m]."""
     yaw: float = 50.0
-    """[deg] 0 looks along the world's y."""
     pitch: float = -14.0
-    """[deg]."""
     height: float = 0.22
-    """[m] of the point looked at."""
 
 
 class Harness:
@@ -129,6 +132,7 @@ class Harness:
         return np.asarray(pixels, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
 
     def close(self) -> None:
+        """Free the engine."""
         self._bullet.disconnect(physicsClientId=self._client)
 
     def __enter__(self) -> "Harness":

@@ -16,7 +16,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gait_lab.analysis.metrics import LEFT, Metrics, Trace
+from gait_lab.analysis.metrics import Metrics
+from gait_lab.analysis.trace import LEFT, Trace
 from gait_lab.bench.falls import FallDetection
 from gait_lab.bench.options import BenchOptions
 from gait_lab.trials.parallel import parallel_map

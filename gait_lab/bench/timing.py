@@ -12,8 +12,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from gait_lab.analysis.trace import Recorder
 from gait_lab.bench.options import BenchOptions
-from gait_lab.trials.rollout import Recorder, RolloutSpec, make_pair, rollout
+from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
 from gait_lab.trials.tasks import Task
 from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait

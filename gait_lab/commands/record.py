@@ -7,11 +7,11 @@ from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK, say
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
-    from gait_lab.analysis import bag
+    """Record; the exit status."""
+    from gait_lab.record.recorder import record
 
-    messages = bag.record(
-        arguments.out,
+    messages = record(
+        arguments.bag or arguments.out,
         topics=tuple(arguments.topics),
         duration=arguments.duration,
         storage=arguments.storage,
@@ -23,8 +23,10 @@ def run(arguments: argparse.Namespace) -> int:
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("--topics", nargs="+", default=[], metavar="TOPIC",
-                        help="only these (default: all that appear)")  # fmt: skip
-    parser.add_argument("--out", type=Path, default=Path("out/bag"), metavar="DIR",
+                        help="only these topics (default: all that appear)")  # fmt: skip
+    parser.add_argument("bag", type=Path, nargs="?", metavar="BAG",
+                        help="a new folder for the bag; the same as --out")  # fmt: skip
+    parser.add_argument("-o", "--out", type=Path, default=Path("out/bag"), metavar="DIR",
                         help="a new folder for the bag (out/bag)")  # fmt: skip
     parser.add_argument("--duration", type=float, metavar="S", help="seconds of wall time")
     parser.add_argument("--storage", default="mcap", metavar="S", help="mcap (default) or sqlite3")

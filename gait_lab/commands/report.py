@@ -7,14 +7,14 @@ from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK, say
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
+    """Write the page; the exit status."""
     from gait_lab.report import command
 
     if arguments.after is None:
-        whole = command.write_report(arguments.bag, arguments.output, say)
+        whole = command.write_report(arguments.bag, arguments.out, say)
     else:
         whole = command.write_comparison(
-            arguments.bag, arguments.after, arguments.output, say
+            arguments.bag, arguments.after, arguments.out, say
         )
     return EXIT_OK if whole else EXIT_FAILED
 
@@ -25,6 +25,7 @@ def add(parser: argparse.ArgumentParser) -> None:
                         help="a rosbag2 folder, or an .mcap or .db3 file")  # fmt: skip
     parser.add_argument("after", type=Path, nargs="?", metavar="BAG2",
                         help="a second bag to compare the first with")  # fmt: skip
-    parser.add_argument("-o", "--output", type=Path, default=Path("report.html"), metavar="FILE",
+    parser.add_argument("-o", "--out", "--output", dest="out", type=Path, metavar="FILE",
+                        default=Path("report.html"),
                         help="the page, complete in one file (report.html)")  # fmt: skip
     parser.set_defaults(run=run)

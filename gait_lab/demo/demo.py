@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gait_lab.analysis.bag import BagWriter, TopicRecorder
+from gait_lab.analysis.bag import BagWriter
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.demo.tour import TOURS, Phase, PhaseResult, duration, evaluate, fall_time, phase_at
+from gait_lab.record.recorder import TopicRecorder
 from gait_lab.record.recording import Recording
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gait_lab.analysis.bag import BagWriter
-from gait_lab.analysis.bag_reading import open_bag
+from gait_lab.analysis.bag import BagWriter, open_bag
 from gait_lab.bench.changes import load_changes
 from gait_lab.tune.study import load_study
 from nao_lipm_gait.errors import NaoGaitError

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_lab.analysis.bag_reading import read_bag
+from gait_lab.analysis.bag import open_bag
 from nao_lipm_gait.types import FloatArray
 
 TRUTH = "/ground_truth/odom"
@@ -95,6 +95,7 @@ class Series:
     """(t, n)."""
 
     def between(self, start: float, end: float) -> "Series":
+        """The rows from start to end [s]."""
         inside = (self.time >= start) & (self.time <= end)
         return Series(self.time[inside], self.value[inside])
 
@@ -110,9 +111,10 @@ class Recording:
 
     def __init__(self, path: Path) -> None:
         """Read a rosbag2 folder; NaoGaitError for what is none."""
-        self._messages = read_bag(path, TOPICS)
+        self._messages = open_bag(path, TOPICS).messages
 
     def count(self, topic: str) -> int:
+        """Number of messages of a topic."""
         return len(self._messages[topic])
 
     @cached_property
@@ -173,6 +175,7 @@ class Recording:
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
+        """Of the joint states."""
         messages = self._messages[JOINTS]
         return tuple(messages[0][1].name) if messages else ()
 

@@ -1,4 +1,4 @@
-"""`nao_gait report`: a bag (or two) in, a page out."""
+"""Writes the page about one bag, or about two."""
 
 import os
 from collections.abc import Callable
@@ -6,8 +6,8 @@ from pathlib import Path
 
 from gait_lab.report.analysis import Analysis, analyse
 from gait_lab.report.compare import compare_page, compared, summary
-from gait_lab.report.figure import ArrayStore
 from gait_lab.report.page import (
+    ArrayStore,
     Block,
     figure_block,
     key_numbers_html,
@@ -16,10 +16,9 @@ from gait_lab.report.page import (
     table_block,
     verdict_html,
 )
-from gait_lab.report.plots.page_order import all_figures
 from gait_lab.report.replay import replay
-from gait_lab.report.tables import joint_table, key_numbers, stretch_table
-from gait_lab.report.verdict import findings, headline
+from gait_lab.report.signal_figures import all_figures
+from gait_lab.report.verdict import findings, headline, joint_table, key_numbers, stretch_table
 from nao_lipm_gait.errors import NaoGaitError
 
 ORDER = ("stretches", "speeds", "com", "path", "odometry", "steps", "origins", "innovation",
@@ -29,7 +28,7 @@ ORDER = ("stretches", "speeds", "com", "path", "odometry", "steps", "origins", "
 
 
 def write_report(bag: Path, out: Path, say: Callable[[str], None]) -> bool:
-    """Write the page of one bag; False if there is nothing of a walk in it."""
+    """Write the page of one bag; False if the bag holds no walk."""
     analysis = analyse(bag)
     write(out, report_page(analysis))
     tell(analysis, say)
@@ -38,7 +37,17 @@ def write_report(bag: Path, out: Path, say: Callable[[str], None]) -> bool:
 
 
 def write_comparison(before: Path, after: Path, out: Path, say: Callable[[str], None]) -> bool:
-    """Write one page about two bags; False if one of them holds nothing of a walk."""
+    """Write the page that compares two bags.
+
+    Args:
+        before: Bag A.
+        after: Bag B.
+        out: The page.
+        say: Prints a line.
+
+    Returns:
+        False if one of the bags holds no walk.
+    """
     analyses = analyse(before), analyse(after)
     write(out, compare_page(*analyses))
     head, found = summary(compared(*analyses), *analyses)
@@ -54,7 +63,7 @@ def write_comparison(before: Path, after: Path, out: Path, say: Callable[[str], 
 
 
 def tell(analysis: Analysis, say: Callable[[str], None]) -> None:
-    """The verdict in the terminal, with what was wrong with the bag and what is not in it."""
+    """Print the verdict, with what is wrong with the bag and what it lacks."""
     say(headline(analysis).text)
     for finding in findings(analysis):
         say(f"  {finding.grade:5s} {finding.text}")
@@ -65,7 +74,7 @@ def tell(analysis: Analysis, say: Callable[[str], None]) -> None:
 
 
 def write(out: Path, text: str) -> None:
-    """All or nothing: a page is either the old one or whole."""
+    """Replace the page in one step, so that it is never incomplete."""
     part = out.with_name(out.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -133,7 +142,7 @@ def _wide(html: str) -> str:
 
 
 def _first_look(analysis: Analysis) -> float:
-    """[s] a moment of walking, to begin with."""
+    """[s] a moment of walking, at which the page begins."""
     for stretch in analysis.stretches:
         if stretch.command is not None and not stretch.command.is_zero:
             return 0.5 * (stretch.start + stretch.end)

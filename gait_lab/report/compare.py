@@ -1,4 +1,4 @@
-"""Two walks on one page, before and after: numbers side by side, figures laid over one another."""
+"""Two walks on one page, A and B: numbers side by side, figures overlaid."""
 
 import math
 from collections.abc import Callable
@@ -6,34 +6,44 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.report.analysis import Analysis
-from gait_lab.report.figure import BLUE, GREY, INK, ArrayStore, Figure, TimeFigure
+from gait_lab.report.analysis import Analysis, Stretch
 from gait_lab.report.page import (
+    BLUE,
+    GREY,
+    INK,
+    ArrayStore,
     Block,
+    Figure,
+    TimeFigure,
     escape,
     figure_block,
     list_html,
     page,
     verdict_html,
 )
-from gait_lab.report.plots.joints import LEG_JOINTS
-from gait_lab.report.plots.motion import speeds
-from gait_lab.report.plots.observer import whiteness
-from gait_lab.report.plots.steps import origins
-from gait_lab.report.stretches import Stretch
-from gait_lab.report.tables import number
-from gait_lab.report.verdict import BAD, FAIR, GOOD, NOTE, Finding, findings, headline
+from gait_lab.report.signal_figures import LEG_JOINTS, whiteness
+from gait_lab.report.verdict import BAD, FAIR, GOOD, NOTE, Finding, findings, headline, number
+from gait_lab.report.walk_figures import origins, speeds
 
 A_COLOR, B_COLOR = BLUE, "#c8553d"
 TELLING = 0.1
-"""Relative difference of two numbers from which on it is worth a word."""
+"""Relative difference from which two numbers count as different."""
 
 Get = Callable[[Analysis], float]
 
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """A number of both walks."""
+    """A number of both walks.
+
+    Attributes:
+        name: In the table.
+        unit: Of both values.
+        digits: After the point.
+        before: Of walk A; NaN if unknown.
+        after: Of walk B; NaN if unknown.
+        better: +1: more is better, -1: less is, 0: neither.
+    """
 
     name: str
     unit: str
@@ -41,15 +51,15 @@ class Compared:
     before: float
     after: float
     better: int
-    """+1: more is better, -1: less is, 0: neither."""
 
     @property
     def change(self) -> float:
+        """Of B against A."""
         return self.after - self.before
 
     @property
     def judged(self) -> str:
-        """better, worse or nothing."""
+        """`better`, `worse`, or empty for a small or neutral change."""
         if not math.isfinite(self.change) or not self.better:
             return ""
         size = max(abs(self.before), abs(self.after))
@@ -59,7 +69,7 @@ class Compared:
 
 
 def compared(before: Analysis, after: Analysis) -> list[Compared]:
-    """The numbers of the walks as a whole, then those of each stretch that both have."""
+    """The numbers of the whole walks, then those of each stretch that both have."""
     rows = [
         Compared(name, unit, digits, get(before), get(after), better)
         for name, unit, digits, better, get in _NUMBERS
@@ -105,7 +115,7 @@ def compare_page(before: Analysis, after: Analysis) -> str:
 def summary(
     rows: list[Compared], before: Analysis, after: Analysis
 ) -> tuple[Finding, list[Finding]]:
-    """What changed, in words."""
+    """A headline and the largest changes, in words."""
     better = [row for row in rows if row.judged == "better"]
     worse = [row for row in rows if row.judged == "worse"]
     fell = [analysis.fall is not None for analysis in (before, after)]
@@ -203,7 +213,7 @@ _OF_STRETCHES: tuple[tuple[str, str, int, int, Callable[[Stretch], float]], ...]
 
 
 def _matched(before: Analysis, after: Analysis) -> list[tuple[Stretch, Stretch]]:
-    """Stretches of the same command, in the order of A; each is used once."""
+    """Pairs of stretches of the same command, in the order of A; each is used once."""
     left = list(after.stretches)
     pairs = []
     for a in before.stretches:
@@ -329,7 +339,7 @@ def _laid_over(
     store: ArrayStore,
     names: tuple[str, str],
 ) -> Figure | None:
-    """The figure of A, with the points and lines of B in it."""
+    """The figure of A with the points and lines of B."""
     figure, other = make(before, store), make(after, store)
     if figure is None or other is None:
         return None

@@ -1,15 +1,14 @@
-"""The walk in three dimensions: what the page needs to play it."""
+"""The data of the 3D replay on the page."""
 
 from typing import Any
 
 import numpy as np
 
-from gait_lab.analysis.metrics import DOUBLE, LEFT
+from gait_lab.analysis.body import BodyTrack, follow_body, shapes_of, yaw_of_pose
+from gait_lab.analysis.recorded_trace import SupportPhase
+from gait_lab.analysis.trace import DOUBLE, LEFT
 from gait_lab.report.analysis import Analysis
-from gait_lab.report.body import BodyTrack, follow_body, yaw_of_pose
-from gait_lab.report.figure import ArrayStore
-from gait_lab.report.shapes import shapes_of
-from gait_lab.report.steps import Phase
+from gait_lab.report.page import ArrayStore
 from nao_lipm_gait.types import FloatArray
 
 FRAMES_PER_SECOND = 25.0
@@ -19,7 +18,7 @@ FOLLOW = 1.0
 
 
 def replay(analysis: Analysis, store: ArrayStore) -> dict[str, Any] | None:
-    """None where there is no robot to show."""
+    """Poses and shapes over time; None if the robot is unknown."""
     walk, robot, body = analysis.walk, analysis.robot, analysis.body
     if robot is None or body is None or len(body.stamp) < 2 or not walk.period:
         return None
@@ -50,7 +49,7 @@ def replay(analysis: Analysis, store: ArrayStore) -> dict[str, Any] | None:
 
 
 def _center(analysis: Analysis, track: BodyTrack) -> FloatArray:
-    """(t, 2) [m] what the camera looks at: the CoM without its sway."""
+    """(t, 2) [m] point that the camera looks at: the smoothed CoM."""
     step = float(np.median(np.diff(track.stamp))) * 1e-9
     half = max(1, round(0.5 * FOLLOW / step))
     kernel = np.ones(2 * half + 1) / (2 * half + 1)
@@ -64,7 +63,7 @@ def _center(analysis: Analysis, track: BodyTrack) -> FloatArray:
 
 
 def _prints(analysis: Analysis) -> list[dict[str, Any]]:
-    """Where the soles stood, and the pendulum origins there, in the world."""
+    """The stance soles with their pendulum origins, in the world."""
     prints = []
     origins = {side: points for side, points in zip((1, 2), analysis.origins, strict=True)}
     for phase in analysis.phases:
@@ -92,7 +91,7 @@ def _prints(analysis: Analysis) -> list[dict[str, Any]]:
     return prints
 
 
-def _standing(analysis: Analysis, phase: Phase) -> tuple[float, float, float] | None:
+def _standing(analysis: Analysis, phase: SupportPhase) -> tuple[float, float, float] | None:
     """x, y [m], yaw [rad] of the support sole in the middle of its phase."""
     body = analysis.body
     if body is None or phase.support == DOUBLE:
@@ -106,7 +105,7 @@ def _standing(analysis: Analysis, phase: Phase) -> tuple[float, float, float] | 
 
 
 def _speeds(analysis: Analysis, store: ArrayStore) -> dict[str, Any] | None:
-    """The commands over time, for the words beside the picture."""
+    """The commands over time, shown beside the robot."""
     command = analysis.walk.command
     if not len(command):
         return None

@@ -1,4 +1,4 @@
-"""What the numbers say, in words and in order of weight."""
+"""What the numbers of a walk say: in words, and as tables."""
 
 import math
 from dataclasses import dataclass
@@ -13,21 +13,148 @@ REACHED = 0.9
 PAPER_ERROR = 7.76e-3
 """[m] mean |expected - measured| of the CoM's y at 31 cm/s, the paper's largest."""
 DRIFT = math.radians(5.0)
-"""[rad/s] yaw drift of a straight walk that is worth a word."""
+"""[rad/s] yaw drift of a straight walk that is mentioned."""
 TILTED = math.radians(15.0)
-"""[rad] from which on a torso is no longer walking."""
+"""[rad] tilt of the torso beyond which the robot does not walk."""
 SATURATION = 0.1
-"""Share of ticks with a motor at its limit that is worth a word."""
+"""Share of ticks with a motor at its limit that is mentioned."""
+ODOMETRY_DISTANCE = 0.1
+"""Largest odometry error per walked distance that is good."""
+ODOMETRY_HEADING = math.radians(15.0)
+"""[rad] largest heading error of the odometry at the end that is good."""
+ODOMETRY_BAD = 3.0
+"""Multiple of these errors from which the odometry is bad."""
 WHITE = 0.8
-"""Share of the lags inside the band from which an innovation passes as nearly white."""
+"""Share of the lags inside the band from which an innovation counts as nearly white."""
 
 GOOD, FAIR, BAD, NOTE = "good", "fair", "bad", "note"
 
 
 @dataclass(frozen=True, slots=True)
+class TextTable:
+    """A table of texts.
+
+    Attributes:
+        identity: Of the HTML element.
+        title: Above the table.
+        note: Below the table.
+        head: Of the columns.
+        rows: Cells.
+    """
+
+    identity: str
+    title: str
+    note: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def number(value: float | None, digits: int = 1) -> str:
+    """A number with so many digits after the point; a dash if it is unknown."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    text = f"{value:.{digits}f}"
+    return text.replace("-", "−") if float(text) else text.lstrip("-")
+
+
+def stretch_table(analysis: Analysis) -> TextTable | None:
+    """Commanded and achieved speeds; None without stretches."""
+    if not analysis.stretches:
+        return None
+    rows = []
+    for stretch in analysis.stretches:
+        m, command = stretch.metrics, stretch.command
+        asked = ("–",) * 3 if command is None else (
+            number(100 * command.x), number(100 * command.y), number(math.degrees(command.yaw)))
+        rows.append(
+            (
+                stretch.name, f"{stretch.start:.1f}–{stretch.end:.1f}", *asked,
+                number(100 * m.speed_x), number(100 * m.speed_y),
+                number(math.degrees(m.turn_rate)),
+                number(None if stretch.reached is None else 100 * stretch.reached, 0),
+                number(1e3 * m.com_error_y_measured), number(1e3 * m.com_error_y),
+                number(100 * m.flight_share),
+            )
+        )  # fmt: skip
+    source = "ground truth" if len(analysis.walk.truth) else "odometry"
+    return TextTable(
+        "stretches", "Commanded and achieved",
+        f"Every command, measured from 2.5 s after its change as `nao_gait bench` "
+        f"measures ({source}, torso's own heading). CoM: mean |expected − measured| and "
+        "|expected − true| in y.",
+        ("", "time [s]", "asked x [cm/s]", "y [cm/s]", "turn [°/s]", "got x [cm/s]", "y [cm/s]",
+         "turn [°/s]", "reached [%]", "CoM y [mm]", "to truth [mm]", "flight [%]"),
+        tuple(rows),
+    )  # fmt: skip
+
+
+def joint_table(analysis: Analysis) -> TextTable | None:
+    """Errors, lags and loads of the joints; None without motor data."""
+    if analysis.motors is None:
+        return None
+    rows = tuple(
+        (
+            joint.name,
+            number(math.degrees(joint.tracking), 2),
+            number(1e3 * joint.lag, 0),
+            number(100 * joint.torque_share, 0),
+            number(100 * joint.torque_saturated),
+            number(100 * joint.speed_share, 0),
+            number(100 * joint.speed_saturated),
+        )
+        for joint in analysis.motors.joints
+    )
+    return TextTable(
+        "jointtable", "Joints in numbers",
+        "Error: RMS of target and angle with the lag taken out. Torque: of a nominal motor of the "
+        "reference plant at its speed; over 100 %: it brakes, or the robot is stronger.",
+        ("joint", "error [°]", "lag [ms]", "most torque [%]", "at torque limit [% of ticks]",
+         "top speed [% of limit]", "target too fast [% of ticks]"),
+        rows,
+    )  # fmt: skip
+
+
+def key_numbers(analysis: Analysis) -> list[tuple[str, str, str]]:
+    """(name, value, unit) of the known numbers at the top of the page."""
+    found: list[tuple[str, float | None, int, str]] = []
+    metrics, paths = analysis.walking, analysis.paths
+    found.append(("recorded", analysis.walk.duration, 1, "s"))
+    if paths is not None:
+        found.append(("walked", paths.length, 1, "m"))
+    if analysis.steps:
+        found.append(("steps", len(analysis.steps), 0, ""))
+        durations = [step.duration for step in analysis.steps]
+        found.append(("step duration", float(np.median(durations)), 2, "s"))
+    forward = [s.metrics.speed_x for s in analysis.stretches if np.isfinite(s.metrics.speed_x)]
+    if forward:
+        fastest = max(forward, key=abs)
+        found.append(("fastest along x", 100 * fastest, 1, "cm/s"))
+    if metrics is not None:
+        found.append(("CoM error y", 1e3 * metrics.com_error_y_measured, 1, "mm"))
+        found.append(("CoM error x", 1e3 * metrics.com_error_x_measured, 1, "mm"))
+        found.append(("flight", 100 * metrics.flight_share, 1, "%"))
+    if analysis.motors is not None:
+        found.append(("at a torque limit", 100 * analysis.motors.saturated_share, 1, "%"))
+    if analysis.timing is not None:
+        found.append(("sensor age", 1e3 * analysis.timing.age, 0, "ms"))
+        found.append(("missing sensors", analysis.timing.missed, 0, ""))
+    return [
+        (name, number(value, digits), unit)
+        for name, value, digits, unit in found
+        if value is not None and math.isfinite(value)
+    ]
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
+    """One sentence about a walk, with a grade.
+
+    Attributes:
+        grade: `good`, `fair`, `bad` or `note`.
+        text: One sentence.
+    """
+
     grade: str
-    """good, fair, bad, note"""
     text: str
 
 
@@ -50,7 +177,7 @@ def headline(analysis: Analysis) -> Finding:
         angle = f"{math.degrees(tilt):.0f}°"
         return Finding(BAD, f"The recording ends after {walk.duration:.1f} s with the torso tilted "
                             f"by {angle}: probably a fall that is not in the bag.")  # fmt: skip
-    how = "upright, without a fall" if len(walk.truth) else "and the gait felt no fall"
+    how = "upright, without a fall" if len(walk.truth) else "and the gait reported no fall"
     way = ""
     if analysis.paths is not None and np.isfinite(analysis.paths.length):
         way = f", {analysis.paths.length:.1f} m"
@@ -65,7 +192,7 @@ def _last_tilt(analysis: Analysis) -> float:
 
 
 def findings(analysis: Analysis) -> tuple[Finding, ...]:
-    """All that is worth saying, bad news first."""
+    """All findings, the bad ones first."""
     found = [
         *_speeds(analysis),
         *_gait(analysis),
@@ -113,10 +240,10 @@ def _gait(analysis: Analysis) -> list[Finding]:
     if metrics is not None and np.isfinite(metrics.flight_share):
         share = 100 * metrics.flight_share
         if metrics.flight_share > FLIGHT_LIMIT:
-            found.append(Finding(BAD, f"It hops: no sole was loaded in {share:.1f} % of the time."))
+            found.append(Finding(BAD, f"It hops: no sole is loaded {share:.1f} % of the time."))
         else:
-            found.append(Finding(GOOD, f"It walks and does not hop: {share:.1f} % of the time "
-                                       "without a loaded sole."))  # fmt: skip
+            found.append(Finding(GOOD, "It walks and does not hop: no sole is loaded "
+                                       f"{share:.1f} % of the time."))  # fmt: skip
     pushes = [event for event in analysis.events if event.kind == "push"]
     if pushes:
         fall = analysis.fall
@@ -125,7 +252,7 @@ def _gait(analysis: Analysis) -> list[Finding]:
         found.append(Finding(grade, f"{stood} of {len(pushes)} pushes were survived."))
     if len(analysis.steps) > 3:
         durations = np.array([step.duration for step in analysis.steps])
-        found.append(Finding(NOTE, f"Steps took {np.median(durations):.2f} s in the middle, 5 to "
+        found.append(Finding(NOTE, f"Steps took {np.median(durations):.2f} s (median), 5 to "
                                    f"95 %: {np.percentile(durations, 5):.2f} to "
                                    f"{np.percentile(durations, 95):.2f} s."))  # fmt: skip
     return found
@@ -136,7 +263,7 @@ def _com(analysis: Analysis) -> list[Finding]:
     metrics = analysis.walking
     if metrics is not None and np.isfinite(metrics.com_error_y_measured):
         good = metrics.com_error_y_measured <= PAPER_ERROR
-        words = "The CoM is where the model has it" if good else "The CoM strays from the model"
+        words = "The CoM follows the model" if good else "The CoM deviates from the model"
         y, x = 1e3 * metrics.com_error_y_measured, 1e3 * metrics.com_error_x_measured
         errors = f"mean |expected − measured| {y:.1f} mm in y and {x:.1f} mm in x"
         found.append(
@@ -202,8 +329,12 @@ def _odometry(analysis: Analysis) -> list[Finding]:
         return []
     x, y, yaw = paths.error[np.isfinite(paths.error).all(axis=1)][-1].tolist()
     off = math.hypot(x, y)
-    share = 100 * off / paths.length if paths.length > 0.2 else float("nan")
     text = f"Odometry ends {100 * off:.0f} cm and {math.degrees(yaw):+.0f}° off the truth"
-    if math.isfinite(share):
-        text += f", {share:.1f} % of the {paths.length:.1f} m walked"
-    return [Finding(GOOD if not share > 10 else FAIR, text + ".")]
+    errors = [abs(yaw) / ODOMETRY_HEADING]
+    if paths.length > 0.2:
+        share = off / paths.length
+        errors.append(share / ODOMETRY_DISTANCE)
+        text += f", {100 * share:.1f} % of the {paths.length:.1f} m walked"
+    worst = max(errors)
+    grade = GOOD if worst <= 1.0 else FAIR if worst <= ODOMETRY_BAD else BAD
+    return [Finding(grade, text + ".")]

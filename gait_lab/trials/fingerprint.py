@@ -83,28 +83,37 @@ MOTION_AT, MOTION_REST = 1.5, 1.0
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One reference rollout."""
+    """One reference rollout.
+
+    Attributes:
+        engine: `mujoco` or `pybullet`.
+        robot: Name of the URDF.
+        name: `walk/PRESET`, `motion/ROBOT/MOTION` or `fault/FAULT`.
+    """
 
     engine: str
     robot: str
     name: str
-    """`walk/PRESET`, `motion/ROBOT/MOTION` or `fault/FAULT`."""
 
     @property
     def key(self) -> str:
+        """ENGINE/ and the name."""
         return f"{self.engine}/{self.name}"
 
 
 @dataclass(frozen=True, slots=True)
 class Fingerprint:
-    """Of one reference rollout."""
+    """Of one reference rollout.
+
+    Attributes:
+        key: ENGINE/ and the name of the case.
+        digest: The first 16 hexadecimal digits of a SHA-256.
+        pose: Where the torso ended: x, y [m] in the world, yaw [rad].
+    """
 
     key: str
-    """ENGINE/ and the name of the case."""
     digest: str
-    """The first 16 hexadecimal digits of a SHA-256."""
     pose: tuple[float, float, float]
-    """Where the torso ended: x, y [m] in the world, yaw [rad]."""
 
 
 def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:

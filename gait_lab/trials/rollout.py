@@ -9,16 +9,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import islice
 
-import numpy as np
-
-from gait_lab.analysis.metrics import (
-    ALARM_STATES,
-    DOUBLE,
-    SUPPORT_CODES,
-    Metrics,
-    Trace,
-    measure,
-)
+from gait_lab.analysis.metrics import Metrics, measure
+from gait_lab.analysis.trace import Recorder, Trace
 from gait_lab.trials.motions import MotionOutcome, MotionWatch, ball_for
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import Task
@@ -36,11 +28,7 @@ from gait_lab.trials.trial import (
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import GaitStatus, VelocityCommand
-from sim_bridge.robot import GroundTruth
 from sim_bridge.world import World
-
-UNKNOWN = (math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,97 +63,6 @@ class RolloutResult:
     metrics: Metrics
     trace: Trace | None = None
     motions: tuple[MotionOutcome, ...] = ()
-
-
-_COLUMNS = {
-    "stamp": 1, "torso_position": 3, "torso_quaternion": 4, "torso_velocity": 3, "com": 3,
-    "sole_position": 6, "sole_yaw": 2, "sole_force": 2, "sole_slip": 2, "legs_touch": 1,
-    "saturated": 1, "command": 3, "alarm": 1, "odometry": 3, "status_stamp": 1, "support": 1,
-    "support_sole_in_q": 3, "com_expected_in_q": 3, "com_measured_in_q": 3, "com_estimated_in_q": 3,
-}  # fmt: skip
-"""Numbers per tick of each column of a `Trace`, in the order in which they are recorded."""
-_UNSEEN = (False, *UNKNOWN, -1, DOUBLE, *UNKNOWN, *UNKNOWN, *UNKNOWN, *UNKNOWN)
-"""The columns of the gait, from `alarm` on, as long as it has not seen a frame."""
-
-
-class Recorder:
-    """Collects one row of numbers per control tick.
-
-    Plain tuples of numbers: objects that are kept by the thousand cost time, because Python's
-    garbage collector looks through them again and again.
-    """
-
-    def __init__(self) -> None:
-        self._rows: list[tuple[float, ...]] = []
-        self._phase: tuple[str, int] | None = None
-        self._sole_in_q = UNKNOWN
-
-    def add(
-        self, truth: GroundTruth, command: VelocityCommand, status: GaitStatus | None = None
-    ) -> None:
-        """Append a tick; `status` is None as long as the gait has not seen a frame."""
-        left, right = truth.soles
-        self._rows.append((
-            truth.stamp,
-            *truth.torso_position.tolist(),
-            *truth.torso_quaternion.tolist(),
-            *truth.torso_linear_velocity_in_torso.tolist(),
-            *truth.com.tolist(),
-            *left.position.tolist(), *right.position.tolist(),
-            _yaw(left.rotation), _yaw(right.rotation),
-            *truth.sole_force.tolist(),
-            *truth.sole_slip.tolist(),
-            truth.legs_touch,
-            truth.torque_saturated,
-            command.x, command.y, command.yaw,
-            *(_UNSEEN if status is None else self._seen(status)),
-        ))  # fmt: skip
-
-    def _seen(self, status: GaitStatus) -> tuple[float, ...]:
-        # Soles are given as commanded, ahead of the measurement by the delay: at the end of a phase
-        # the support sole already swings there. So it is kept as it was when the phase began.
-        phase = (status.support, status.step_count)
-        if phase != self._phase:
-            self._phase = phase
-            self._sole_in_q = _support_sole_in_q(status)
-        return (
-            status.state.value in ALARM_STATES,
-            *status.base_footprint_in_odom,
-            status.stamp,
-            SUPPORT_CODES[status.support],
-            *self._sole_in_q,
-            *status.com_expected_in_q,
-            *status.com_measured_in_q,
-            *status.com_estimated_in_q,
-        )
-
-    def trace(self) -> Trace:
-        table = np.array(self._rows, dtype=float).reshape(-1, sum(_COLUMNS.values()))
-        ends = np.cumsum(list(_COLUMNS.values()))
-        columns = dict(zip(_COLUMNS, np.split(table, ends[:-1], axis=1), strict=True))
-        for name, width in _COLUMNS.items():
-            if width == 1:
-                columns[name] = columns[name][:, 0]
-        columns["sole_position"] = columns["sole_position"].reshape(-1, 2, 3)
-        for name in ("stamp", "saturated", "status_stamp", "support"):
-            columns[name] = columns[name].astype(np.int64)
-        for name in ("legs_touch", "alarm"):
-            columns[name] = columns[name].astype(bool)
-        return Trace(**columns)
-
-
-def _yaw(rotation: np.ndarray) -> float:
-    return math.atan2(rotation[1, 0], rotation[0, 0])
-
-
-def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
-    if status.support == "double":
-        return UNKNOWN
-    sole = status.left_sole_in_odom if status.support == "left" else status.right_sole_in_odom
-    qx, qy, q_yaw = status.q_in_odom
-    dx, dy = sole[0] - qx, sole[1] - qy
-    cos, sin = math.cos(q_yaw), math.sin(q_yaw)
-    return cos * dx + sin * dy, cos * dy - sin * dx, sole[5] - q_yaw
 
 
 def make_pair(spec: RolloutSpec) -> tuple[World, Gait]:

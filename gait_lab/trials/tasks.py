@@ -26,28 +26,36 @@ AXES = {"x": ("cm/s", 100.0), "y": ("cm/s", 100.0), "yaw": ("deg/s", math.degree
 
 @dataclass(frozen=True, slots=True)
 class AskedMotion:
-    """A motion and when it is asked for."""
+    """A motion and when it is asked for.
+
+    Attributes:
+        time: [s] since the start.
+        name: Of the motion.
+    """
 
     time: float
-    """[s] since the start."""
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A walk: the command over time, and when it is measured. Times in s since the start."""
+    """A walk: the command over time, and when it is measured. Times in s since the start.
+
+    Attributes:
+        name: In tables.
+        knots: Command at rising times; linear between them, held after the last.
+        start: Begin of the measured window.
+        end: End of the measured window and of the task.
+        axis: `x`, `y` or `yaw`: the axis whose speed is the result; None for standing and stepping.
+        motions: What is asked for on the way, at rising times; a ball is then in the world.
+    """
 
     name: str
     knots: tuple[tuple[float, VelocityCommand], ...]
-    """Command at rising times; linear between them, held after the last."""
     start: float
-    """Begin of the measured window."""
     end: float
-    """End of the measured window and of the task."""
     axis: str | None = None
-    """`x`, `y` or `yaw`: the axis whose speed is the result; None for standing and stepping."""
     motions: tuple[AskedMotion, ...] = ()
-    """What is asked for on the way, at rising times; a ball is then in the world."""
 
     def __post_init__(self) -> None:
         times = [time for time, _ in self.knots]

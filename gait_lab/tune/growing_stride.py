@@ -9,7 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gait_lab.analysis.metrics import Metrics, Trace, measure
+from gait_lab.analysis.metrics import Metrics, measure
+from gait_lab.analysis.trace import Trace
 from gait_lab.tune.measures import Measures, excess_of
 from gait_lab.tune.walker import Setting, walk
 from nao_lipm_gait.types import STANDSTILL, GaitState, GaitStatus, VelocityCommand

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from gait_lab.analysis.metrics import Trace, has_fallen
-from gait_lab.trials.rollout import Recorder
+from gait_lab.analysis.metrics import has_fallen
+from gait_lab.analysis.trace import Recorder, Trace
 from gait_lab.trials.trial import CONTROL_PERIOD
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gait_lab.report.body import pose_of
+from gait_lab.analysis.body import pose_of
 from nao_lipm_gait.types import STANDSTILL, FloatArray, VelocityCommand
 
 if TYPE_CHECKING:

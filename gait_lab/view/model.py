@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from gait_lab.report.body import inverse_pose
+from gait_lab.analysis.body import inverse_pose
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 

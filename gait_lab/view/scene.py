@@ -6,8 +6,14 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from gait_lab.report.body import footprint_of, inverse_pose, planar_pose, torso_over_soles
-from gait_lab.report.shapes import Shapes, shapes_of
+from gait_lab.analysis.body import (
+    Shapes,
+    footprint_of,
+    inverse_pose,
+    planar_pose,
+    shapes_of,
+    torso_over_soles,
+)
 from gait_lab.view.link import Heard
 from gait_lab.view.model import LinkPoses
 from nao_lipm_gait.robot import RobotDescription

@@ -15,8 +15,8 @@ import yaml
 
 pytest.importorskip("rosbags")
 
-from gait_lab.analysis.bag import CLOCK, BagWriter, message_class, stamp_of
-from gait_lab.analysis.bag_reading import TYPES, open_bag, read_bag
+from gait_lab.analysis.bag import TYPES, BagWriter, open_bag
+from gait_lab.record.recorder import CLOCK, message_class, stamp_of
 from nao_lipm_gait.errors import NaoGaitError
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -59,12 +59,12 @@ def write(path: Path, ticks: int = 5, storage: str = "mcap") -> None:
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_a_bag_reads_back(tmp_path: Path, storage: str) -> None:
     write(tmp_path / "bag", storage=storage)
-    found = read_bag(tmp_path / "bag", ("/joint_states", "/robot_description", "/absent"))
+    found = open_bag(tmp_path / "bag", ("/joint_states", "/robot_description", "/absent")).messages
     assert [stamp for stamp, _ in found["/joint_states"]] == [n * 10_000_000 for n in range(5)]
     assert found["/joint_states"][3][1].position == pytest.approx([3e7, 3e7 + 1, 3e7 + 2])
     assert found["/robot_description"][0][1].data == "<robot/>"
     assert found["/absent"] == []
-    assert "/joint_command" in read_bag(tmp_path / "bag")
+    assert "/joint_command" in open_bag(tmp_path / "bag").messages
 
 
 def test_mcap_readers_find_schema_and_messages(tmp_path: Path) -> None:
@@ -101,12 +101,12 @@ def test_an_error_while_recording_keeps_what_was_recorded(tmp_path: Path) -> Non
         writer.add_topic("/text", STRING)
         writer.write("/text", 7, text("kept"))
         raise RuntimeError
-    assert read_bag(tmp_path / "bag")["/text"][0][1].data == "kept"
+    assert open_bag(tmp_path / "bag").messages["/text"][0][1].data == "kept"
 
 
 KILLED = """
 import sys
-sys.path.insert(0, "test")
+sys.path.insert(0, "test/lab")
 from pathlib import Path
 from test_bag import STRING, text
 import gait_lab.analysis.bag
@@ -222,7 +222,7 @@ def test_messages_that_end_in_empty_arrays_are_read(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "bag") as writer:
         writer.add_topic("/joint_command", JOINT_STATE)
         writer.write("/joint_command", 0, data)
-    ((_, message),) = read_bag(tmp_path / "bag")["/joint_command"]
+    ((_, message),) = open_bag(tmp_path / "bag").messages["/joint_command"]
     assert list(message.position) == [0.5]
     assert len(message.effort) == 0
 
@@ -282,7 +282,7 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "other") as writer, pytest.raises(NaoGaitError, match="topic /x"):
         writer.add_topic("/x", "my_msgs/msg/Unknown")
     with pytest.raises(NaoGaitError, match="rosbag2 wrote"):
-        read_bag(tmp_path / "nothing")
+        open_bag(tmp_path / "nothing")
     with pytest.raises(ImportError):
         message_class("my_msgs/msg/Unknown")
     with pytest.raises(ImportError):
@@ -295,4 +295,4 @@ def test_an_empty_bag_is_a_bag(tmp_path: Path) -> None:
     info = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())
     begin = info["rosbag2_bagfile_information"]["starting_time"]["nanoseconds_since_epoch"]
     assert begin == 0
-    assert read_bag(tmp_path / "bag") == {"/text": []}
+    assert open_bag(tmp_path / "bag").messages == {"/text": []}

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gait_lab.record.clock_order import ClockOrder
+from gait_lab.record.recorder import ClockOrder
 
 MS = 1_000_000
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gait_lab.analysis import metrics
-from gait_lab.analysis.metrics import DOUBLE, LEFT, RIGHT, Trace, measure
+from gait_lab.analysis.metrics import measure
+from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, Trace
 from nao_lipm_gait.errors import NaoGaitError
 
 PERIOD = 10_000_000

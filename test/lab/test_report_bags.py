@@ -17,8 +17,8 @@ from std_msgs.msg import String
 
 from gait_lab import cli
 from gait_lab.analysis.bag import BagWriter
+from gait_lab.analysis.recorded_walk import PARTS, find_parts, missing_parts
 from gait_lab.report.analysis import analyse
-from gait_lab.report.topics import PARTS, find_parts, missing_parts
 from gait_lab.report.verdict import findings, headline
 from gait_lab.trials.rollout import RolloutSpec
 from gait_lab.trials.tasks import TASKS
@@ -193,7 +193,7 @@ def test_a_push_and_a_fall_are_found(tmp_path: Path) -> None:
 
 
 def test_names_of_topics_decide_before_their_ends() -> None:
-    from gait_lab.analysis.bag_reading import TopicSummary
+    from gait_lab.analysis.bag import TopicSummary
 
     joints = TopicSummary("sensor_msgs/msg/JointState", 5)
     odometry = TopicSummary("nav_msgs/msg/Odometry", 5)

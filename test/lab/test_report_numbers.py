@@ -10,10 +10,11 @@ import pytest
 pytest.importorskip("rclpy")
 pytest.importorskip("mujoco")
 
-from gait_lab.analysis.metrics import LEFT, RIGHT, measure
+from gait_lab.analysis.metrics import measure
+from gait_lab.analysis.trace import LEFT, RIGHT
 from gait_lab.report.analysis import Analysis, analyse
-from gait_lab.report.innovation import autocorrelation
-from gait_lab.report.tables import number, stretch_table
+from gait_lab.report.signals import autocorrelation
+from gait_lab.report.verdict import number, stretch_table
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import STAND_TIME, TASKS
 from nao_lipm_gait.parameters import GaitParameters

@@ -11,20 +11,14 @@ import numpy as np
 import pytest
 
 from gait_lab import bench
-from gait_lab.analysis.metrics import Metrics, Trace
+from gait_lab.analysis.metrics import Metrics
+from gait_lab.analysis.trace import Recorder, Trace
 from gait_lab.bench import running
 from gait_lab.bench.settings import overridden
 from gait_lab.bench.suites.compute import compute
 from gait_lab.bench.suites.speed import _rows
 from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rollout import (
-    Recorder,
-    RolloutResult,
-    RolloutSpec,
-    make_pair,
-    rollout,
-    run_all,
-)
+from gait_lab.trials.rollout import RolloutResult, RolloutSpec, make_pair, rollout, run_all
 from gait_lab.trials.tasks import Task, find_task, walk
 from gait_lab.trials.trial import Push, TimedCommands, run
 from nao_lipm_gait.errors import NaoGaitError

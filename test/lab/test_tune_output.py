@@ -14,7 +14,7 @@ import itertools
 
 from test_tune_study import GOOD
 
-from gait_lab.analysis.metrics import LEFT, RIGHT
+from gait_lab.analysis.trace import LEFT, RIGHT
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import walk as walk_task
 from gait_lab.tune import guide

@@ -10,8 +10,8 @@ import yaml
 
 pytest.importorskip("rclpy")
 
-from gait_lab.analysis.bag import message_class
-from gait_lab.report.topics import PARTS
+from gait_lab.analysis.recorded_walk import PARTS
+from gait_lab.record.recorder import message_class
 from nao_lipm_gait.resources import share
 from nao_lipm_gait.robot import load_robot
 

@@ -15,7 +15,7 @@ pytest.importorskip("rosbags")
 
 from rosgraph_msgs.msg import Clock
 
-from gait_lab.analysis.bag_reading import open_bag
+from gait_lab.analysis.bag import open_bag
 from nao_lipm_gait.errors import NaoGaitError
 from ros_probe import ROOT, Probe
 

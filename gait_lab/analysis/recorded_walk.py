@@ -1,7 +1,7 @@
-"""A recorded walk as arrays over simulated time; what the bag lacks is empty."""
+"""A recorded walk: the topics of a bag as arrays over simulated time, in any namespace."""
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,28 +9,118 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_lab.analysis.bag_reading import BagContents, open_bag
-from gait_lab.analysis.metrics import DOUBLE, LEFT, RIGHT
-from gait_lab.report.topics import find_parts, missing_parts
+from gait_lab.analysis.bag import BagContents, TopicSummary, open_bag
+from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT
 from nao_lipm_gait.types import FloatArray
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+POINT = "geometry_msgs/msg/PointStamped"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+STRING = "std_msgs/msg/String"
+ODOMETRY = "nav_msgs/msg/Odometry"
+TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One topic of the ROS interface.
+
+    Attributes:
+        topic: Its name without remapping.
+        types: Accepted message types.
+        without: What is unknown without it.
+        optional: Not mentioned if it is missing.
+    """
+
+    topic: str
+    types: tuple[str, ...]
+    without: str
+    optional: bool = False
+
+
+PARTS: Mapping[str, Part] = {
+    "joints": Part("/joint_states", (JOINT_STATE,), "joints, saturation, timing and the 3D replay"),
+    "targets": Part("/joint_command", (JOINT_STATE,), "joint targets against measured"),
+    "command": Part("/cmd_vel", TWISTS, "the speeds that were asked for"),
+    "truth": Part("/ground_truth/odom", (ODOMETRY,), "true speeds and path (odometry instead)"),
+    "true_com": Part("/ground_truth/com", (POINT,), "the CoM error against truth"),
+    "odometry": Part("/odom", (ODOMETRY,), "the gait's own odometry"),
+    "expected": Part("/gait/com_expected", (POINT,), "the expected CoM and the innovation"),
+    "measured": Part("/gait/com_measured", (POINT,), "the measured CoM and the innovation"),
+    "estimated": Part("/gait/com_estimated", (POINT,), "the estimated CoM"),
+    "support": Part("/gait/support", (STRING,), "steps and the state of the gait"),
+    "footsteps": Part("/gait/footsteps", ("visualization_msgs/msg/MarkerArray",),
+                      "step sizes and pendulum origins"),
+    "left_sole": Part("/l_sole/wrench", (WRENCH,), "the share of flight"),
+    "right_sole": Part("/r_sole/wrench", (WRENCH,), "the share of flight"),
+    "diagnostics": Part("/diagnostics", ("diagnostic_msgs/msg/DiagnosticArray",),
+                        "the gait's own tick times"),
+    "push": Part("/push", (WRENCH,), "pushes", optional=True),
+    "clock": Part("/clock", ("rosgraph_msgs/msg/Clock",), "the simulated clock", optional=True),
+    "description": Part("/robot_description", (STRING,), "the robot's own URDF", optional=True),
+}  # fmt: skip
+
+
+def find_parts(topics: Mapping[str, TopicSummary]) -> dict[str, str]:
+    """Topic by part: by its full name, else the only topic of its type with the same ending."""
+    found: dict[str, str] = {}
+    for name, part in PARTS.items():
+        if _fits(topics, part.topic, part):
+            found[name] = part.topic
+    for name, part in PARTS.items():
+        if name in found:
+            continue
+        ends = (part.topic, "/" + part.topic.rsplit("/", 1)[1])
+        for end in ends:
+            candidates = [
+                topic
+                for topic in topics
+                if topic.endswith(end) and _fits(topics, topic, part)
+                and topic not in found.values()
+                and ("ground_truth" in topic) == ("ground_truth" in part.topic)
+            ]  # fmt: skip
+            if len(candidates) == 1:
+                found[name] = candidates[0]
+                break
+    return found
+
+
+def missing_parts(found: Mapping[str, str]) -> list[str]:
+    """What is missing in the bag, in words, and what is unknown without it."""
+    return [
+        f"{part.topic} ({part.types[0]}): without it, no {part.without}"
+        if not part.without.startswith(("true", "the"))
+        else f"{part.topic} ({part.types[0]}): missing are {part.without}"
+        for name, part in PARTS.items()
+        if name not in found and not part.optional
+    ]
+
+
+def _fits(topics: Mapping[str, TopicSummary], topic: str, part: Part) -> bool:
+    summary = topics.get(topic)
+    return summary is not None and summary.count > 0 and summary.type in part.types
+
 
 IntArray = NDArray[np.int64]
 _NANO = 1e-9
 RESTART = 500_000_000
-"""[ns] A longer step back in time is a new run and not a message out of order."""
+"""[ns] A longer step back in time begins a new run; a shorter one is a late message."""
 Messages = Sequence[tuple[int, Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows over time, t of them."""
+    """t rows over time.
+
+    Attributes:
+        stamp: (t,) [ns] of the values, strictly rising.
+        arrived: (t,) [ns] when they were recorded, on the same clock.
+        value: (t, n).
+    """
 
     stamp: IntArray
-    """(t,) [ns] that the values belong to, rising."""
     arrived: IntArray
-    """(t,) [ns] when they were recorded, on the same clock."""
     value: FloatArray
-    """(t, n)"""
 
     def __len__(self) -> int:
         return len(self.stamp)
@@ -39,7 +129,7 @@ class Table:
         return len(self.stamp) > 0
 
     def at(self, stamps: IntArray) -> FloatArray:
-        """(s, n) the rows with exactly these stamps; NaN where there is none."""
+        """(s, n) the rows with exactly these stamps (s,); NaN where there is none."""
         result = np.full((len(stamps), self.value.shape[1]), np.nan)
         if len(self):
             row = np.minimum(np.searchsorted(self.stamp, stamps), len(self) - 1)
@@ -50,89 +140,118 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Footsteps:
-    """What `footsteps` drew, in odom: m rows."""
+    """What the topic `footsteps` drew, in odom: m rows.
+
+    Attributes:
+        stamp: (m,) [ns].
+        left_sole: (m, 3) x, y [m], yaw [rad] of the left sole.
+        right_sole: (m, 3) the same of the right sole.
+        origin: (m, 2) [m] pendulum origin.
+        com: (m, 2) [m] estimated CoM.
+        support: (m,) LEFT or RIGHT: the other sole is drawn pale; DOUBLE where none is.
+    """
 
     stamp: IntArray
     left_sole: FloatArray
-    """(m, 3) x, y [m], yaw [rad]"""
     right_sole: FloatArray
     origin: FloatArray
-    """(m, 2) pendulum origin [m]."""
     com: FloatArray
-    """(m, 2) estimated CoM [m]."""
     support: IntArray
-    """(m,) LEFT or RIGHT by the sole that is drawn pale; DOUBLE where none is."""
 
 
 @dataclass(frozen=True, slots=True)
-class Walk:
-    """One bag."""
+class RecordedWalk:
+    """The topics of one bag.
+
+    Attributes:
+        name: Of the bag's folder.
+        bag: The contents as read.
+        parts: Topic by part, see `PARTS`.
+        missing: Which parts the bag lacks, in words.
+        remarks: What was wrong with the bag, in words.
+        origin: [ns] the zero of every time axis.
+        age: [ns] median age of the sensors when they were recorded; 0 if unknown.
+        joint_names: Of the joint states.
+        position: (t, j) [rad].
+        velocity: (t, j) [rad/s].
+        effort: (t, j) [N m].
+        target_names: Joints of the targets.
+        targets: (t, k) [rad]; the stamp is that of the joint state that is answered.
+        command: (t, 3) [m/s, m/s, rad/s].
+        truth: (t, 10) torso in world: x, y, z [m], quaternion xyzw, velocity in the torso frame
+            [m/s].
+        true_com: (t, 3) [m] in world.
+        odometry: (t, 3) x, y [m], yaw [rad] of base_footprint in odom.
+        expected: (t, 3) [m] CoM in Q.
+        measured: (t, 3) [m] CoM in Q.
+        estimated: (t, 3) [m] CoM in Q.
+        wrenches: Left, right: (t, 6) force [N] and torque [N m] in the sole frame.
+        push: (t, 3) [N] in world.
+        support: (arrival [ns], state and support foot) at each change.
+        footsteps: What the gait drew.
+        diagnostics: (arrival [ns], values by name).
+        urdf: The robot_description; None without one.
+    """
 
     name: str
     bag: BagContents
     parts: dict[str, str]
-    """part -> topic"""
     missing: tuple[str, ...]
     remarks: tuple[str, ...]
     origin: int
-    """[ns] the zero of every time axis."""
     age: int
-    """[ns] how old the sensors are when they are recorded; 0 if unknown."""
     joint_names: tuple[str, ...]
     position: Table
-    """(t, j) [rad]"""
     velocity: Table
-    """(t, j) [rad/s]"""
     effort: Table
-    """(t, j) [N m]"""
     target_names: tuple[str, ...]
     targets: Table
-    """(t, k) [rad]; the stamp is that of the joint state that is answered."""
     command: Table
-    """(t, 3) [m/s, m/s, rad/s]"""
     truth: Table
-    """(t, 10) torso in world: x, y, z [m], quaternion xyzw, velocity in the torso frame [m/s]."""
     true_com: Table
-    """(t, 3) [m] in world"""
     odometry: Table
-    """(t, 3) x, y [m], yaw [rad]"""
     expected: Table
-    """(t, 3) [m] in Q"""
     measured: Table
     estimated: Table
     wrenches: tuple[Table, Table]
-    """Left, right: (t, 6) force [N], torque [N m] in the sole frame."""
     push: Table
-    """(t, 3) [N] in world"""
     support: tuple[tuple[int, str], ...]
-    """(stamp of arrival [ns], state and support foot) at each change."""
     footsteps: Footsteps
     diagnostics: tuple[tuple[int, dict[str, str]], ...]
-    """(stamp of arrival [ns], values)"""
     urdf: str | None
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """[s] from the origin to the last sensor or status."""
         tables = (self.position, self.truth, self.odometry, self.expected, self.targets)
         ends = [int(table.stamp[-1]) for table in tables if len(table)]
         return max(0.0, (max(ends, default=self.origin) - self.origin) * _NANO)
 
     @property
     def period(self) -> int:
-        """[ns] between two joint states, most often; 0 if there are none."""
+        """[ns] median time between two joint states; 0 without any."""
         for table in (self.position, self.expected, self.truth):
             if len(table) > 1:
                 return int(np.median(np.diff(table.stamp)))
         return 0
 
     def seconds(self, stamp: IntArray | int) -> FloatArray:
-        """Stamps [ns] on the time axis of the report [s]."""
+        """Stamps [ns] as times since the origin [s]."""
         return (np.asarray(stamp) - self.origin) * _NANO
 
 
-def read_walk(path: Path) -> Walk:
-    """Read a bag; NaoGaitError for what is none. Whatever is missing is empty, and said."""
+def read_walk(path: Path) -> RecordedWalk:
+    """Read a bag.
+
+    Args:
+        path: A rosbag2 folder, or an .mcap or .db3 file.
+
+    Returns:
+        The walk; what the bag lacks is empty and listed in `missing`.
+
+    Raises:
+        NaoGaitError: The path is no bag.
+    """
     # The topics are only known once the bag is open.
     bag = open_bag(path)
     parts = find_parts(bag.topics)
@@ -170,7 +289,7 @@ def read_walk(path: Path) -> Walk:
     }
     firsts = [int(each.stamp[0]) for each in tables.values() if len(each)]
     descriptions = messages("description")
-    return Walk(
+    return RecordedWalk(
         name=path.name if path.name != "bag" else path.resolve().parent.name,
         bag=bag,
         parts=parts,
@@ -193,7 +312,7 @@ def read_walk(path: Path) -> Walk:
 
 
 class _Clock:
-    """From the time of recording to simulated time. `ros2 bag record` may have used wall time."""
+    """Turns log times into simulated times; `ros2 bag record` may have logged wall time."""
 
     def __init__(self, clock: Messages, joints: Messages) -> None:
         if clock:
@@ -221,8 +340,8 @@ def _age(joints: Table) -> int:
 def _rising(
     rows: list[tuple[int, int, Any]], width: int, topic: str, remarks: list[str]
 ) -> Table:
-    """The rows by rising stamp, each stamp once; of several runs in one bag the longest."""
-    # Recorders give several messages one time; readers then return them in any order.
+    """The rows by rising stamp, each stamp once; the longest of several runs in one bag."""
+    # Several messages can have the same log time; readers return them in any order.
     rows = sorted(rows, key=lambda row: (row[1], row[0]))
     stamps = np.array([row[0] for row in rows], dtype=np.int64)
     begins = [0, *(np.flatnonzero(np.diff(stamps) < -RESTART) + 1).tolist(), len(rows)]

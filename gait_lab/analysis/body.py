@@ -1,0 +1,337 @@
+"""The robot's body in a recording: poses of its parts, and the shapes of its links."""
+
+import math
+import tempfile
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from gait_lab.analysis.recorded_walk import RecordedWalk
+from gait_lab.analysis.trace import IntArray
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.types import FloatArray
+
+
+def robot_of(walk: RecordedWalk) -> tuple[RobotDescription | None, str]:
+    """The robot of a bag: from its own URDF, else the shipped one.
+
+    Returns:
+        The robot and where it is from; None and the reason if the recorded joints do not fit it.
+    """
+    if not walk.joint_names:
+        return None, "no joint states"
+    if walk.urdf is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "robot.urdf")
+            path.write_text(walk.urdf, encoding="utf-8")
+            try:
+                return _checked(walk, load_robot(path)), "from the bag's robot_description"
+            except NaoGaitError as error:
+                reason = f"the bag's robot_description: {error}"
+    else:
+        reason = "no robot_description in the bag"
+    try:
+        return _checked(walk, load_robot()), f"{reason}; the shipped NAO H21 instead"
+    except NaoGaitError as error:
+        return None, str(error)
+
+
+def _checked(walk: RecordedWalk, robot: RobotDescription) -> RobotDescription:
+    unknown = [name for name in robot.joint_names if name not in walk.joint_names]
+    if unknown:
+        raise NaoGaitError("joint_states", f"no {', '.join(unknown)}", "the joints of the robot")
+    return robot
+
+
+@dataclass(frozen=True, slots=True)
+class BodyTrack:
+    """The body at t joint states, in the world (in odom without ground truth).
+
+    Attributes:
+        stamp: (t,) [ns].
+        torso: (t, 4, 4) pose; NaN where unknown.
+        sole: (t, 2, 4, 4) poses of the left and the right sole.
+        com: (t, 3) [m] from the joints and the masses of the model.
+        link_names: The l links that are drawn.
+        links: (t, l, 4, 4) their poses.
+        from_truth: The torso pose is ground truth.
+    """
+
+    stamp: IntArray
+    torso: FloatArray
+    sole: FloatArray
+    com: FloatArray
+    link_names: tuple[str, ...]
+    links: FloatArray
+    from_truth: bool
+
+
+def follow_body(
+    walk: RecordedWalk, robot: RobotDescription, links: tuple[str, ...] = (), every: int = 1
+) -> BodyTrack:
+    """Compute the poses of the body from the recorded joint states.
+
+    The torso is at its true pose; without ground truth it is placed by odometry, with the lower
+    sole flat on the ground.
+
+    Args:
+        walk: The recording.
+        robot: Its robot.
+        links: Links whose poses are wanted.
+        every: Use every n-th joint state.
+
+    Returns:
+        The track.
+    """
+    stamps = walk.position.stamp[::every]
+    columns = [walk.joint_names.index(name) for name in robot.joint_names]
+    angles = walk.position.value[::every][:, columns]
+    model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+    data = model.createData()
+    q = pin.neutral(model)
+    index = [model.joints[model.getJointId(name)].idx_q for name in robot.joint_names]
+    frame = {
+        name: model.getFrameId(name, pin.FrameType.BODY)
+        for name in (robot.torso_frame, *robot.sole_frames, *links)
+    }
+    count = len(stamps)
+    torso_in_root = np.empty((count, 4, 4))
+    sole_in_root = np.empty((count, 2, 4, 4))
+    com_in_root = np.empty((count, 3))
+    link_in_root = np.empty((count, len(links), 4, 4))
+    for row in range(count):
+        q[index] = angles[row]
+        com_in_root[row] = pin.centerOfMass(model, data, q, False)
+        pin.updateFramePlacements(model, data)
+        torso_in_root[row] = data.oMf[frame[robot.torso_frame]].homogeneous
+        for side, name in enumerate(robot.sole_frames):
+            sole_in_root[row, side] = data.oMf[frame[name]].homogeneous
+        for column, name in enumerate(links):
+            link_in_root[row, column] = data.oMf[frame[name]].homogeneous
+    root_in_torso = inverse_pose(torso_in_root)
+    sole_in_torso = root_in_torso[:, None] @ sole_in_root
+    from_truth = bool(len(walk.truth))
+    if from_truth:
+        torso = _true_torso(walk, stamps)
+    else:
+        torso = _torso_by_odometry(walk, stamps, sole_in_torso)
+    root = torso @ root_in_torso
+    return BodyTrack(
+        stamp=stamps,
+        torso=torso,
+        sole=torso[:, None] @ sole_in_torso,
+        com=np.einsum("tij,tj->ti", root[:, :3, :3], com_in_root) + root[:, :3, 3],
+        link_names=links,
+        links=root[:, None] @ link_in_root,
+        from_truth=from_truth,
+    )
+
+
+def yaw_of_pose(pose: FloatArray) -> FloatArray:
+    """(...,) [rad] heading of the x axis of (..., 4, 4) poses."""
+    return np.arctan2(pose[..., 1, 0], pose[..., 0, 0])
+
+
+def inverse_pose(pose: FloatArray) -> FloatArray:
+    """Inverse of (..., 4, 4) poses."""
+    result = np.zeros_like(pose)
+    result[..., :3, :3] = np.swapaxes(pose[..., :3, :3], -1, -2)
+    result[..., :3, 3] = -np.einsum("...ij,...j->...i", result[..., :3, :3], pose[..., :3, 3])
+    result[..., 3, 3] = 1.0
+    return result
+
+
+def _true_torso(walk: RecordedWalk, stamps: IntArray) -> FloatArray:
+    rows = walk.truth.at(stamps)
+    return pose_of(rows[:, 0:3], rows[:, 3:7])
+
+
+def pose_of(position: FloatArray, quaternion: FloatArray) -> FloatArray:
+    """(t, 4, 4) from (t, 3) [m] and (t, 4) xyzw."""
+    x, y, z, w = quaternion.T
+    pose = np.zeros((len(position), 4, 4))
+    pose[:, 0, :3] = np.stack(
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1
+    )
+    pose[:, 1, :3] = np.stack(
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1
+    )
+    pose[:, 2, :3] = np.stack(
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1
+    )
+    pose[:, :3, 3] = position
+    pose[:, 3, 3] = 1.0
+    return pose
+
+
+def _torso_by_odometry(
+    walk: RecordedWalk, stamps: IntArray, sole_in_torso: FloatArray
+) -> FloatArray:
+    odometry = walk.odometry.at(stamps) if len(walk.odometry) else np.zeros((len(stamps), 3))
+    return torso_over_soles(odometry, sole_in_torso)
+
+
+def torso_over_soles(odometry: FloatArray, sole_in_torso: FloatArray) -> FloatArray:
+    """Pose of the torso in odom if its tilt is unknown.
+
+    The lower sole is taken as flat on the ground; base_footprint is the middle between the soles.
+
+    Args:
+        odometry: (t, 3) x, y [m], yaw [rad] of base_footprint in odom.
+        sole_in_torso: (t, 2, 4, 4) poses of the soles.
+
+    Returns:
+        (t, 4, 4).
+    """
+    # The lower sole of an upright torso; a walking robot is nearly upright.
+    side = np.argmin(sole_in_torso[:, :, 2, 3], axis=1)
+    torso_in_sole = inverse_pose(sole_in_torso[np.arange(len(side)), side])
+    # base_footprint in the frame of the stance sole, inverted and placed by odometry.
+    footprint = planar_pose(*footprint_of(torso_in_sole[:, None] @ sole_in_torso).T)
+    return planar_pose(*odometry.T) @ inverse_pose(footprint) @ torso_in_sole
+
+
+def footprint_of(soles: FloatArray) -> FloatArray:
+    """(t, 3) x, y [m], yaw [rad] of the middle between soles (t, 2, 4, 4)."""
+    heading = np.unwrap(yaw_of_pose(soles), axis=1).mean(axis=1)
+    return np.column_stack([soles[:, :, :2, 3].mean(axis=1), heading])
+
+
+def planar_pose(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
+    """(t, 4, 4) poses on the ground from x, y [m] and yaw [rad], each (t,)."""
+    pose = np.zeros((len(x), 4, 4))
+    pose[:, 0, 0] = pose[:, 1, 1] = np.cos(yaw)
+    pose[:, 1, 0] = np.sin(yaw)
+    pose[:, 0, 1] = -pose[:, 1, 0]
+    pose[:, 2, 2] = pose[:, 3, 3] = 1.0
+    pose[:, 0, 3], pose[:, 1, 3] = x, y
+    return pose
+
+
+ROUND = 12
+"""Corners with which a circle is drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shapes:
+    """The shapes of all links as one mesh of v vertices and f triangles.
+
+    Attributes:
+        links: Names.
+        vertex: (v, 3) [m] in the frame of the link.
+        link: (v,) index into `links`.
+        triangle: (f, 3) indices of vertices.
+        color: One per triangle, as rgb(r,g,b).
+    """
+
+    links: tuple[str, ...]
+    vertex: FloatArray
+    link: IntArray
+    triangle: IntArray
+    color: tuple[str, ...]
+
+
+def shapes_of(urdf: str) -> Shapes:
+    """All visual boxes, cylinders and spheres of a URDF; meshes are left out."""
+    root = ET.fromstring(urdf)
+    colors = {m.get("name", ""): _rgb(m) for m in root.findall("material")}
+    links: list[str] = []
+    vertices, owners, triangles, paint = [], [], [], []
+    count = 0
+    for link in root.findall("link"):
+        for visual in link.findall("visual"):
+            made = _made(visual.find("geometry"))
+            if made is None:
+                continue
+            points, faces = made
+            name = link.get("name", "")
+            if name not in links:
+                links.append(name)
+            rotation, place = _origin(visual.find("origin"))
+            vertices.append(points @ rotation.T + place)
+            owners.append(np.full(len(points), links.index(name)))
+            triangles.append(faces + count)
+            paint += [_color(visual.find("material"), colors)] * len(faces)
+            count += len(points)
+    if not vertices:
+        return Shapes((), np.empty((0, 3)), np.empty(0, int), np.empty((0, 3), int), ())
+    return Shapes(
+        tuple(links),
+        np.vstack(vertices),
+        np.concatenate(owners),
+        np.vstack(triangles),
+        tuple(paint),
+    )
+
+
+def _rgb(material: ET.Element | None) -> str | None:
+    color = None if material is None else material.find("color")
+    if color is None:
+        return None
+    r, g, b = (round(255 * float(value)) for value in color.get("rgba", "").split()[:3])
+    return f"rgb({r},{g},{b})"
+
+
+def _color(material: ET.Element | None, named: dict[str, str | None]) -> str:
+    own = _rgb(material)
+    name = "" if material is None else material.get("name", "")
+    return own or named.get(name) or "rgb(200,204,210)"
+
+
+def _origin(origin: ET.Element | None) -> tuple[FloatArray, FloatArray]:
+    if origin is None:
+        return np.eye(3), np.zeros(3)
+    roll, pitch, yaw = (float(value) for value in origin.get("rpy", "0 0 0").split())
+    place = np.array([float(value) for value in origin.get("xyz", "0 0 0").split()])
+    return np.asarray(pin.rpy.rpyToMatrix(roll, pitch, yaw)), place
+
+
+def _made(geometry: ET.Element | None) -> tuple[FloatArray, IntArray] | None:
+    if geometry is None:
+        return None
+    if (box := geometry.find("box")) is not None:
+        return _box(*(float(value) for value in box.get("size", "").split()))
+    if (cylinder := geometry.find("cylinder")) is not None:
+        return _lathe(*_cylinder_profile(
+            float(cylinder.get("radius", "")), float(cylinder.get("length", ""))
+        ))  # fmt: skip
+    if (sphere := geometry.find("sphere")) is not None:
+        radius = float(sphere.get("radius", ""))
+        angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, ROUND // 2 + 1)
+        return _lathe(radius * np.cos(angles), radius * np.sin(angles))
+    return None
+
+
+def _box(x: float, y: float, z: float) -> tuple[FloatArray, IntArray]:
+    corners = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    return 0.5 * corners * (x, y, z), np.array(triangles)
+
+
+def _cylinder_profile(radius: float, length: float) -> tuple[FloatArray, FloatArray]:
+    half = 0.5 * length
+    return np.array([0.0, radius, radius, 0.0]), np.array([-half, -half, half, half])
+
+
+def _lathe(radius: FloatArray, height: FloatArray) -> tuple[FloatArray, IntArray]:
+    """A profile turned about z; radii (p,) and heights (p,), from the lower pole to the upper."""
+    angle = np.arange(ROUND) * 2.0 * math.pi / ROUND
+    rings = [
+        np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(ROUND, z)])
+        for r, z in zip(radius, height, strict=True)
+    ]
+    triangles = []
+    for ring in range(len(radius) - 1):
+        for a in range(ROUND):
+            b = (a + 1) % ROUND
+            low, high = ring * ROUND, (ring + 1) * ROUND
+            if radius[ring] > 0.0:
+                triangles.append((low + a, low + b, high + b))
+            if radius[ring + 1] > 0.0:
+                triangles.append((low + a, high + b, high + a))
+    return np.vstack(rings), np.array(triangles)

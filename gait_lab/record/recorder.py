@@ -1,0 +1,362 @@
+"""Records ROS topics to a bag, stamped with simulated time where /clock is published.
+
+All subscriptions are raw: nothing is decoded on the way, so that a busy machine keeps up.
+"""
+
+import importlib
+import math
+import struct
+import time
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gait_lab.analysis.bag import BagWriter
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.ros.process import stay_local, stop_on_signal
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+CLOCK = "rosgraph_msgs/msg/Clock"
+DISCOVERY_PERIOD = 0.5
+"""[s] of wall time between two searches for new topics."""
+CLOCK_TIMEOUT = 5.0
+"""[s] of wall time that /clock may be discovered later than the first other topic."""
+START_TIMEOUT = 8.0
+"""[s] of wall time without any topic, after which the duration of a recording counts."""
+KEPT_TICKS = 100_000
+"""Ticks of the clock that are kept, 1000 s at 100 Hz."""
+
+Write = Callable[[str, int, bytes], None]
+"""Called with a topic, its time [ns] and a serialised message."""
+
+
+class ClockOrder:
+    """Gives every message the simulated time of its arrival, or its wall time without a clock.
+
+    A busy recorder handles its messages topic by topic, so that a message handled after a tick of
+    the clock may have arrived long before it. The middleware takes the arrival times; they decide.
+    Messages that arrive before the first tick are held until there is a tick, or until
+    `use_wall_time` says that there is no clock.
+
+    Args:
+        write: Called with each message and its time [ns].
+    """
+
+    def __init__(self, write: Write) -> None:
+        self._write = write
+        self._arrivals: list[int] = []
+        self._ticks: list[int] = []
+        self._waiting: list[tuple[str, int, bytes]] = []
+        self._wall = False
+
+    @property
+    def now(self) -> int | None:
+        """The newest tick; None before the first."""
+        return self._ticks[-1] if self._ticks else None
+
+    def tick(self, topic: str, arrived: int, stamp: int, data: bytes) -> None:
+        """Add a message of the clock.
+
+        Args:
+            topic: Of the clock.
+            arrived: [ns] arrival on any steady clock.
+            stamp: [ns] simulated time in the message.
+            data: The serialised message.
+        """
+        self._arrivals.append(max(arrived, self._arrivals[-1] if self._arrivals else arrived))
+        self._ticks.append(stamp)
+        if len(self._ticks) > 2 * KEPT_TICKS:
+            del self._arrivals[:KEPT_TICKS], self._ticks[:KEPT_TICKS]
+        self._write(topic, stamp, data)
+        waiting, self._waiting = self._waiting, []
+        for each in waiting:
+            self.message(*each)
+
+    def message(self, topic: str, arrived: int, data: bytes) -> None:
+        """Add another message; it is written once the clock has passed its arrival [ns]."""
+        if self._wall:
+            self._write(topic, arrived, data)
+        elif not self._arrivals or arrived >= self._arrivals[-1]:
+            self._waiting.append((topic, arrived, data))
+        else:
+            self._write(topic, self._at(arrived), data)
+
+    def _at(self, arrived: int) -> int:
+        return self._ticks[max(0, bisect_right(self._arrivals, arrived) - 1)]
+
+    def use_wall_time(self) -> None:
+        """Use the arrival times from now on, also for the messages that wait."""
+        self._wall = True
+        waiting, self._waiting = self._waiting, []
+        for each in waiting:
+            self._write(*each)
+
+    def close(self) -> None:
+        """Write what still waits, with the time 0 if there was no tick at all."""
+        for topic, arrived, data in self._waiting:
+            self._write(topic, self._at(arrived) if self._ticks else 0, data)
+        self._waiting.clear()
+
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+
+def message_class(message_type: str) -> Any:
+    """The Python class of `package/msg/Name`; ImportError if it is not installed."""
+    package, _, name = message_type.partition("/msg/")
+    try:
+        return getattr(importlib.import_module(f"{package}.msg"), name)
+    except AttributeError as error:
+        raise ImportError(f"no message {message_type}") from error
+
+
+def stamp_of(clock: bytes) -> int:
+    """[ns] in a serialised rosgraph_msgs/Clock."""
+    order = "<" if clock[1] & 1 else ">"
+    seconds, nanoseconds = struct.unpack_from(f"{order}iI", clock, 4)
+    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic to record.
+
+    Attributes:
+        name: Absolute or relative to the recording node.
+        type: `package/msg/Name`.
+        latched: Transient local: a late subscriber gets the last message.
+    """
+
+    name: str
+    type: str
+    latched: bool = False
+
+
+class TopicRecorder:
+    """Writes topics to a bag.
+
+    Args:
+        node: Subscribes.
+        writer: The bag.
+        simulated_time: Whether messages get the time of /clock; None if it is not known yet: they
+            are held until /clock ticks or `decide` is called.
+    """
+
+    DEPTH = 5000
+    """Messages that may wait while the recorder is busy."""
+
+    def __init__(
+        self, node: "Node", writer: BagWriter, *, simulated_time: bool | None = None
+    ) -> None:
+        self._node = node
+        self._writer = writer
+        self._simulated = simulated_time
+        self._order = ClockOrder(writer.write)
+        if simulated_time is False:
+            self._order.use_wall_time()
+        self._subscriptions: dict[str, tuple[Any, Callable[[bytes, Any], None]]] = {}
+        self._types: dict[str, Any] = {}
+        self._refused: set[str] = set()
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The recorded topics."""
+        return tuple(self._subscriptions)
+
+    @property
+    def now(self) -> float:
+        """[s] the newest simulated time; 0 before the first tick of the clock."""
+        return 1e-9 * (self._order.now or 0)
+
+    def add(self, topic: Topic, *, best_effort: bool = False) -> None:
+        """Subscribe; ImportError if the type is not installed, NaoGaitError if it is unknown."""
+        from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+        cls = message_class(topic.type)
+        name = self._node.resolve_topic_name(topic.name)
+        self._writer.add_topic(name, topic.type, latched=topic.latched)
+        qos = QoSProfile(
+            depth=self.DEPTH,
+            reliability=(
+                ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
+            ),
+            durability=(
+                DurabilityPolicy.TRANSIENT_LOCAL if topic.latched else DurabilityPolicy.VOLATILE
+            ),
+        )
+        handler: Any = self._handler(name, topic.type == CLOCK)
+        self._types[name] = cls
+        self._subscriptions[name] = (
+            self._node.create_subscription(cls, name, handler, qos, raw=True), handler
+        )  # fmt: skip
+
+    def add_new_topics(self, wanted: set[str] | None = None) -> list[tuple[str, str]]:
+        """Subscribe to the topics that have appeared.
+
+        Args:
+            wanted: Only these; None for all.
+
+        Returns:
+            (topic, reason) for each topic that cannot be recorded; each one once.
+        """
+        from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+        refused = []
+        for name, types in self._node.get_topic_names_and_types():
+            if name in self._subscriptions or name in self._refused:
+                continue
+            if wanted is not None and name not in wanted:
+                continue
+            offers = [offer.qos_profile for offer in self._node.get_publishers_info_by_topic(name)]
+            if not offers:
+                continue
+            latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
+            best_effort = any(q.reliability == ReliabilityPolicy.BEST_EFFORT for q in offers)
+            try:
+                self.add(Topic(name, types[0], latched), best_effort=best_effort)
+            except (ImportError, NaoGaitError) as error:
+                self._refused.add(name)
+                refused.append((name, str(error)))
+        return refused
+
+    def _handler(self, name: str, is_clock: bool) -> Callable[[bytes, Any], None]:
+        if is_clock and self._simulated is not False:
+            return lambda data, info: self._order.tick(name, _arrival(info), stamp_of(data), data)
+        return lambda data, info: self._order.message(name, _arrival(info), data)
+
+    def decide(self, simulated_time: bool) -> None:
+        """Choose the time if it was not given."""
+        self._simulated = simulated_time
+        if not simulated_time:
+            self._order.use_wall_time()
+
+    def close(self) -> None:
+        """Take what has arrived and was not handled yet, then unsubscribe."""
+        for name, (subscription, handle) in self._subscriptions.items():
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(self._types[name], True)):
+                    handle(*taken)
+            self._node.destroy_subscription(subscription)
+        self._subscriptions.clear()
+        if self._simulated is None and self._order.now is None:
+            self._order.use_wall_time()
+        self._order.close()
+
+
+def _arrival(info: Any) -> int:
+    """[ns] wall time at which the middleware received a message."""
+    return int(info["received_timestamp"]) or time.time_ns()
+
+
+def record(
+    out: Path,
+    *,
+    topics: tuple[str, ...] = (),
+    duration: float | None = None,
+    simulated_time: bool | None = None,
+    storage: str = "mcap",
+    say: Callable[[str], None] = print,
+) -> int:
+    """Record until Ctrl-C or for a duration: `nao_gait record`.
+
+    Args:
+        out: The new folder of the bag.
+        topics: Only these; all that appear if empty.
+        duration: [s] of wall time; None for no limit.
+        simulated_time: Whether to use the time of /clock; None to use it if it is published.
+        storage: `mcap` or `sqlite3`.
+        say: Prints a line.
+
+    Returns:
+        The number of messages.
+
+    Raises:
+        NaoGaitError: A topic, the duration or the folder is refused.
+    """
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
+
+    from gait_lab.drive.ros_names import checked_topics
+
+    topics = checked_topics(topics)
+    if duration is not None and not 0.0 < duration < 1e9:
+        raise NaoGaitError("duration", duration, "more than 0 s")
+    stay_local()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    began = time.monotonic()
+    try:
+        node = rclpy.create_node("nao_gait_record")
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        with BagWriter(out, storage) as writer, stop_on_signal() as stop:
+            recorder = TopicRecorder(node, writer, simulated_time=simulated_time)
+            wanted = {node.resolve_topic_name(topic) for topic in topics} or None
+            if wanted is not None and simulated_time is not False:
+                wanted.add("/clock")
+            say(f"recording to {out}; Ctrl-C ends")
+            choice = _ClockChoice(node, simulated_time)
+            end = math.inf
+            search = 0.0
+            while not stop and (now := time.monotonic()) < end:
+                if choice.update(now):
+                    recorder.decide(bool(choice.simulated))
+                    say(f"in {'simulated' if choice.simulated else 'wall'} time")
+                if duration is not None and end == math.inf and choice.began(now):
+                    end = now + duration
+                if now >= search:
+                    search = now + DISCOVERY_PERIOD
+                    for topic, reason in recorder.add_new_topics(wanted):
+                        say(f"not recorded: {topic}: {reason}")
+                executor.spin_once(timeout_sec=min(0.2, end - now))
+                writer.sync()
+            recorder.close()
+            total = sum(writer.counts.values())
+    finally:
+        rclpy.try_shutdown()
+    say(f"{out}: {total} messages of {len(writer.counts)} topics, "
+        f"{time.monotonic() - began:.0f} s")  # fmt: skip
+    return total
+
+
+class _ClockChoice:
+    """Chooses simulated time if /clock is published; it may be discovered after other topics."""
+
+    def __init__(self, node: "Node", simulated: bool | None) -> None:
+        self.simulated = simulated
+        self._node = node
+        self._decided = False
+        self._created = time.monotonic()
+        self._deadline = math.inf
+
+    def update(self, now: float) -> bool:
+        """True in the call that decides."""
+        if self._decided:
+            return False
+        if self.simulated is None:
+            if self._node.count_publishers("/clock"):
+                self.simulated = True
+            elif now > self._deadline:
+                self.simulated = False
+            elif self._deadline == math.inf and _anything_else(self._node):
+                self._deadline = now + CLOCK_TIMEOUT
+        self._decided = self.simulated is not None
+        return self._decided
+
+    def began(self, now: float) -> bool:
+        """Whether the duration of the recording counts from now on."""
+        return self._decided or now > self._created + START_TIMEOUT
+
+
+def _anything_else(node: "Node") -> bool:
+    own = {topic for topic, _ in node.get_publisher_names_and_types_by_node(
+        node.get_name(), node.get_namespace())}  # fmt: skip
+    return any(
+        node.count_publishers(topic) for topic, _ in node.get_topic_names_and_types()
+        if topic not in own
+    )  # fmt: skip
