@@ -38,6 +38,7 @@ EXTRAS = {
         "pillow>=10",
         "plotly>=5.15,<8",
         "rosbags>=0.10,<0.12",
+        "tabulate>=0.9",
         "tqdm>=4.66",
     ],
     "tune": [
@@ -56,7 +57,7 @@ EXTRAS = {
     "test": TEST,
     "browser": ["playwright>=1.40"],  # tests that look at pages; needs a Chromium
     "view": ["rosbags>=0.10,<0.12", "viser>=1,<2"],
-    "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML"],
+    "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML", "types-tabulate"],
 }
 
 

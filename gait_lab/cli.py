@@ -1,8 +1,9 @@
-"""`nao_gait`: the tool around the gait. Each subcommand imports what it needs, and no more."""
+"""`nao_gait`: the tools around the gait. Each subcommand imports only what it needs."""
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from gait_lab.commands import (
     bench,
@@ -35,17 +36,43 @@ _COMMANDS = (
 
 
 class _Parser(argparse.ArgumentParser):
-    """Answers bad arguments with one line instead of the whole usage."""
+    """Answers bad arguments with one line instead of the whole usage.
+
+    Args:
+        declare: Adds the arguments when the parser is used for the first time, so that only the
+            chosen subcommand imports what its arguments depend on.
+    """
+
+    def __init__(
+        self,
+        *args: Any,
+        declare: Callable[[argparse.ArgumentParser], None] | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(*args, **options)
+        self._declare = declare
+
+    def parse_known_args(self, args=None, namespace=None):  # type: ignore[no-untyped-def,override]
+        """See the base class."""
+        if self._declare is not None:
+            declare, self._declare = self._declare, None
+            declare(self)
+        known, unknown = super().parse_known_args(args, namespace)
+        if unknown and self._subparsers is None:
+            flags = (flag for action in self._actions for flag in action.option_strings[:1])
+            self.error(f"{unknown[0]}: no such argument; allowed: {', '.join(flags)}")
+        return known, unknown
 
     def error(self, message: str) -> None:  # type: ignore[override]
         self.exit(EXIT_USAGE, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
 
 def build_parser() -> argparse.ArgumentParser:
+    """The parser of `nao_gait` with all its subcommands."""
     parser = _Parser(prog="nao_gait", description="Watch, drive, measure and record a NAO's gait.")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, help_text, add in _COMMANDS:
-        add(commands.add_parser(name, help=help_text, description=help_text))
+        commands.add_parser(name, help=help_text, description=help_text, declare=add)
     return parser
 
 

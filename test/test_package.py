@@ -105,6 +105,7 @@ ROSDEP_KEYS = {
     "matplotlib": "python3-matplotlib",
     "rosbags": "python3-rosbags-pip",
     "joblib": "python3-joblib",
+    "tabulate": "python3-tabulate",
     "tqdm": "python3-tqdm",
     "PIL": "python3-pil",
     "mcap_ros2": "mcap-ros2-support",

@@ -1,4 +1,4 @@
-"""Figures of the benchmarks, drawn from their rows, written as small PNG."""
+"""Figures of the benchmarks, written as small PNG: from their rows, or of one crossing."""
 
 import math
 import re
@@ -7,8 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from gait_lab.analysis.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
-from gait_lab.bench.anchors import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
-from gait_lab.bench.push_cells import DIRECTIONS
+from gait_lab.bench.published import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
+from gait_lab.bench.pushes import DIRECTIONS
+from gait_lab.trials.crossing import CrossingResult, CrossingSpec, cross, plant_of
+from gait_lab.trials.trial import Tick, loaded_robot
+from sim_bridge.individual import draw_individual
+from sim_bridge.terrain import prisms
 
 Values = Mapping[str, float | None]
 """Metric -> value of one suite."""
@@ -17,7 +21,7 @@ SPEEDS = ("forward", "back", "side", "turn")
 
 
 def speed_figure(values: Values, path: Path) -> Path | None:
-    """Worst to median of closed and open loop beside what others reach; None without rows."""
+    """Worst to median of closed and open loop beside published speeds; None without rows."""
     shown = [task for task in SPEEDS if f"{task}_worst" in values]
     if not shown:
         return None
@@ -84,7 +88,7 @@ def push_figure(values: Values, path: Path) -> Path | None:
 
 
 def _searched(values: Values) -> list[str]:
-    """Tasks that were pushed with more than one impulse; on the spot first."""
+    """Tasks with pushes of more than one impulse; on the spot first."""
     tasks = [
         match["task"] for metric, tried in values.items()
         if (match := _TRIED.fullmatch(metric)) and tried is not None and tried > 1
@@ -97,9 +101,42 @@ def _outline(panel: Any, values: Values, name: str, color: str, label: str) -> N
     known = [way for way in DIRECTIONS if f"push_{name}_{way}_max" in values]
     if not known:
         return
-    # What is not survived even at the smallest impulse stands in the middle.
+    # A direction in which not even the smallest impulse is survived lies in the middle.
     sizes = [values[f"push_{name}_{way}_max"] or 0.0 for way in known]
     angles = [math.radians(DIRECTIONS[way]) for way in known]
     closed: Sequence[int] = (*range(len(known)), 0) if len(known) > 2 else range(len(known))
     panel.plot([angles[i] for i in closed], [sizes[i] for i in closed], color=color, marker="o",
                markersize=3.5, linewidth=1.8, label=label)  # fmt: skip
+
+
+def crossing_figure(spec: CrossingSpec, path: Path, frames: int = 4) -> CrossingResult:
+    """Let a robot cross a field and write pictures of it at even times, side by side.
+
+    Args:
+        spec: The crossing.
+        path: Of the PNG.
+        frames: Number of pictures.
+
+    Returns:
+        The result of the crossing.
+    """
+    from gait_lab.analysis.render import Camera, Harness
+
+    camera = Camera(distance=1.25, yaw=35.0, pitch=-28.0, height=0.16)
+    ticks: list[Tick] = []
+    result = cross(spec, ticks.append)
+    robot, plant = loaded_robot(spec.robot.urdf), plant_of(spec)
+    figure, panels = pyplot().subplots(
+        1, frames, figsize=(3.3 * frames, 3.7), layout="constrained", squeeze=False
+    )
+    with Harness(robot, draw_individual(plant, robot, spec.robot_seed)) as stage:
+        stage.lay_floor((plant.terrain.start + plant.terrain.length / 2.0, 0.0))
+        stage.lay_terrain(prisms(plant.terrain, spec.robot_seed))
+        for number, panel in enumerate(panels.flat):
+            truth = ticks[(len(ticks) - 1) * (number + 1) // frames].truth
+            stage.pose(truth.torso_position, truth.torso_quaternion, truth.joint_position)
+            panel.imshow(stage.photograph(truth.torso_position.tolist(), 420, 420, camera))
+            panel.set_title(f"{1e-9 * truth.stamp:.1f} s", fontsize=9)
+            panel.axis("off")
+    save(figure, path)
+    return result

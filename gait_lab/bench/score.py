@@ -1,7 +1,7 @@
-"""One task on all robots, scored; and the walks that give it.
+"""One task on all robots, scored; the rollouts that give it; and how early falls are detected.
 
-A result counts only if every robot stayed upright and really walked (`Metrics.walks`); a row that
-does not count is marked with the reason and its headline values are null in the JSON.
+A result counts only if every robot stayed upright and really walked (`Metrics.walks`). A row that
+does not count is marked with the reason, and its headline values are null in the JSON.
 """
 
 import math
@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 
-from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT
+from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Row, number
+from gait_lab.bench.result import Measurement, loop_name
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec, run_all
 from gait_lab.trials.tasks import AXES, Task, find_task
 from gait_lab.trials.trial import Walker
@@ -22,17 +22,23 @@ from nao_lipm_gait.robot import RobotDescription
 from sim_bridge.plant import PlantOption, option_text
 
 RULES = (
-    f"x = does not count: a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
-    f"{SLIP_LIMIT * 100:g} cm/s, or leg against leg."
+    f"x: does not count, because of a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
+    f"{SLIP_LIMIT * 100:g} cm/s, or contact of the legs."
 )
-"""What stands under a table whose rows have a `Score.mark`."""
+"""Note below a table whose rows have a `Score.mark`."""
 Pick = Callable[[Iterable[float]], float]
 """max, mean, ..."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """One task on all robots, in the units of the tables."""
+    """One task on all robots, in the units of the tables.
+
+    Attributes:
+        task: The task.
+        closed_loop: Whether the gait had its feedback.
+        results: One per robot.
+    """
 
     task: Task
     closed_loop: bool
@@ -40,27 +46,42 @@ class Score:
 
     @property
     def name(self) -> str:
+        """The task and the loop, as they begin the name of a metric."""
         return self.task.name if self.closed_loop else f"{self.task.name}_open_loop"
 
     @property
     def unit(self) -> str:
+        """Of the speeds; empty for a task without a speed."""
         return AXES[self.task.axis][0] if self.task.axis else ""
 
     @property
     def upright(self) -> int:
+        """Number of robots that did not fall."""
         return sum(not result.metrics.fell for result in self.results)
 
     @property
-    def all_upright(self) -> bool:
-        return self.upright == len(self.results)
+    def fallen(self) -> int:
+        """Number of robots that fell."""
+        return len(self.results) - self.upright
 
     @property
     def upright_text(self) -> str:
+        """The cell of a table: 7/8."""
         return f"{self.upright}/{len(self.results)}"
 
     @property
+    def asked(self) -> float | None:
+        """The commanded speed in `unit`; None for a task without a speed."""
+        return abs(self.task.asked) * AXES[self.task.axis][1] if self.task.axis else None
+
+    @property
+    def asked_cell(self) -> float | str:
+        """The commanded speed as a cell, empty for a task without a speed."""
+        return "" if self.asked is None else self.asked
+
+    @property
     def speeds(self) -> list[float]:
-        """Speed in the asked direction of each robot that stayed upright."""
+        """Speed in the commanded direction of each robot that stayed upright."""
         axis = self.task.axis
         if axis is None:
             return []
@@ -74,26 +95,21 @@ class Score:
 
     @property
     def worst(self) -> float | None:
-        """Of the speeds; None where no robot stayed upright."""
+        """Lowest speed; None where no robot stayed upright."""
         return float(min(self.speeds)) if self.speeds else None
 
     @property
     def median(self) -> float | None:
-        """Of the speeds; None where no robot stayed upright."""
+        """Median of the speeds; None where no robot stayed upright."""
         return float(statistics.median(self.speeds)) if self.speeds else None
 
-    def speed_rows(self, suite: str, name: str, counts: bool) -> list[Row]:
+    def speed_rows(self, name: str) -> list[Measurement]:
         """The worst and the median speed, null where they do not count."""
+        counts = not self.faults
         return [
-            Row(suite, f"{name}_worst", self.unit, self.worst if counts else None),
-            Row(suite, f"{name}_median", self.unit, self.median if counts else None),
+            Measurement(f"{name}_worst", self.unit, self.worst if counts else None),
+            Measurement(f"{name}_median", self.unit, self.median if counts else None),
         ]
-
-    @property
-    def asked_text(self) -> str:
-        """The asked speed as a cell of a table."""
-        axis = self.task.axis
-        return number(abs(self.task.asked) * AXES[axis][1]) if axis else ""
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -105,14 +121,36 @@ class Score:
 
     @property
     def mark(self) -> str:
-        """The cell of a table that says why the row does not count; empty if it does."""
+        """The cell that says why the row does not count; empty if it does."""
         return f"x {', '.join(self.faults)}" if self.faults else ""
 
+    @property
+    def short_mark(self) -> str:
+        """`x` if a robot fell, `!` if this does not count for another reason, else empty."""
+        return "x" if self.fallen else "!" if self.faults else ""
+
     def over(self, pick: Pick, attribute: str, factor: float = 1.0) -> float:
-        """`pick` (max, mean, ...) over the robots of a metric's magnitude; NaN if none has it."""
+        """A statistic of the magnitude of a metric over the robots.
+
+        Args:
+            pick: max, mean, ...
+            attribute: Of `Metrics`.
+            factor: From SI to the unit of the table.
+
+        Returns:
+            NaN if no robot has a finite value.
+        """
         values = [abs(getattr(result.metrics, attribute)) * factor for result in self.results]
         finite = [value for value in values if math.isfinite(value)]
         return pick(finite) if finite else math.nan
+
+    def worst_of(self, attribute: str, factor: float = 1.0) -> float:
+        """Largest magnitude of a metric over the robots; see `over`."""
+        return self.over(max, attribute, factor)
+
+    def mean_of(self, attribute: str, factor: float = 1.0) -> float:
+        """Mean magnitude of a metric over the robots; see `over`."""
+        return self.over(statistics.fmean, attribute, factor)
 
 
 def _parameters(options: BenchOptions, variant: "Variant", closed: bool) -> GaitParameters:
@@ -122,25 +160,28 @@ def _parameters(options: BenchOptions, variant: "Variant", closed: bool) -> Gait
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """What is different from the options of the bench."""
+    """What differs from the options of the bench.
+
+    Attributes:
+        plant: Replaced options of the plant.
+        parameters: Replaced parameters of the gait.
+        urdf_effort: See `RolloutSpec`.
+        walker: See `RolloutSpec`.
+    """
 
     plant: tuple[PlantOption, ...] = ()
-    """Options of the plant that are replaced."""
     parameters: Mapping[str, float | bool | str] = field(default_factory=dict)
-    """Parameters of the gait that are replaced."""
     urdf_effort: bool = False
-    """See `RolloutSpec`."""
     walker: Callable[[RobotDescription, Task, float], Walker] | None = None
-    """See `RolloutSpec`."""
 
     def plant_title(self, options: BenchOptions) -> str:
-        """The plant of the options with what is different."""
+        """The plant of the options with what differs."""
         motors = ("motors at the URDF's effort",) if self.urdf_effort else ()
         return " ".join((options.plant_title, *(option_text(each) for each in self.plant), *motors))
 
 
 def labelled(text: str) -> Task:
-    """The task of `name=speed` with a name that tells it from other speeds: `forward_20`."""
+    """The task of `name=speed`, with the speed in its name: `forward_20`."""
     return replace(find_task(text), name=text.replace("=", "_"))
 
 
@@ -168,9 +209,16 @@ def walk_all(
     *,
     label: str = "rollouts",
 ) -> list[list[Score]]:
-    """For each variant, the scores of every task and loop on the same robots.
+    """Walk every task in every loop with every variant, on the same robots.
 
-    `tasks`: instead of those of the options.
+    Args:
+        options: Robots, engine, plant, parameters.
+        variants: What differs.
+        tasks: Instead of those of the options.
+        label: Of the progress bar.
+
+    Returns:
+        For each variant the scores of all tasks and loops.
     """
     tasks = tasks_of(options) if tasks is None else tasks
     kinds = [(task, loop) for task in tasks for loop in options.loops]
@@ -195,3 +243,87 @@ def walk_all(
         [Score(task, loop, tuple(islice(results, options.robots))) for task, loop in kinds]
         for _ in variants
     ]
+
+
+@dataclass(slots=True)
+class FallDetection:
+    """How early the gait detects a fall, over many rollouts.
+
+    Attributes:
+        rollouts: Number of rollouts.
+        leads: [s] from the detection to the fall, one per fall; 0 for a fall not detected before.
+        false_alarms: Rollouts in which a fall was detected and the robot stayed upright.
+    """
+
+    rollouts: int = 0
+    leads: list[float] = field(default_factory=list)
+    false_alarms: int = 0
+
+    def add(self, metrics: Metrics) -> None:
+        """Count a rollout."""
+        self.count(metrics.fall_lead, metrics.false_alarm)
+
+    def count(self, lead: float | None, false_alarm: bool) -> None:
+        """Count a rollout; `lead` [s] is None without a fall."""
+        self.rollouts += 1
+        if lead is not None:
+            self.leads.append(lead)
+        self.false_alarms += false_alarm
+
+    @property
+    def falls(self) -> int:
+        """Number of falls."""
+        return len(self.leads)
+
+    @property
+    def foreseen(self) -> int:
+        """Falls that were detected before they happened."""
+        return sum(lead > 0.0 for lead in self.leads)
+
+    @property
+    def lead_median(self) -> float | None:
+        """[s]; None without a fall."""
+        return float(statistics.median(self.leads)) if self.leads else None
+
+    def rows(self, prefix: str) -> list[Measurement]:
+        """Its measurements, named `PREFIX_falls` and so on."""
+        return [
+            Measurement(f"{prefix}_falls", "rollouts", self.falls),
+            Measurement(f"{prefix}_falls_foreseen", "rollouts", self.foreseen),
+            Measurement(f"{prefix}_fall_lead_median", "s", self.lead_median),
+            Measurement(f"{prefix}_false_alarms", "rollouts", self.false_alarms),
+        ]
+
+    def note(self, name: str) -> str:
+        """A sentence for the notes of a table."""
+        lead = self.lead_median
+        early = "" if lead is None else (
+            f", {self.foreseen} detected before, median lead {1000.0 * lead:.0f} ms"
+        )  # fmt: skip
+        return (
+            f"Fall detection, {name}: {self.falls} falls in {self.rollouts} rollouts{early}; "
+            f"{self.false_alarms} false alarms."
+        )
+
+
+class LoopDetection(dict[bool, FallDetection]):
+    """Fall detection in closed (true) and open (false) loop over all rollouts of some scores."""
+
+    def __init__(self, scores: Iterable[Score]) -> None:
+        super().__init__()
+        for score in scores:
+            for result in score.results:
+                self.setdefault(score.closed_loop, FallDetection()).add(result.metrics)
+
+    @property
+    def rows(self) -> list[Measurement]:
+        """Measurements `closed_falls`, `open_loop_falls`, ..."""
+        return [
+            row for closed, detection in self.items()
+            for row in detection.rows("closed" if closed else "open_loop")
+        ]  # fmt: skip
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence for each loop."""
+        return tuple(each.note(loop_name(closed)) for closed, each in self.items())

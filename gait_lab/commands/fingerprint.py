@@ -10,7 +10,7 @@ def run(arguments: argparse.Namespace) -> int:
     import json
     import sys
 
-    from gait_lab.trials.fingerprint import ENGINES, fingerprints
+    from gait_lab.bench.fingerprint import ENGINES, fingerprints
 
     engines = tuple(arguments.engine or ENGINES)
     found = {each.key: each for each in fingerprints(engines, arguments.jobs)}

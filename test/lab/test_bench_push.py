@@ -6,42 +6,46 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scores import metrics, values
 from test_metrics import LEFT, walk
 
-from gait_lab.analysis.metrics import Metrics
-from gait_lab.bench import BenchOptions, push_search, running
-from gait_lab.bench.push_cells import DIRECTIONS, Cell, Kind, cycle_after, push_task, survives
-from gait_lab.bench.push_search import LADDER
+from gait_lab.bench import pushes
+from gait_lab.bench.pushes import (
+    DIRECTIONS,
+    LADDER,
+    Cell,
+    PushSeries,
+    cycle_after,
+    push_task,
+    survives,
+)
+from gait_lab.bench.suite import plan
 from gait_lab.bench.suites import push
+from gait_lab.bench.suites.push import Options
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec
 from gait_lab.trials.tasks import find_task
 from gait_lab.trials.trial import Push
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 
-TINY = BenchOptions(
+TINY = Options(
     robots=1, seed=-1, engine="mujoco", parameters=load_preset("default"), tasks=("spot",),
     directions=("left", "right"), phases=2, open_loop="off", jobs=1, show=False,
 )  # fmt: skip
 
 
-def metrics(**changes: Any) -> Metrics:
-    values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
-    values |= {"fell": False, "fall_time": None, "alarm_time": None, "support_changes": 9}
-    return Metrics(**{**values, **changes})
-
-
-def values(options: BenchOptions) -> dict[str, float | None]:
-    return {row.metric: row.value for row in push.push(options).rows}
+def pushed_values(options: Options) -> dict[str, float | None]:
+    """The measurements of the suite with these options."""
+    return values(push.push(options).measurements)
 
 
 @pytest.fixture(scope="module")
 def pushed() -> dict[str, float | None]:
     pytest.importorskip("mujoco")
-    return values(dataclasses.replace(TINY, impulses=(0.0, 0.5, 20.0)))
+    return pushed_values(dataclasses.replace(TINY, impulses=(0.0, 0.5, 20.0)))
 
 
-def test_who_is_not_pushed_walks_on_and_nobody_stands_twenty_newton_seconds(
+def test_no_push_is_survived_by_all_and_twenty_newton_seconds_by_none(
     pushed: dict[str, float | None],
 ) -> None:
     for side in TINY.directions:
@@ -52,7 +56,7 @@ def test_who_is_not_pushed_walks_on_and_nobody_stands_twenty_newton_seconds(
     assert pushed["push_spot_falls"] >= 2 * TINY.phases  # type: ignore[operator]
 
 
-def test_who_feels_a_push_by_the_accelerometer_stands_more() -> None:
+def test_push_detection_by_the_accelerometer_saves_robots() -> None:
     pytest.importorskip("mujoco")
 
     def survival(push_acceleration: bool) -> float | None:
@@ -60,10 +64,10 @@ def test_who_feels_a_push_by_the_accelerometer_stands_more() -> None:
         options = dataclasses.replace(
             TINY, seed=0, phases=8, directions=("right",), impulses=(2.0,), parameters=parameters
         )
-        return values(options)["push_spot_right_2_survival"]
+        return pushed_values(options)["push_spot_right_2_survival"]
 
     assert survival(True) == 100.0
-    # In the phase in which the foot is about to land, the positions speak too late.
+    # In the phase before the foot lands, the joint positions show the push too late.
     assert survival(False) < 100.0
 
 
@@ -75,7 +79,7 @@ def test_the_nominal_robot_is_as_strong_on_the_left_as_on_the_right(
 
 
 def test_the_same_seed_gives_the_same_rows(pushed: dict[str, float | None]) -> None:
-    assert values(dataclasses.replace(TINY, impulses=(0.0, 0.5, 20.0))) == pushed
+    assert pushed_values(dataclasses.replace(TINY, impulses=(0.0, 0.5, 20.0))) == pushed
 
 
 def test_a_push_points_where_the_robot_looks() -> None:
@@ -112,9 +116,10 @@ SPOT, FORWARD = push_task("spot"), push_task("forward=20")
         (FORWARD, {"speed_x": -0.2}, False),
     ],
 )
-def test_survival_is_walking_on_as_asked(task: Any, change: dict[str, Any], lives: bool) -> None:
+def test_survival_is_walking_on_as_before(task: Any, change: dict[str, Any], lives: bool) -> None:
     alone = metrics(speed_x=0.2 if task is FORWARD else 0.0)
-    result = RolloutResult(RolloutSpec(task), metrics(**change))
+    pushed = metrics(**{"support_changes": 9, **change})
+    result = RolloutResult(RolloutSpec(task), pushed)
     assert survives(result, alone) == lives
 
 
@@ -122,45 +127,46 @@ def test_the_search_finds_the_edge_of_each_direction(monkeypatch: pytest.MonkeyP
     edges = {"left": 1.0, "forward": 3.5, "back": 0.5}
     calls = []
 
-    def push_all(wanted: Any, options: BenchOptions, *_: object) -> None:
+    def push_all(wanted: Any, options: Options, *_: object) -> None:
         calls.append(1)
-        for kind, direction, impulse in wanted:
-            kind.cells[direction, impulse] = Cell(int(impulse <= edges[direction]), 1)
+        for each, direction, impulse in wanted:
+            each.cells[direction, impulse] = Cell(int(impulse <= edges[direction]), 1)
 
-    monkeypatch.setattr(push_search, "push_all", push_all)
-    kind = Kind("spot", find_task("spot"), True)
-    push_search.search_largest([kind], list(edges), TINY)
-    assert kind.largest("left") == 1.0
-    assert kind.largest("forward") == LADDER[-1] == 3.5
-    assert kind.largest("back") is None
+    monkeypatch.setattr(pushes, "push_all", push_all)
+    series = PushSeries("spot", find_task("spot"), True)
+    pushes.search_largest([series], list(edges), TINY)
+    assert series.largest("left") == 1.0
+    assert series.largest("forward") == LADDER[-1] == 3.5
+    assert series.largest("back") is None
     assert len(calls) <= 4
-    texts = [push._largest_text(kind, direction) for direction in edges]
+    texts = [push.largest_text(series, direction) for direction in edges]
     assert texts == ["1", ">= 3.5", "< 0.75"]
 
 
-def test_the_later_robots_are_spared_where_the_first_ones_are_lost(
+def test_the_later_robots_are_not_pushed_where_the_first_ones_failed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pushed = []
 
-    def push_all(wanted: Any, options: BenchOptions, robots: slice) -> None:
+    def push_all(wanted: Any, options: Options, robots: slice) -> None:
         count = len(options.seeds[robots]) * options.phases
-        for kind, direction, impulse in wanted:
-            cell = kind.cells.setdefault((direction, impulse), Cell())
+        for each, direction, impulse in wanted:
+            cell = each.cells.setdefault((direction, impulse), Cell())
             cell.pushed += count
             cell.survived += count if direction == "left" else count - 2
             pushed.append((direction, count))
 
-    monkeypatch.setattr(push_search, "push_all", push_all)
-    kind = Kind("spot", find_task("spot"), True)
+    monkeypatch.setattr(pushes, "push_all", push_all)
+    series = PushSeries("spot", find_task("spot"), True)
     options = dataclasses.replace(TINY, robots=8, phases=2)
-    push_search.push_until_lost([(kind, "left", 1.0), (kind, "right", 1.0)], options)
+    wanted = [(series, "left", 1.0), (series, "right", 1.0)]
+    pushes.push_until_lost(wanted, options)
     assert pushed == [("left", 4), ("right", 4), ("left", 12)]
-    assert kind.cells["left", 1.0].passes
-    assert not kind.cells["left", 1.0].given_up
-    assert kind.cells["right", 1.0].given_up
-    assert not kind.cells["right", 1.0].passes
-    names = {row.metric for row in push._rows(kind, ["left", "right"])}
+    assert series.cells["left", 1.0].passes
+    assert not series.cells["left", 1.0].given_up
+    assert series.cells["right", 1.0].given_up
+    assert not series.cells["right", 1.0].passes
+    names = {row.metric for row in push.series_rows(series, ["left", "right"])}
     assert "push_spot_left_1_survival" in names
     assert "push_spot_right_1_survival" not in names
 
@@ -170,7 +176,7 @@ def test_the_later_robots_are_spared_where_the_first_ones_are_lost(
     [({"directions": ("up",)}, "direction"), ({"tasks": ("spot", "spot")}, "task"),
      ({"tasks": ("hop",)}, "task"), ({"impulses": (-1.0,)}, "impulse")],
 )  # fmt: skip
-def test_what_cannot_be_pushed_is_one_clear_error(asked: dict[str, Any], field: str) -> None:
+def test_what_cannot_be_pushed_is_refused(asked: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError) as caught:
-        running.run("push", {"engine": "mujoco", "show": False, **asked}, out=lambda _: None)
+        plan("push", asked)
     assert caught.value.field == field

@@ -1,29 +1,28 @@
 """Every suite: its rows and table with tiny settings, and what its numbers mean."""
 
-import dataclasses
 import itertools
 import json
 import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from scores import metrics, score, values
 
-from gait_lab import cli
 from gait_lab.analysis.metrics import Metrics
-from gait_lab.bench import BenchOptions, Score, catalogue, running
-from gait_lab.bench.falls import FallDetection
-from gait_lab.bench.suites import endurance, robust, speed, start
-from gait_lab.bench.suites.delay import DELAYS, MOTOR_LAG, Late
-from gait_lab.bench.suites.endurance import Stretch, Total, Way
+from gait_lab.bench import suite
+from gait_lab.bench.changes import load_changes
+from gait_lab.bench.score import FallDetection
+from gait_lab.bench.suites import ablation, endurance, robust, speed, start
+from gait_lab.bench.suites.compute import Options as ComputeOptions
+from gait_lab.bench.suites.compute import compute
+from gait_lab.bench.suites.delay import DELAYS, MOTOR_LAG, delays_of
+from gait_lab.bench.suites.endurance import Journey, JourneySpec, Stretch, Total
 from gait_lab.bench.suites.robust import PLANTS
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout
-from gait_lab.trials.tasks import TASKS, RandomCommands, find_task
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import TASKS, RandomCommands
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.parameters import load_preset
-from sim_bridge.motors import TorqueLimits
-from sim_bridge.world import World
+from nao_lipm_gait.parameters import GaitParameters, load_preset
 
 SCHEMA = {"suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"}
 TINY: dict[str, dict[str, Any]] = {
@@ -49,68 +48,83 @@ HEADLINES = {
 }  # fmt: skip
 
 
-def run(suite: str, file: Path) -> list[dict[str, Any]]:
-    asked = {"robots": 1, "seed": 2, "engine": "mujoco", "jobs": 1, "show": False, **TINY[suite]}
-    said: list[str] = []
-    running.run(suite, asked, json_file=file, out=said.append)
-    assert said[0].strip()
+def run(name: str, file: Path) -> list[dict[str, Any]]:
+    """The rows of a suite in its tiny form on robot 2."""
+    asked = {"robots": 1, "seed": 2, "engine": "mujoco", "jobs": 1, "show": False, **TINY[name]}
+    printed: list[str] = []
+    suite.run(name, asked, json_file=file, out=printed.append)
+    assert printed[0].strip()
     rows: list[dict[str, Any]] = json.loads(file.read_text())
     return rows
 
 
-@pytest.mark.parametrize("suite", TINY)
-def test_a_suite_writes_its_rows_and_the_same_ones_again(suite: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", TINY)
+def test_a_suite_writes_its_rows_and_the_same_ones_again(name: str, tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
-    rows = run(suite, tmp_path / "rows.json")
+    rows = run(name, tmp_path / "rows.json")
     names = [row["metric"] for row in rows]
     assert len(set(names)) == len(names)
-    assert set(HEADLINES[suite]) <= set(names)
+    assert set(HEADLINES[name]) <= set(names)
     for row in rows:
         assert set(row) == SCHEMA
-        assert (row["suite"], row["engine"], row["robots"], row["seed"]) == (suite, "mujoco", 1, 2)
+        assert (row["suite"], row["engine"], row["robots"], row["seed"]) == (name, "mujoco", 1, 2)
         assert row["value"] is None or math.isfinite(row["value"])
-    assert run(suite, tmp_path / "again.json") == rows
+    assert run(name, tmp_path / "again.json") == rows
 
 
-def metrics(**changes: Any) -> Metrics:
-    values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
-    values |= {"fell": False, "fall_time": None, "alarm_time": None, "support_changes": 0}
-    return Metrics(**{**values, **changes})
+# -- speed -----------------------------------------------------------------------------------------
 
 
-def score(name: str, *scored: Metrics) -> Score:
-    task = find_task(name)
-    return Score(task, True, tuple(RolloutResult(RolloutSpec(task), m) for m in scored))
+def speed_values(*scored: Metrics, task: str = "back") -> dict[str, float | None]:
+    """The measurements of the suite `speed` for one task at full speed."""
+    return values(speed.full_speed_rows(score(task, *scored)))
+
+
+def test_worst_and_median_are_in_the_commanded_direction() -> None:
+    rows = speed_values(*(metrics(speed_x=-v) for v in (0.20, 0.22, 0.30)))
+    assert rows["back_worst"] == pytest.approx(20.0)
+    assert rows["back_median"] == pytest.approx(22.0)
+    assert rows["back_upright"] == 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"fell": True, "fall_time": 3.0}, {"flight_share": 0.06}, {"slip_speed": 0.031},
+     {"contact_ticks": 1}, {"slip_speed": math.nan}],
+)  # fmt: skip
+def test_a_speed_does_not_count_if_one_robot_does_not_walk(change: dict[str, Any]) -> None:
+    usual = {"speed_x": -0.3, "duration": 20.0}
+    rows = speed_values(metrics(**usual), metrics(**{**usual, **change}))
+    assert rows["back_worst"] is None
+    assert rows["back_median"] is None
+    assert rows["back_counts"] == 0.0
+    assert rows["back_worst_of_upright"] == pytest.approx(30.0)
 
 
 def test_half_speed_is_judged_by_the_robot_that_is_furthest_off() -> None:
     half = score("forward=20", metrics(speed_x=0.19), metrics(speed_x=0.23))
     assert speed.deviations(half) == pytest.approx([5.0, 15.0])
-    rows = {row.metric: row.value for row in speed._half_rows(half)}
-    assert rows["forward_error_worst"] == pytest.approx(15.0)
+    assert values(speed.half_speed_rows(half))["forward_error_worst"] == pytest.approx(15.0)
     fell = score("forward=20", metrics(speed_x=0.2), metrics(fell=True, fall_time=3.0))
-    assert {row.metric: row.value for row in speed._half_rows(fell)}["forward_error_worst"] is None
+    assert values(speed.half_speed_rows(fell))["forward_error_worst"] is None
 
 
-def test_a_task_at_half_speed_asks_for_half_of_everything() -> None:
-    half = TASKS["diagonal"].scaled(0.5, "half")
-    for time in (0.0, 2.0, 3.3, 9.0):
-        full, less = TASKS["diagonal"].command_at(time), half.command_at(time)
-        assert (less.x, less.y) == pytest.approx((full.x / 2, full.y / 2))
+# -- start -----------------------------------------------------------------------------------------
 
 
 def test_falls_belong_to_the_start_or_to_the_stop() -> None:
     fallen = (metrics(fell=True, fall_time=t) for t in (1.5, 4.9, start.STOP_TIME + 0.1))
-    walks_on = metrics(speed_x=0.05)
-    steps = metrics(support_changes=1)
-    tally = start.Tally(score("forward", *fallen, metrics(), walks_on, steps))
+    walks_on, steps = metrics(speed_x=0.05), metrics(support_changes=1)
+    tally = start.Tally([score("forward", *fallen, metrics(), walks_on, steps)])
     assert (tally.starts, tally.start_falls, tally.stop_falls, tally.stopped) == (6, 2, 1, 1)
 
 
-def test_two_hundred_starts_are_the_usual_ones() -> None:
-    options = catalogue.options_for("start", {})
-    assert options.robots * len(start.cases()) == 200
+def test_there_are_two_hundred_starts_by_default() -> None:
+    assert start.Options().robots * len(start.cases()) == 200
     assert not any(command.is_zero for command in start.cases().values())
+
+
+# -- endurance -------------------------------------------------------------------------------------
 
 
 def test_random_commands_are_smooth_bounded_and_seeded() -> None:
@@ -121,11 +135,11 @@ def test_random_commands_are_smooth_bounded_and_seeded() -> None:
     assert asked != [other.at(time) for time in times]
     limits = (TASKS["forward"].asked, TASKS["side"].asked, TASKS["turn"].asked)
     for axis, limit in zip(("x", "y", "yaw"), limits, strict=True):
-        values = [getattr(command, axis) for command in asked]
-        assert max(values) > 0.5 * limit
-        assert min(values) < -0.5 * limit
-        assert max(map(abs, values)) <= limit
-        jumps = [abs(b - a) for a, b in itertools.pairwise(values)]
+        along = [getattr(command, axis) for command in asked]
+        assert max(along) > 0.5 * limit
+        assert min(along) < -0.5 * limit
+        assert max(map(abs, along)) <= limit
+        jumps = [abs(b - a) for a, b in itertools.pairwise(along)]
         assert max(jumps) <= 2.0 * limit * 0.01 * 1.5 + 1e-9
     assert any(command.is_zero for command in asked[200:])
 
@@ -133,7 +147,8 @@ def test_random_commands_are_smooth_bounded_and_seeded() -> None:
 def test_falls_per_kilometre_count_every_stretch() -> None:
     fell = Stretch(20.0, 200.0, True, 0.3, False)
     whole = Stretch(30.0, 300.0, False, None, True)
-    total = Total(True, (Way((fell, whole)), Way((Stretch(50.0, 500.0, False, None, False),))))
+    other = Journey((Stretch(50.0, 500.0, False, None, False),))
+    total = Total(True, (Journey((fell, whole)), other))
     assert total.kilometres == pytest.approx(0.1)
     assert total.falls == 1
     assert total.falls_per_km == pytest.approx(10.0)
@@ -142,67 +157,121 @@ def test_falls_per_kilometre_count_every_stretch() -> None:
     assert total.detection.falls == 1
     assert total.detection.false_alarms == 1
     assert total.detection.lead_median == pytest.approx(0.3)
-    assert Total(True, (Way(()),)).falls_per_km is None
+    assert Total(True, (Journey(()),)).falls_per_km is None
 
 
-def test_after_a_fall_the_way_goes_on_with_other_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_a_fall_the_robot_walks_on_with_other_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     walked: list[int] = []
 
     def stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) -> Stretch:
         walked.append(number)
         return Stretch(min(4.0, metres), 30.0, metres > 4.0, None, False)
 
-    monkeypatch.setattr(endurance, "_stretch", stretch)
-    way = endurance.walk_way(endurance._Asked(RolloutSpec(TASKS["stand"]), 10.0))
+    monkeypatch.setattr(endurance, "walk_stretch", stretch)
+    journey = endurance.walk_journey(JourneySpec(RolloutSpec(TASKS["stand"]), 10.0))
     assert walked == [0, 1, 2]
-    assert way.metres == 10.0
-    assert way.falls == 2
+    assert journey.metres == 10.0
+    assert journey.falls == 2
 
 
 def test_a_robot_that_gets_nowhere_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(endurance, "_stretch", lambda *_: Stretch(0.0, 2.0, True, 0.0, False))
-    way = endurance.walk_way(endurance._Asked(RolloutSpec(TASKS["stand"]), 50.0))
-    assert way.falls == endurance.FALLS_MAX
-    assert way.metres == 0.0
+    monkeypatch.setattr(endurance, "walk_stretch", lambda *_: Stretch(0.0, 2.0, True, 0.0, False))
+    journey = endurance.walk_journey(JourneySpec(RolloutSpec(TASKS["stand"]), 50.0))
+    assert journey.falls == endurance.FALLS_MAX
+    assert journey.metres == 0.0
 
 
-def test_a_matched_gait_bridges_the_delay_and_the_motors() -> None:
-    for delay in DELAYS:
-        variant = Late(delay, True, delay / 1000.0 + MOTOR_LAG).variant
-        assert dict(variant.plant)["sensors.delay"] == pytest.approx(delay / 1000.0)
-        assert variant.parameters["feedback_delay"] == pytest.approx(delay / 1000.0 + 0.02)
+# -- delay, robust ---------------------------------------------------------------------------------
 
 
-def torque_limits(world: World) -> TorqueLimits:
-    robot = world.robot
-    return TorqueLimits(robot.description, robot.plant, robot.individual)
+def test_a_matched_gait_predicts_over_the_delay_and_the_motors() -> None:
+    delays = delays_of(0.06)
+    for delay, each in zip(DELAYS, delays, strict=False):
+        assert dict(each.variant.plant)["sensors.delay"] == pytest.approx(delay / 1000.0)
+        expected = delay / 1000.0 + MOTOR_LAG
+        assert each.variant.parameters["feedback_delay"] == pytest.approx(expected)
+    own = [each for each in delays if not each.matched]
+    assert [each.sensors for each in own] == list(DELAYS)
+    assert {each.feedback_delay for each in own} == {0.06}
 
 
-def test_motors_at_the_effort_of_the_urdf_are_weaker_at_every_speed() -> None:
-    task = dataclasses.replace(find_task("forward=10"), start=0.1, end=0.3)
+def test_motors_at_the_effort_of_the_urdf_are_weaker_and_still_walk() -> None:
+    pytest.importorskip("mujoco")
     weak = PLANTS["weak_motors"]
-    spec = RolloutSpec(task, plant_options=weak.plant, urdf_effort=weak.urdf_effort)
-    from gait_lab.trials.rollout import make_pair
+    task = TASKS["forward"].scaled(0.25, "slow").lasting(0.3)
+    spec = RolloutSpec(task, engine="mujoco", plant_options=weak.plant, urdf_effort=True)
+    usual = RolloutSpec(task, engine="mujoco")
+    slow, free = rollout(spec).metrics, rollout(usual).metrics
+    assert not slow.fell
+    assert slow.saturated_share > free.saturated_share
+    rows = robust.plant_rows("weak_motors", score("forward", metrics(speed_x=0.3)))
+    assert values(rows)["weak_motors_forward_upright_share"] == 100.0
 
-    simulation, gait = make_pair(spec)
-    with simulation:
-        limits, robot = gait.robot.limits, simulation.robot.description
-        assert {name: motor.stall_torque for name, motor in robot.motors.items()} == {
-            name: limits[name].effort for name in robot.motors
-        }
-        usual, _ = make_pair(RolloutSpec(task))
-        joint = robot.index("LKneePitch")
-        with usual:
-            for speed_of_joint in (0.0, 2.0, 5.0):
-                weakest, usual_limit = (
-                    float(torque_limits(each).driving(np.full(22, speed_of_joint))[joint])
-                    for each in (simulation, usual)
-                )
-                assert weakest < usual_limit
-    assert not rollout(spec).metrics.fell
-    rows = robust._rows("weak_motors", score("forward", metrics(speed_x=0.3)))
-    assert rows[1].metric == "weak_motors_forward_upright_share"
-    assert rows[1].value == 100.0
+
+# -- ablation --------------------------------------------------------------------------------------
+
+
+def test_the_shipped_changes_do_what_their_names_say() -> None:
+    base = load_preset("default")
+    changes = {change.name: change for change in load_changes()}
+    assert changes["open_loop"].parameters(base) == base.replace(feedback=False)
+    assert changes["paper"].parameters(base) == load_preset("paper")
+    for change in changes.values():
+        assert change.parameters(base) != base
+    without = [change for change in changes.values() if change.name.startswith("without_")]
+    assert without
+    for change in without:
+        before, changed = base.as_dict(), change.parameters(base).as_dict()
+        assert {name for name in before if before[name] != changed[name]} <= set(change.settings)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[1, 2]", "a: {}", "a: {sett: {}}", "a: {set: {wings: 2}}", "a: {set: [1]}",
+     "a: {preset: 3}", "a: {preset: nobody}", "A b: {set: {feedback: false}}", "a: {set: {",
+     "unchanged: {set: {feedback: false}}"],
+)  # fmt: skip
+def test_a_bad_list_of_changes_is_refused(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "list.yaml"
+    file.write_text(text)
+    with pytest.raises(NaoGaitError):
+        load_changes(file)
+    with pytest.raises(NaoGaitError):
+        load_changes(tmp_path / "missing.yaml")
+
+
+def test_an_ablation_measures_every_change_on_the_same_robots(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    file = tmp_path / "list.yaml"
+    file.write_text("same: {set: {feedback: true}}\nopen_loop: {set: {feedback: false}}\n")
+    options = ablation.Options(
+        robots=1, engine="mujoco", parameters=GaitParameters(), tasks=("forward",), window=0.5,
+        phases=1, changes=file, jobs=1, show=False,
+    )  # fmt: skip
+    rows = values(ablation.ablation(options).measurements)
+    of = {
+        name: {metric.removeprefix(f"{name}_"): value for metric, value in rows.items()
+               if metric.startswith(f"{name}_")}
+        for name in ("unchanged", "same", "open_loop")
+    }  # fmt: skip
+    assert of["unchanged"] == of["same"] != of["open_loop"]
+    for direction, impulse in ablation.PUSHES:
+        assert f"push_{direction}_{impulse:g}_survival" in of["unchanged"]
+    assert "fall_lead_median" in of["unchanged"]
+
+
+# -- compute, fall detection -----------------------------------------------------------------------
+
+
+def test_compute_measures_ticks_and_rollouts() -> None:
+    rows: Any = values(compute(ComputeOptions(window=0.5)).measurements)
+    assert 1.0 < rows["tick_p50"] <= rows["tick_p99"]
+    assert 0.1 < rows["rollout_share"] < 1.5
+    parts = [rows[f"{name}_time"] for name in ("engine", "plant", "gait", "truth")]
+    assert min(parts) > 0.0
+    assert sum(parts) == pytest.approx(rows["rollout_time"])
+    assert rows["rollout_speed"] > 0.0
+    assert 1e4 / rows["rollout_time"] < rows["loop_speed"] < rows["physics_speed"]
 
 
 def test_detection_counts_leads_and_false_alarms() -> None:
@@ -218,35 +287,3 @@ def test_detection_counts_leads_and_false_alarms() -> None:
     assert (detection.rollouts, detection.falls, detection.foreseen) == (5, 3, 2)
     assert detection.lead_median == pytest.approx(0.1)
     assert detection.false_alarms == 1
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [(["bench", "hop"], "suite"), (["bench", "push", "--direction", "up"], "direction"),
-     (["bench", "push", "--impulse", "-1"], "impulse"),
-     (["bench", "endurance", "--metres", "0"], "metres"),
-     (["bench", "speed", "--engine", "none"], "engine"),
-     (["bench", "delay", "--task", "fly"], "task"),
-     (["bench", "speed", "--task", "forward=0"], "task"),
-     (["bench", "start", "--task", "forward=20"], "--task"),
-     (["bench", "compute", "--robots", "20"], "--robots"),
-     (["bench", "faults", "--open-loop", "off"], "--open-loop"),
-     (["bench", "loss", "--task", "turn=50"], "forward walks"),
-     (["bench", "all", "--task", "turn"], "one forward task")],
-)  # fmt: skip
-def test_bad_arguments_give_one_line_and_a_bad_exit_status(
-    arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert cli.main(arguments) != 0
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert word in error
-
-
-def test_the_closed_loop_is_the_preset_and_the_open_one_only_lacks_feedback() -> None:
-    preset = load_preset("default")
-    options = BenchOptions(parameters=preset)
-    assert options.loop_parameters(True) == preset
-    assert options.loop_parameters(False) == preset.replace(feedback=False)
-    with pytest.raises(NaoGaitError, match="open-loop"):
-        BenchOptions(open_loop="both")

@@ -2,26 +2,16 @@
 
 import dataclasses
 import itertools
-import json
-import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gait_lab import bench
-from gait_lab.analysis.metrics import Metrics
 from gait_lab.analysis.trace import Recorder, Trace
-from gait_lab.bench import running
-from gait_lab.bench.settings import overridden
-from gait_lab.bench.suites.compute import compute
-from gait_lab.bench.suites.speed import _rows
 from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec, make_pair, rollout, run_all
+from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout, run_all
 from gait_lab.trials.tasks import Task, find_task, walk
 from gait_lab.trials.trial import Push, TimedCommands, run
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.types import (
@@ -150,91 +140,6 @@ def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
     together = run_all(specs, jobs=2, show=False)
     assert [result.spec.robot_seed for result in together] == [0, 1]
     assert [result.metrics for result in together] == [rollout(spec).metrics for spec in specs]
-
-
-def metrics(**changes: Any) -> Metrics:
-    values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
-    values |= {"duration": 20.0, "fell": False, "fall_time": None, "contact_ticks": 0}
-    values |= {"alarm_time": None, "support_changes": 0}
-    return Metrics(**{**values, **changes})
-
-
-def score(*scored: Metrics, name: str = "back") -> bench.Score:
-    task = find_task(name)
-    return bench.Score(task, True, tuple(RolloutResult(RolloutSpec(task), m) for m in scored))
-
-
-def values(of: bench.Score) -> dict[str, float | None]:
-    return {row.metric: row.value for row in _rows(of)}
-
-
-def test_worst_and_median_are_in_the_asked_direction() -> None:
-    rows = values(score(*(metrics(speed_x=-v) for v in (0.20, 0.22, 0.30))))
-    assert rows["back_worst"] == pytest.approx(20.0)
-    assert rows["back_median"] == pytest.approx(22.0)
-    assert rows["back_upright"] == 3
-
-
-@pytest.mark.parametrize(
-    "change",
-    [{"fell": True, "fall_time": 3.0}, {"flight_share": 0.06}, {"slip_speed": 0.031},
-     {"contact_ticks": 1}, {"slip_speed": math.nan}],
-)  # fmt: skip
-def test_one_robot_that_does_not_walk_spoils_the_row(change: dict[str, Any]) -> None:
-    rows = values(score(metrics(speed_x=-0.3), metrics(speed_x=-0.3, **change)))
-    assert rows["back_worst"] is None
-    assert rows["back_median"] is None
-    assert rows["back_counts"] == 0.0
-    assert rows["back_worst_of_upright"] == pytest.approx(30.0)
-
-
-def test_a_bench_prints_its_table_and_writes_its_rows(tmp_path: Path) -> None:
-    said: list[str] = []
-    asked = {
-        "robots": 1, "seed": -1, "tasks": ("forward=10",), "window": 0.5, "jobs": 1, "show": False
-    }  # fmt: skip
-    running.run("speed", asked, json_file=tmp_path / "rows.json", out=said.append)
-    rows = json.loads((tmp_path / "rows.json").read_text())
-    assert set(rows[0]) == {
-        "suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"
-    }  # fmt: skip
-    found = {row["metric"] for row in rows}
-    assert {"forward_worst", "forward_median", "forward_open_loop_worst"} <= found
-    assert "closed" in said[0]
-    assert "open" in said[0]
-
-
-def test_compute_measures_ticks_and_rollouts() -> None:
-    report = compute(bench.BenchOptions(window=0.5))
-    rows = {row.metric: row.value for row in report.rows}
-    assert rows["tick_p50"] is not None
-    assert 1.0 < rows["tick_p50"] <= rows["tick_p99"]
-    assert 0.1 < rows["rollout_share"] < 1.5
-    parts = [rows[f"{name}_time"] for name in ("engine", "plant", "gait", "truth")]
-    assert min(parts) > 0.0
-    assert sum(parts) == pytest.approx(rows["rollout_time"])
-    assert rows["rollout_speed"] > 0.0
-    assert 1e4 / rows["rollout_time"] < rows["loop_speed"] < rows["physics_speed"]
-
-
-def test_settings_are_typed_and_checked() -> None:
-    parameters = overridden(GaitParameters(), ["swing_lift=0.03", "feedback=false"])
-    assert parameters.swing_lift == 0.03
-    assert parameters.feedback is False
-    for bad in ("swing_lift", "nothing=1", "swing_lift=high", "swing_lift=9", "feedback=1"):
-        with pytest.raises(NaoGaitError):
-            overridden(GaitParameters(), [bad])
-
-
-@pytest.mark.parametrize(
-    ("change", "field"),
-    [({"robots": 0}, "robots"), ({"seed": -2}, "seed"), ({"window": math.nan}, "seconds"),
-     ({"open_loop": "maybe"}, "open-loop"), ({"phases": 0}, "phases"),
-     ({"impulses": (-1.0,)}, "impulse"), ({"impulses": (math.nan,)}, "impulse")],
-)  # fmt: skip
-def test_bad_options_are_refused(change: dict[str, Any], field: str) -> None:
-    with pytest.raises(NaoGaitError, match=f"^{field}: got"):
-        bench.BenchOptions(**change)
 
 
 def test_the_ideal_plant_walks_with_the_preset_made_for_it() -> None:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.bench import running
-from gait_lab.bench.crossing_picture import draw
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
+from gait_lab.bench import suite
+from gait_lab.bench.figures import crossing_figure
+from gait_lab.bench.suites.rough import GIVEN, WALKERS, Options, parameters_of, walkers_of
 from gait_lab.trials.crossing import STEERING_MAX, CrossingRobot, CrossingSpec, cross, plant_of
 from gait_lab.trials.tasks import STAND_TIME
 from nao_lipm_gait.errors import NaoGaitError
@@ -75,11 +74,11 @@ def test_a_field_belongs_to_the_walker_unless_the_options_say_otherwise() -> Non
 
 
 def test_open_loop_and_given_walks() -> None:
-    options = BenchOptions(tasks=("forward=15",), parameters=load_preset("zmp"))
+    options = Options(tasks=("forward=15",), parameters=load_preset("zmp"))
     assert walkers_of(options) == WALKERS
     assert not parameters_of(WALKERS[0], options, closed=False).feedback
     assert parameters_of(WALKERS[0], options, closed=True) == load_preset("rough_slow")
-    given = BenchOptions(
+    given = Options(
         tasks=("forward=15",), parameters=load_preset("zmp"), experiments=(GIVEN,)
     )
     (walker,) = walkers_of(given)
@@ -87,7 +86,7 @@ def test_open_loop_and_given_walks() -> None:
     assert walker.urdf == given.urdf
     assert parameters_of(walker, given, closed=True) == load_preset("zmp")
     with pytest.raises(NaoGaitError, match="bruno_slow"):
-        walkers_of(BenchOptions(experiments=("sand",)))
+        walkers_of(Options(experiments=("sand",)))
 
 
 def test_the_suite_writes_its_rows(tmp_path: Path) -> None:
@@ -97,7 +96,7 @@ def test_the_suite_writes_its_rows(tmp_path: Path) -> None:
         "robots": 2, "seed": 1, "engine": "mujoco", "jobs": 1, "show": False,
         "experiments": ("bruno_fast",), "open_loop": "off", "plant_options": LEVEL,
     }  # fmt: skip
-    running.run("rough", asked, json_file=file, out=said.append)
+    suite.run("rough", asked, json_file=file, out=said.append)
     rows = {row["metric"]: row for row in json.loads(file.read_text())}
     ends = [rows[f"bruno_fast_{end}"]["value"] for end in ("crossed", "fell", "left", "late")]
     assert sum(ends) == rows["bruno_fast_runs"]["value"] == 2
@@ -115,6 +114,6 @@ def test_a_picture_of_a_crossing_shows_the_field(tmp_path: Path) -> None:
     for kind in ("flat", "steps"):
         options = (("terrain.kind", kind), ("terrain.length", 0.2), ("terrain.height", 0.001))
         file = tmp_path / f"{kind}.png"
-        assert draw(spec_of(BRUNO, *options), file, frames=1).end == "crossed"
+        assert crossing_figure(spec_of(BRUNO, *options), file, frames=1).end == "crossed"
         pictures.append(pyplot.imread(file))
     assert np.mean(np.any(pictures[0] != pictures[1], axis=2)) > 0.02

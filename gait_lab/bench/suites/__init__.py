@@ -1,1 +1,1 @@
-"""The benchmarks, one file each; `catalogue.py` lists them."""
+"""The suites of `nao_gait bench`: each file with a `SUITE` is one of them."""

@@ -1,21 +1,53 @@
-"""The suite `compute`: what one tick costs, and where the time of a rollout goes."""
+"""The suite `compute`: what one tick costs, and where the time of a rollout goes.
+
+One walk is timed by its parts, and twice more by itself: once as a whole, once tick by tick. For
+the parts three things run side by side: the whole rollout, its simulation alone, and its physics
+steps alone. The clocks and the other two, which use the caches, make it slower than by itself.
+"""
 
 import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, TypeVar
 
+import numpy as np
+
+from gait_lab.analysis.trace import Recorder
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, table
-from gait_lab.bench.timing import WalkTiming, time_walk
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
+from gait_lab.bench.suite import Suite
 from gait_lab.compiled import is_compiled
-from gait_lab.trials.tasks import find_task
-from gait_lab.trials.trial import CONTROL_PERIOD
-from sim_bridge.plant import load_plant, with_options
+from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
+from gait_lab.trials.tasks import Task, find_task
+from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
+from sim_bridge.engines.backend import StartState, StepInput, make_robot_model
+from sim_bridge.engines.registry import make_backend
+from sim_bridge.motors import Setpoints
+from sim_bridge.plant import Plant, load_plant, with_options
+from sim_bridge.world import World
 
-SUITE = "compute"
 FIRST = 50
-"""Ticks of the gait that are left out: they pay for caches and imports."""
+"""Ticks of the gait that are left out: caches fill and imports run in them."""
+BLOCK = 100
+"""Ticks after which the next of the three has its turn, so that other load on the machine slows all
+of them alike."""
+_NO_PUSH = np.zeros(3)
+_World = TypeVar("_World", bound=World)
 
 
-def compute(options: BenchOptions) -> Report:
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `compute` runs on."""
+
+    robots: int = 1
+
+
+def compute(options: Options) -> SuiteResult:
     """Cost of one tick while walking, and of the parts of a rollout."""
     timing = time_walk(options, find_task("forward"))
     ticks = sorted(timing.gait_ticks[FIRST:])
@@ -26,42 +58,42 @@ def compute(options: BenchOptions) -> Report:
     loop = timing.speed(timing.simulation + timing.gait)
     whole = timing.speed(timing.rollout)
     parts = _parts(timing, options)
-    rows = (
-        Row(SUITE, "tick_p50", "us", p50),
-        Row(SUITE, "tick_p99", "us", p99),
-        Row(SUITE, "tick_max", "us", most),
-        Row(SUITE, "rollout_speed", "s/s", speed),
-        Row(SUITE, "loop_speed", "s/s", loop),
-        Row(SUITE, "physics_speed", "s/s", alone),
-        Row(SUITE, "rollout_share", "", loop / alone),
-        Row(SUITE, "rollout_share_with_truth", "", whole / alone),
-        *(Row(SUITE, f"{name}_time", "us", timing.per_tick(span)) for name, _, span in parts),
+    lines = [
+        (name, content, timing.per_tick(span), 100.0 * span / timing.rollout)
+        for name, content, span in parts
+    ]
+    columns = (
+        Column("part"), Column(""), Column("time", "us per tick", 0), Column("share", "%", 0),
+    )  # fmt: skip
+    notes = (
+        f"Gait.step: p50 {p50:.0f} us, p99 {p99:.0f} us, max {most:.0f} us "
+        f"({len(ticks)} ticks one by one, wall time; everything else is CPU time).",
+        f"Simulated s per s: {speed:.1f}, the same rollout by itself, with its set-up. With the "
+        f"clocks of this table: {loop:.1f} engine, plant and gait, {alone:.1f} the same engine and "
+        f"plant alone (share {loop / alone:.2f}; with truth and metrics {whole:.1f}, "
+        f"{whole / alone:.2f}).",
+        "In the table, as in rollouts, the gait answers several delayed frames in a row.",
     )
-    lines = [["part", "", "us per tick", "share"], ["", "", "", "%"]]
-    for name, content, span in parts:
-        share = f"{100.0 * span / timing.rollout:.0f}"
-        lines.append([name, content, f"{timing.per_tick(span):.0f}", share])
-    text = "\n".join(
+    return SuiteResult(
         (
-            f"{timing.ticks * CONTROL_PERIOD:g} s forward walk on robot {options.seed}, one core, "
-            f"plant {options.plant_title}, {options.engine}, "
-            f"the gait {'compiled' if is_compiled() else 'as Python'}",
-            "",
-            table(lines),
-            "",
-            f"Gait.step  p50 {p50:.0f} us   p99 {p99:.0f} us   max {most:.0f} us   "
-            f"({len(ticks)} ticks one by one, wall time; all else CPU time)",
-            f"simulated s per s: {speed:.1f} the same rollout by itself, with its set-up",
-            f"among the clocks of this table: {loop:.1f} engine, plant and gait, "
-            f"{alone:.1f} the same engine and plant alone (share {loop / alone:.2f}; "
-            f"with truth and metrics {whole:.1f}, {whole / alone:.2f})",
-            "In the table, as in rollouts, the gait answers what the delay holds back in a row.",
-        )
-    )
-    return Report(rows, text)
+            Measurement("tick_p50", "us", p50),
+            Measurement("tick_p99", "us", p99),
+            Measurement("tick_max", "us", most),
+            Measurement("rollout_speed", "s/s", speed),
+            Measurement("loop_speed", "s/s", loop),
+            Measurement("physics_speed", "s/s", alone),
+            Measurement("rollout_share", "", loop / alone),
+            Measurement("rollout_share_with_truth", "", whole / alone),
+            *(Measurement(f"{name}_time", "us", timing.per_tick(span)) for name, _, span in parts),
+        ),
+        f"{timing.ticks * CONTROL_PERIOD:g} s forward walk on robot {options.seed}, one core, "
+        f"plant {options.plant_title}, {options.engine}, "
+        f"the gait {'compiled' if is_compiled() else 'as Python'}",
+        (Table(columns, lines),), notes,
+    )  # fmt: skip
 
 
-def _parts(timing: WalkTiming, options: BenchOptions) -> tuple[tuple[str, str, int], ...]:
+def _parts(timing: "WalkTiming", options: BenchOptions) -> tuple[tuple[str, str, int], ...]:
     """Name, content and time [ns] of each part of a rollout."""
     plant = with_options(load_plant(options.plant), options.plant_options)
     steps = round(CONTROL_PERIOD / plant.physics.step)
@@ -73,3 +105,199 @@ def _parts(timing: WalkTiming, options: BenchOptions) -> tuple[tuple[str, str, i
         ("truth", "ground truth, status, metrics", rest),
         ("rollout", "all of it", timing.rollout),
     )
+
+
+@dataclass(slots=True)
+class WalkTiming:
+    """Where the time of a rollout went: CPU time, but wall time for the single ticks.
+
+    Attributes:
+        ticks: Control periods that were walked.
+        rollout: [ns] of simulation, gait, ground truth and metrics.
+        by_itself: [ns] of the same rollout without clocks and without the other two, with set-up.
+        simulation: [ns] of `World.step` in the rollout.
+        gait: [ns] of `Gait.step` in the rollout.
+        simulation_alone: [ns] of the same simulation with nothing between its steps; it is faster
+            from warm caches.
+        engine_alone: [ns] of the same physics steps with nothing between them.
+        gait_ticks: [ns] of each `Gait.step` of a walk by itself.
+    """
+
+    ticks: int = 0
+    rollout: int = 0
+    by_itself: int = 0
+    simulation: int = 0
+    gait: int = 0
+    simulation_alone: int = 0
+    engine_alone: int = 0
+    gait_ticks: tuple[int, ...] = ()
+
+    def per_tick(self, span: int) -> float:
+        """A time [ns] per control period [us]."""
+        return span / max(1, self.ticks) / 1000.0
+
+    def speed(self, span: int) -> float:
+        """Simulated seconds per second of a time [ns]."""
+        return self.ticks * CONTROL_PERIOD / (span * 1e-9)
+
+
+def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
+    """Walk the task with one robot, up to a fall, and time the parts."""
+    robot = load_robot(options.urdf)
+    plant = with_options(load_plant(options.plant), options.plant_options)
+
+    def world(kind: type[_World]) -> _World:
+        return kind.single(
+            robot, plant, options.seed, engine=options.engine, control_period=CONTROL_PERIOD
+        )
+
+    walking, alone = world(_TimedWorld), world(World)
+    engine = _PhysicsSteps(robot, plant, options, alone.robot.start)
+    gait = _ClockedGait(Gait(robot, options.parameters))
+    recorder, timing = Recorder(), WalkTiming()
+    try:
+        walked = run(walking, gait, TimedCommands(task.command_at))
+        next(walked)  # the robot at rest, before the first control period
+        targets = walking.targets
+
+        def walk_on(count: int) -> None:
+            for tick in islice(walked, count):
+                recorder.add(tick.truth, tick.command, tick.status)
+
+        def repeat() -> None:
+            for each in targets:
+                alone.robot.command(each)
+                alone.step()
+
+        ticks = round((task.start + options.window) / CONTROL_PERIOD)
+        wall = 0
+        while timing.ticks < ticks:
+            targets.clear()
+            began = time.perf_counter_ns()
+            timing.rollout += _cpu_time(walk_on, min(BLOCK, ticks - timing.ticks))
+            wall += time.perf_counter_ns() - began
+            if not targets:
+                break
+            timing.simulation_alone += _cpu_time(repeat)
+            timing.engine_alone += _cpu_time(engine.run, engine.setpoints(targets))
+            timing.ticks += len(targets)
+    finally:
+        walking.close()
+        alone.close()
+        engine.close()
+    # The wall clock gives the shares of the parts: the clock of CPU time costs a system call.
+    timing.simulation = round(timing.rollout * walking.wall / wall)
+    timing.gait = round(timing.rollout * sum(gait.spans) / wall)
+    timing.by_itself = _cpu_time(rollout, _spec(options, task))
+    timing.gait_ticks = _ticks(options, task)
+    return timing
+
+
+def _ticks(options: BenchOptions, task: Task) -> tuple[int, ...]:
+    """[ns] of each `Gait.step` of a walk by itself, by the wall clock.
+
+    Ticks and control periods of the plant alternate, as on a robot, where other work is done
+    between two ticks.
+    """
+    spec = _spec(options, task)
+    simulation, gait = make_pair(spec)
+    clocked = _ClockedGait(gait)
+    try:
+        ticks = run(simulation, clocked, TimedCommands(spec.task.command_at, ahead=False))
+        for _ in islice(ticks, round(spec.task.end / CONTROL_PERIOD)):
+            pass
+    finally:
+        simulation.close()
+    return tuple(clocked.spans)
+
+
+def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
+    return RolloutSpec(task.lasting(options.window), robot_seed=options.seed, **options.trial)
+
+
+class _TimedWorld(World):
+    """Records the wall time of its steps [ns], and their targets."""
+
+    wall = 0
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.targets: list[JointTargets | None] = []
+
+    def step(self) -> None:
+        """A control period."""
+        self.targets.append(self.robot.last_command)
+        began = time.perf_counter_ns()
+        super().step()
+        self.wall += time.perf_counter_ns() - began
+
+
+class _ClockedGait:
+    """Records the wall time of every tick [ns]."""
+
+    def __init__(self, gait: Gait) -> None:
+        self._gait = gait
+        self.spans: list[int] = []
+
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        """A tick of the gait."""
+        began = time.perf_counter_ns()
+        targets = self._gait.step(frame, command)
+        self.spans.append(time.perf_counter_ns() - began)
+        return targets
+
+    @property
+    def status(self) -> GaitStatus:
+        """Of the gait."""
+        return self._gait.status
+
+
+class _PhysicsSteps:
+    """The physics steps of a simulation alone."""
+
+    def __init__(
+        self, robot: RobotDescription, plant: Plant, options: BenchOptions, start: StartState
+    ) -> None:
+        model = make_robot_model(robot, plant, options.seed)
+        individual = model.individual
+        self._backend = make_backend(options.engine, [model])
+        self._backend.reset([start])
+        steps = round(CONTROL_PERIOD / plant.physics.step)
+        self._setpoints = Setpoints(robot, plant, individual, steps)
+        self._setpoints.reset(start.joint_position - individual.joint_zero)
+        self._target = self._setpoints.current
+
+    def setpoints(self, targets: Sequence[JointTargets | None]) -> list[FloatArray]:
+        """(n,) [rad] for every physics step of these control periods."""
+        rows: list[FloatArray] = []
+        for each in targets:
+            self._target = self._target if each is None else each.position
+            rows += self._setpoints.advance(self._target)
+        return rows
+
+    def run(self, setpoints: Sequence[FloatArray]) -> None:
+        """A physics step for each of the setpoints."""
+        for setpoint in setpoints:
+            self._backend.step([StepInput(setpoint, 1.0, _NO_PUSH)])
+
+    def close(self) -> None:
+        """Release the engine."""
+        self._backend.close()
+
+
+def _cpu_time(work: Callable[..., object], *arguments: Any) -> int:
+    """CPU time of a call [ns]."""
+    begin = time.process_time_ns()
+    work(*arguments)
+    return time.process_time_ns() - begin
+
+
+SUITE = Suite(
+    name="compute",
+    title="Cost of control",
+    summary="time of one tick, and where the time of a rollout goes",
+    measure=compute,
+    options=Options,
+    takes=("window",),
+    quick=({"window": 10.0},),
+)

@@ -1,21 +1,19 @@
-"""The suite `error`: how far the CoM is from where the model has it, and the speed of the same run.
+"""The suite `error`: how far the CoM is from where the model expects it, and the speed of that run.
 
 Two errors: expected against ground truth, and the paper's own, expected against measured. A gait
 that trusts its sensors more lowers the second alone.
 """
 
 import math
-import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from gait_lab.bench.anchors import PAPER_COM_ERROR
-from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, finite, loop_name, number, table
-from gait_lab.bench.score import RULES, Score, labelled_tasks, walk_all
+from gait_lab.bench.published import PAPER_COM_ERROR
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, finite, loop_name
+from gait_lab.bench.score import RULES, LoopDetection, Score, labelled_tasks, walk_all
+from gait_lab.bench.suite import Suite
 
-SUITE = "error"
-TASKS = ("spot", "forward=10", "forward")
 ERRORS = {
     "com_y_error": "com_error_y",
     "com_y_error_measured": "com_error_y_measured",
@@ -25,56 +23,69 @@ ERRORS = {
 """Metric -> attribute of `Metrics`."""
 
 
-def error(options: BenchOptions) -> Report:
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `error` runs on."""
+
+    tasks: tuple[str, ...] = ("spot", "forward=10", "forward")
+
+
+def error(options: Options) -> SuiteResult:
     """Walk each task and compare the CoM."""
-    tasks = labelled_tasks(options)
-    (scores,) = walk_all(options, tasks=tasks)
-    found = by_loop(scores)
-    rows = [row for score in scores for row in _rows(score)] + rows_by_loop(SUITE, found)
-    return Report(tuple(rows), f"{_text(scores, options)}\n{text_by_loop(found)}")
+    (scores,) = walk_all(options, tasks=labelled_tasks(options))
+    detection = LoopDetection(scores)
+    notes = (
+        "Mean over the robots of the mean |expected - true| CoM in Q, and of |expected - measured| "
+        "as the paper has it; the paper's at its own speeds (0, 10 and 31 cm/s).",
+        RULES,
+        *detection.notes,
+    )
+    rows = [row for score in scores for row in _rows(score)] + detection.rows
+    title = f"CoM error over {options.window:g} s at speed, {options.title}"
+    return SuiteResult(tuple(rows), title, (_table(scores),), notes)
 
 
-def _rows(score: Score) -> list[Row]:
+def _rows(score: Score) -> list[Measurement]:
     paper = PAPER_COM_ERROR.get(score.task.name)
-    rows = [Row(SUITE, f"{score.name}_upright", "robots", score.upright)]
+    rows = [Measurement(f"{score.name}_upright", "robots", score.upright)]
     for metric, attribute in ERRORS.items():
         beside = paper if metric.startswith("com_y") else None
-        for statistic, pick in (("mean", statistics.fmean), ("worst", max)):
-            value = finite(score.over(pick, attribute, 1000.0))
-            rows.append(Row(SUITE, f"{score.name}_{metric}_{statistic}", "mm", value, beside))
+        name = f"{score.name}_{metric}"
+        mean, worst = score.mean_of(attribute, 1000.0), score.worst_of(attribute, 1000.0)
+        rows.append(Measurement(f"{name}_mean", "mm", finite(mean), beside))
+        rows.append(Measurement(f"{name}_worst", "mm", finite(worst), beside))
     if score.task.axis:
-        rows += score.speed_rows(SUITE, f"{score.name}_speed", not score.faults)
+        rows += score.speed_rows(f"{score.name}_speed")
     return rows
 
 
-def _text(scores: Sequence[Score], options: BenchOptions) -> str:
-    lines: list[tuple[str, ...]] = [
-        ("task", "loop", "upright", "asked", "speed", "worst", "y, true", "worst", "y, meas.",
-         "paper", "x, true", "x, meas.", ""),
-        ("", "", "", "cm/s", "median", "", "mm", "", "mm", "mm", "mm", "mm", ""),
-    ]  # fmt: skip
-    for score in scores:
-        lines.append(
-            (
-                score.task.name.replace("_", " "),
-                loop_name(score.closed_loop),
-                score.upright_text,
-                score.asked_text,
-                number(score.median) if score.speeds else "",
-                number(score.worst) if score.speeds else "",
-                number(score.over(statistics.fmean, "com_error_y", 1000.0), 2),
-                number(score.over(max, "com_error_y", 1000.0), 2),
-                number(score.over(statistics.fmean, "com_error_y_measured", 1000.0), 2),
-                number(PAPER_COM_ERROR.get(score.task.name, math.nan), 2),
-                number(score.over(statistics.fmean, "com_error_x", 1000.0), 2),
-                number(score.over(statistics.fmean, "com_error_x_measured", 1000.0), 2),
-                score.mark,
-            )
+def _table(scores: Sequence[Score]) -> Table:
+    columns = (
+        Column("task"), Column("loop"), Column("upright"), Column("asked", "cm/s"),
+        Column("speed", "median"), Column("", "worst"), Column("y, true", "mm", 2),
+        Column("worst", "", 2), Column("y, meas.", "mm", 2), Column("paper", "mm", 2),
+        Column("x, true", "mm", 2), Column("x, meas.", "mm", 2), Column(""),
+    )  # fmt: skip
+    rows = [
+        (
+            score.task.name.replace("_", " "), loop_name(score.closed_loop), score.upright_text,
+            score.asked_cell, score.median if score.speeds else "",
+            score.worst if score.speeds else "", score.mean_of("com_error_y", 1000.0),
+            score.worst_of("com_error_y", 1000.0), score.mean_of("com_error_y_measured", 1000.0),
+            PAPER_COM_ERROR.get(score.task.name, math.nan), score.mean_of("com_error_x", 1000.0),
+            score.mean_of("com_error_x_measured", 1000.0), score.mark,
         )
-    title = f"CoM error over {options.window:g} s at speed, {options.title}"
-    notes = (
-        "Mean over the robots of the mean |expected - true| CoM in Q, and |expected - measured| as",
-        "the paper has it; the paper's at its own speeds (0, 10 and 31 cm/s).",
-        RULES,
-    )
-    return "\n".join((title, "", table(lines), "", *notes))
+        for score in scores
+    ]  # fmt: skip
+    return Table(columns, rows)
+
+
+SUITE = Suite(
+    name="error",
+    title="Error of the centre of mass",
+    summary="CoM as expected against the true and the measured one, with the speed of the same run",
+    measure=error,
+    options=Options,
+    takes=("robots", "tasks", "window", "open_loop"),
+    quick=({"robots": 3, "window": 5.0},),
+)

@@ -1,19 +1,28 @@
-"""The suite `fuzz`: bad messages into every entry, and broken files into every loader."""
+"""The suite `fuzz`: malformed messages into every input, and broken files into every loader."""
 
 import time
 from dataclasses import dataclass
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
+from gait_lab.bench.suite import Suite
 from gait_lab.faults.fuzz_files import fuzz_files
 from gait_lab.faults.fuzz_messages import Fuzzer, FuzzResult
 from gait_lab.trials.parallel import parallel_map
 
-SUITE = "fuzz"
 STRETCH = 10_000
 """Ticks with one seed."""
 TICKS_PER_FILE = 500
-"""One file is broken and read for so many ticks."""
+"""One broken file is read per so many ticks."""
+_EVIDENCE = 20
+"""Violations that are listed one by one."""
+
+
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `fuzz` runs on."""
+
+    ticks: int = option(1_000_000, "ticks of the gait", "N", minimum=1, maximum=10**12)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +31,8 @@ class _Stretch:
     ticks: int
 
 
-def fuzz(options: BenchOptions) -> Report:
-    """So many ticks in stretches, each with a seed of its own."""
+def fuzz(options: Options) -> SuiteResult:
+    """All ticks in stretches, each with a seed of its own."""
     count, rest = divmod(options.ticks, STRETCH)
     stretches = [_Stretch(options.seed + index, STRETCH) for index in range(count)]
     if rest:
@@ -41,27 +50,40 @@ def fuzz(options: BenchOptions) -> Report:
     ]  # fmt: skip
     files = fuzz_files(options.seed, max(1, options.ticks // TICKS_PER_FILE))
     broken += [f"VIOLATED file: {text}" for text in files.violations]
-    rows = (
-        Row(SUITE, "ticks", "ticks", ticks),
-        Row(SUITE, "answers", "commands", sum(one.answers for one in found)),
-        Row(SUITE, "refused", "messages", sum(one.refused for one in found)),
-        Row(SUITE, "files", "files", files.read + files.refused),
-        Row(SUITE, "files_refused", "files", files.refused),
-        Row(SUITE, "violations", "", len(broken)),
-    )
-    text = "\n".join(
+    answers, refused = sum(one.answers for one in found), sum(one.refused for one in found)
+    lines = [
+        ("ticks of malformed and good messages", ticks),
+        ("joint commands that came out", answers),
+        ("messages, commands and parameters refused", refused),
+        ("broken files", files.read + files.refused),
+        ("broken files refused with a reason", files.refused),
+        ("violations", len(broken)),
+    ]
+    return SuiteResult(
         (
-            f"{ticks} ticks of spoilt and good messages in {took:.0f} s ({ticks / took:.0f} per s)",
-            f"  {sum(one.answers for one in found)} joint commands came out, "
-            f"{sum(one.refused for one in found)} messages, commands and parameters were refused",
-            f"  {files.read + files.refused} broken files: {files.refused} refused with a reason, "
-            f"{files.read} read",
-            f"  {len(broken)} violations",
-            *broken[:20],
-        )
+            Measurement("ticks", "ticks", ticks),
+            Measurement("answers", "commands", answers),
+            Measurement("refused", "messages", refused),
+            Measurement("files", "files", files.read + files.refused),
+            Measurement("files_refused", "files", files.refused),
+            Measurement("violations", "", len(broken)),
+        ),
+        f"{ticks} ticks of malformed and good messages in {took:.0f} s ({ticks / took:.0f} per s)",
+        (Table((Column("what"), Column("number")), lines),),
+        tuple(broken[:_EVIDENCE]),
+        same_robots=False,
     )
-    return Report(rows, text, one_set_of_robots=False)
 
 
 def _run(stretch: _Stretch) -> FuzzResult:
     return Fuzzer(stretch.seed).run(stretch.ticks)
+
+
+SUITE = Suite(
+    name="fuzz",
+    title="Malformed messages and broken files",
+    summary="malformed messages into every input, broken files into every loader",
+    measure=fuzz,
+    options=Options,
+    quick=({"ticks": 20_000},),
+)

@@ -2,63 +2,69 @@
 
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, number, table
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Cell as TableCell
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
+from gait_lab.bench.suite import Suite
 from gait_lab.trials.get_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.trial import loaded_robot
 
-SUITE = "getup"
+
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `getup` runs on."""
+
+    robots: int = 20
+    attempts: int = option(
+        5, "attempts of each robot from each side", "N", minimum=1, maximum=1000
+    )
 
 
-def getup(options: BenchOptions) -> Report:
+def getup(options: Options) -> SuiteResult:
     """`options.attempts` attempts from each side with every robot."""
     specs = [
-        GetUpSpec(
-            side=side, robot_seed=seed, noise_seed=attempt, parameters=options.parameters,
-            plant=options.plant, plant_options=options.plant_options, urdf=options.urdf,
-            engine=options.engine,
-        )
+        GetUpSpec(side=side, robot_seed=seed, noise_seed=attempt, **options.trial)
         for side in SIDES for seed in options.seeds for attempt in range(options.attempts)
     ]  # fmt: skip
     results: list[GetUpResult] = parallel_map(
         get_up, specs, jobs=options.jobs, label="get-ups", show=options.show, note=_note
     )
-    rows = [*_rows("all", results)]
-    lines: list[tuple[str, ...]] = [
-        ("side", "attempts", "up with the", "up in", "stood", "then", "median", "longest", "torque",
-         "speed", "ticks at"),
-        ("", "", "first try", "the end", f"{STAND:g} s", f"walked {WALK:g} s", "s", "s", "use",
-         "use", "a limit"),
-    ]  # fmt: skip
-    for side in SIDES:
-        of_side = [result for result in results if result.spec.side == side]
-        rows += _rows(side, of_side)
-        lines.append(_line(side, of_side))
-    lines.append(_line("all", results))
-    by_robot: list[tuple[str, ...]] = [("robot", *SIDES), ("",) * (1 + len(SIDES))]
+    groups = {"all": results}
+    groups |= {side: [each for each in results if each.spec.side == side] for side in SIDES}
+    rows = [row for name, group in groups.items() for row in _rows(name, group)]
+    by_robot: list[tuple[TableCell, ...]] = []
     for seed in options.seeds:
-        of_robot = [result for result in results if result.spec.robot_seed == seed]
-        shares = [
-            f"{sum(r.at_once for r in of_side)}/{len(of_side)}"
-            for of_side in ([r for r in of_robot if r.spec.side == side] for side in SIDES)
-        ]
-        by_robot.append((str(seed), *shares))
-        share = 100.0 * sum(r.at_once for r in of_robot) / len(of_robot)
-        rows.append(Row(SUITE, f"robot_{seed}_first_try", "%", share))
+        shares, up, count = [], 0, 0
+        for side in SIDES:
+            found = [each.at_once for each in groups[side] if each.spec.robot_seed == seed]
+            shares.append(f"{sum(found)}/{len(found)}")
+            up, count = up + sum(found), count + len(found)
+        by_robot.append((seed, *shares))
+        rows.append(Measurement(f"robot_{seed}_first_try", "%", 100.0 * up / count))
+    columns = (
+        Column("side"), Column("attempts"), Column("up with the", "first try"),
+        Column("up in", "the end"), Column("stood", f"{STAND:g} s"),
+        Column("then", f"walked {WALK:g} s"), Column("median", "s", 2), Column("longest", "s", 2),
+        Column("torque", "use", 2), Column("speed", "use", 2), Column("ticks at", "a limit"),
+    )  # fmt: skip
     notes = (
         "first try: the gait's first get-up ends in a stand, the robot stands and walks. Times: "
-        "from lying at rest to the stand of the gait; it needs 0.4 s of them to know how it lies.",
-        f"torque use: largest torque over the motor's at standstill ({_worst(options, results)}); "
-        "the plant's motors cannot give more. speed use: largest speed over the URDF's limit; "
-        "what is asked for stays below 0.95, beyond 1 a joint is turned by its load.",
+        "from lying at rest to the stand of the gait, of which it takes 0.4 s to find out on which "
+        "side it lies.",
+        "torque use: largest torque over the motor's at standstill "
+        f"({_most_used(options, results)}); the plant's motors cannot give more. speed use: "
+        "largest speed over the URDF's limit; targets stay below 0.95, beyond 1 a joint is turned "
+        "by its load.",
     )
+    lines = [_line(name, groups[name]) for name in (*SIDES, "all")]
+    tables = (Table(columns, lines), Table([Column("robot"), *map(Column, SIDES)], by_robot))
     title = f"Getting up; {options.title}, {options.attempts} attempts from each side"
-    text = "\n".join((title, "", table(lines), "", table(by_robot), "", *notes))
-    return Report(tuple(rows), text)
+    return SuiteResult(tuple(rows), title, tables, notes)
 
 
 def _note(result: GetUpResult) -> str:
@@ -71,48 +77,59 @@ def _times(results: Sequence[GetUpResult]) -> list[float]:
     return [result.time for result in results if result.time is not None]
 
 
-def _rows(name: str, results: Sequence[GetUpResult]) -> list[Row]:
-    times, count = _times(results), len(results)
+def _share(flags: Sequence[bool]) -> float:
+    """Share of true values [%]."""
+    return 100.0 * sum(flags) / len(flags)
+
+
+def _rows(name: str, results: Sequence[GetUpResult]) -> list[Measurement]:
+    times = _times(results)
     return [
-        Row(SUITE, f"{name}_attempts", "attempts", count),
-        Row(SUITE, f"{name}_first_try", "%", 100.0 * sum(r.at_once for r in results) / count),
-        Row(SUITE, f"{name}_up", "%", 100.0 * sum(r.walked for r in results) / count),
-        Row(SUITE, f"{name}_median", "s", statistics.median(times) if times else None),
-        Row(SUITE, f"{name}_worst", "s", max(times) if times else None),
-        Row(SUITE, f"{name}_torque_use", "", _largest(results, "torque_use")),
-        Row(SUITE, f"{name}_speed_use", "", _largest(results, "speed_use")),
-        Row(SUITE, f"{name}_saturated", "%", 100.0 * _mean_saturated(results)),
+        Measurement(f"{name}_attempts", "attempts", len(results)),
+        Measurement(f"{name}_first_try", "%", _share([each.at_once for each in results])),
+        Measurement(f"{name}_up", "%", _share([each.walked for each in results])),
+        Measurement(f"{name}_median", "s", statistics.median(times) if times else None),
+        Measurement(f"{name}_worst", "s", max(times, default=None)),
+        Measurement(f"{name}_torque_use", "", _largest(results, "torque_use")),
+        Measurement(f"{name}_speed_use", "", _largest(results, "speed_use")),
+        Measurement(f"{name}_saturated", "%", 100.0 * _saturated(results)),
     ]
 
 
-def _line(name: str, results: Sequence[GetUpResult]) -> tuple[str, ...]:
-    times, count = _times(results), len(results)
+def _line(name: str, results: Sequence[GetUpResult]) -> tuple[TableCell, ...]:
+    times = _times(results)
     return (
-        name,
-        str(count),
-        f"{100.0 * sum(result.at_once for result in results) / count:.1f} %",
-        f"{100.0 * sum(result.walked for result in results) / count:.1f} %",
-        str(sum(result.stood for result in results)),
-        str(sum(result.walked for result in results)),
-        number(statistics.median(times) if times else None, 2),
-        number(max(times) if times else None, 2),
-        number(_largest(results, "torque_use"), 2),
-        number(_largest(results, "speed_use"), 2),
-        f"{100.0 * _mean_saturated(results):.0f} %",
-    )
+        name, len(results), f"{_share([each.at_once for each in results]):.1f} %",
+        f"{_share([each.walked for each in results]):.1f} %",
+        sum(each.stood for each in results), sum(each.walked for each in results),
+        statistics.median(times) if times else None, max(times, default=None),
+        _largest(results, "torque_use"), _largest(results, "speed_use"),
+        f"{100.0 * _saturated(results):.0f} %",
+    )  # fmt: skip
 
 
-def _largest(results: Sequence[GetUpResult], what: str) -> float:
-    return float(max(getattr(result, what).max() for result in results))
+def _largest(results: Sequence[GetUpResult], attribute: str) -> float:
+    return float(max(getattr(result, attribute).max() for result in results))
 
 
-def _mean_saturated(results: Sequence[GetUpResult]) -> float:
+def _saturated(results: Sequence[GetUpResult]) -> float:
     return statistics.fmean(result.saturated for result in results)
 
 
-def _worst(options: BenchOptions, results: Sequence[GetUpResult]) -> str:
-    """The joints that are used most."""
+def _most_used(options: Options, results: Sequence[GetUpResult]) -> str:
+    """The joints with the largest use of torque."""
     names = loaded_robot(options.urdf).joint_names
     use = np.max([result.torque_use for result in results], axis=0)
     most = sorted(range(len(names)), key=lambda joint: -float(use[joint]))[:4]
     return ", ".join(f"{names[joint]} {use[joint]:.2f}" for joint in most)
+
+
+SUITE = Suite(
+    name="getup",
+    title="Getting up",
+    summary="a robot on the floor gets up, stands and walks",
+    measure=getup,
+    options=Options,
+    takes=("robots",),
+    quick=({"robots": 3, "attempts": 2},),
+)

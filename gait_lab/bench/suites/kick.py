@@ -1,67 +1,72 @@
-"""The suite `kick`: how far and where each kick sends the ball, and who still stands after it."""
+"""The suite `kick`: how far and where each kick sends the ball, and whether the robot stays up."""
 
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, number, table
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Cell as TableCell
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
+from gait_lab.bench.suite import Suite
 from gait_lab.trials.kick import AFTERWARDS, PLACEMENT, KickResult, KickSpec, kick
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.library import shipped_library
 
-SUITE = "kick"
+
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `kick` runs on."""
+
+    robots: int = 20
+    attempts: int = option(1, "attempts of each robot", "N", minimum=1, maximum=1000)
 
 
-def kicks_of(urdf: str) -> tuple[str, ...]:
-    """Names of the kicks of a robot."""
-    motions = shipped_library(loaded_robot(urdf)).motions
-    names = tuple(sorted(name for name, motion in motions.items() if motion.kick is not None))
-    if not names:
+def kicks_of(urdf: str) -> dict[str, float]:
+    """The kicks of a robot, by name: intended direction of the ball [rad]; raises NaoGaitError."""
+    motions = sorted(shipped_library(loaded_robot(urdf)).motions.items())
+    found = {name: motion.kick.direction for name, motion in motions if motion.kick is not None}
+    if not found:
         raise NaoGaitError("urdf", urdf, "a robot with kicks in config/motions/")
-    return names
+    return found
 
 
-def kicks(options: BenchOptions) -> Report:
+def kicks(options: Options) -> SuiteResult:
     """`options.attempts` of every kick with every robot."""
-    names = kicks_of(options.urdf)
+    directions = kicks_of(options.urdf)
     specs = [
-        KickSpec(
-            motion=name, robot_seed=seed, noise_seed=attempt, parameters=options.parameters,
-            plant=options.plant, plant_options=options.plant_options, urdf=options.urdf,
-            engine=options.engine,
-        )
-        for name in names for seed in options.seeds for attempt in range(options.attempts)
+        KickSpec(motion=name, robot_seed=seed, noise_seed=attempt, **options.trial)
+        for name in directions for seed in options.seeds for attempt in range(options.attempts)
     ]  # fmt: skip
     results: list[KickResult] = parallel_map(
         kick, specs, jobs=options.jobs, label="kicks", show=options.show, note=_note
     )
-    rows: list[Row] = []
-    lines: list[tuple[str, ...]] = [
-        ("kick", "attempts", "stands", "distance", "spread", "direction", "meant", "spread",
-         "ball", "takes"),
-        ("", "", "afterwards", "m", "m", "deg", "deg", "deg", "m/s", "s"),
-    ]  # fmt: skip
-    library = shipped_library(loaded_robot(options.urdf))
-    for name in names:
-        meant = library.find(name).kick
-        of_kick = [result for result in results if result.spec.motion == name]
-        found = _Spread(of_kick, 0.0 if meant is None else meant.direction)
-        rows += found.rows(name)
-        lines.append(found.line(name))
-    whole = sum(result.stood for result in results)
-    rows.append(Row(SUITE, "all_stood", "%", 100.0 * whole / len(results)))
+    spreads = [
+        _Spread(name, [each for each in results if each.spec.motion == name], direction)
+        for name, direction in directions.items()
+    ]
+    stood = sum(each.stood for each in results)
+    share = 100.0 * stood / len(results)
+    columns = (
+        Column("kick"), Column("attempts"), Column("stands", "afterwards"),
+        Column("distance", "m", 2), Column("spread", "m", 2), Column("direction", "deg", 0),
+        Column("intended", "deg", 0), Column("spread", "deg"), Column("ball", "m/s", 2),
+        Column("takes", "s"),
+    )  # fmt: skip
     notes = (
-        f"all kicks: {whole} of {len(results)} robots stand {AFTERWARDS:g} s after the kick "
-        f"({100.0 * whole / len(results):.1f} %).",
-        f"mean and standard deviation over robots and attempts; the ball is laid within "
-        f"{1000 * PLACEMENT:g} mm (standard deviation) of the kick's spot; it rolls until it lies. "
-        "direction: counter-clockwise from the robot's heading.",
+        f"All kicks: {stood} of {len(results)} robots stand {AFTERWARDS:g} s after the kick "
+        f"({share:.1f} %).",
+        "Mean and standard deviation over robots and attempts; the ball is placed within "
+        f"{1000 * PLACEMENT:g} mm (standard deviation) of the kick's spot and rolls until it lies "
+        "still. direction: counter-clockwise from the robot's heading.",
     )
-    title = f"Kicks; {options.title}, {options.attempts} attempts each"
-    return Report(tuple(rows), "\n".join((title, "", table(lines), "", *notes)))
+    return SuiteResult(
+        (*(row for each in spreads for row in each.rows), Measurement("all_stood", "%", share)),
+        f"Kicks; {options.title}, {options.attempts} attempts each",
+        (Table(columns, [each.line for each in spreads]),), notes,
+    )  # fmt: skip
 
 
 def _note(result: KickResult) -> str:
@@ -69,45 +74,58 @@ def _note(result: KickResult) -> str:
 
 
 class _Spread:
-    """Distance and direction of one kick over all its attempts."""
+    """Distance and direction of one kick over all its attempts.
 
-    def __init__(self, results: Sequence[KickResult], meant: float) -> None:
+    Args:
+        name: Of the kick.
+        results: Its attempts.
+        intended: Direction of the ball [rad].
+    """
+
+    def __init__(self, name: str, results: Sequence[KickResult], intended: float) -> None:
+        self._name = name
         self._results = results
-        self._meant = meant
+        self._intended = intended
         distances = [result.distance for result in results]
-        # Around the meant direction, so that a kick straight back has a mean.
-        errors = [math.remainder(result.direction - meant, math.tau) for result in results]
-        self._distance, self._distance_spread = _mean_and_spread(distances)
-        error, self._direction_spread = _mean_and_spread(errors)
-        self._direction = math.remainder(meant + error, math.tau)
+        # Around the intended direction, so that a kick straight back has a mean.
+        errors = [math.remainder(result.direction - intended, math.tau) for result in results]
+        self._distance = statistics.fmean(distances)
+        self._distance_spread = statistics.pstdev(distances)
+        error = statistics.fmean(errors)
+        self._direction_spread = math.degrees(statistics.pstdev(errors))
+        self._direction = math.degrees(math.remainder(intended + error, math.tau))
         self._stood = sum(result.stood for result in results)
-        self._speed = statistics.fmean(result.speed for result in results)
-        self._seconds = statistics.fmean(result.seconds for result in results)
 
-    def rows(self, name: str) -> list[Row]:
-        count = len(self._results)
+    @property
+    def rows(self) -> list[Measurement]:
+        """The measurements."""
+        share, name = 100.0 * self._stood / len(self._results), self._name
         return [
-            Row(SUITE, f"{name}_stood", "%", 100.0 * self._stood / count),
-            Row(SUITE, f"{name}_distance", "m", self._distance),
-            Row(SUITE, f"{name}_distance_spread", "m", self._distance_spread),
-            Row(SUITE, f"{name}_direction", "deg", math.degrees(self._direction)),
-            Row(SUITE, f"{name}_direction_spread", "deg", math.degrees(self._direction_spread)),
+            Measurement(f"{name}_stood", "%", share),
+            Measurement(f"{name}_distance", "m", self._distance),
+            Measurement(f"{name}_distance_spread", "m", self._distance_spread),
+            Measurement(f"{name}_direction", "deg", self._direction),
+            Measurement(f"{name}_direction_spread", "deg", self._direction_spread),
         ]
 
-    def line(self, name: str) -> tuple[str, ...]:
+    @property
+    def line(self) -> tuple[TableCell, ...]:
+        """The row of the table."""
         return (
-            name.removeprefix("kick_").replace("_", " "),
-            str(len(self._results)),
-            str(self._stood),
-            number(self._distance, 2),
-            number(self._distance_spread, 2),
-            number(math.degrees(self._direction), 0),
-            number(math.degrees(self._meant), 0),
-            number(math.degrees(self._direction_spread), 1),
-            number(self._speed, 2),
-            number(self._seconds, 1),
-        )
+            self._name.removeprefix("kick_").replace("_", " "), len(self._results), self._stood,
+            self._distance, self._distance_spread, self._direction, math.degrees(self._intended),
+            self._direction_spread, statistics.fmean(each.speed for each in self._results),
+            statistics.fmean(each.seconds for each in self._results),
+        )  # fmt: skip
 
 
-def _mean_and_spread(values: Sequence[float]) -> tuple[float, float]:
-    return statistics.fmean(values), statistics.pstdev(values)
+SUITE = Suite(
+    name="kick",
+    title="Kicks",
+    summary="how far and where each kick sends the ball, and whether the robot stays up",
+    measure=kicks,
+    options=Options,
+    takes=("robots",),
+    quick=({"robots": 3, "attempts": 1},),
+    check=lambda options: kicks_of(options.urdf),
+)

@@ -1,38 +1,46 @@
-"""The suite `loss`: a long walk on which messages are lost in both directions."""
+"""The suite `loss`: a long walk during which messages are lost in both directions."""
 
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, finite, number, table
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, finite
 from gait_lab.bench.score import tasks_of
+from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.faults import fault_run
 from gait_lab.faults.long_walks import LossResult, LossWalk, walk_with_loss
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import Task
 from nao_lipm_gait.errors import NaoGaitError
 
-SUITE = "loss"
-TASKS = ("forward=20",)
-NOTE = "Speeds of the robots that stayed upright; flight and slip are not looked at."
+
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `loss` runs on."""
+
+    robots: int = 20
+    window: float = 60.0
+    engine: str = "mujoco"
+    tasks: tuple[str, ...] = ("forward=20",)
+    loss: float = option(
+        10.0, "share of all messages that are lost, in %", "P", minimum=0.0, maximum=100.0
+    )
 
 
-def check(options: BenchOptions) -> None:
-    """NaoGaitError for a way that is not straight ahead: the suite knows no other."""
+def check(options: Options) -> None:
+    """Raise NaoGaitError for a task that is not straight ahead."""
     for task in tasks_of(options):
         if task.command.y != 0.0 or task.command.yaw != 0.0 or task.command.x <= 0.0:
             raise NaoGaitError("task", task.name, "forward walks for the suite loss, as forward=20")
 
 
-def loss(options: BenchOptions) -> Report:
+def loss(options: Options) -> SuiteResult:
     """Every robot walks for the window of the options."""
-    rows: list[Row] = []
-    lines: list[tuple[str, ...]] = [
-        ("task", "lost", "upright", "asked", "worst", "median", "violations"),
-        ("", "%", "", "cm/s", "cm/s", "cm/s", ""),
-    ]
-    told: list[str] = []
+    rows: list[Measurement] = []
+    lines = []
+    notes = ["Speeds of the robots that stayed upright; flight and slip are not checked."]
     for task in tasks_of(options):
         found = parallel_map(
             walk_with_loss, _walks(options, task), jobs=options.jobs, show=options.show,
@@ -43,26 +51,30 @@ def loss(options: BenchOptions) -> Report:
         median = statistics.median(speeds) if speeds else math.nan
         upright = sum(each.fell_at is None for each in found)
         violations = sum(bool(each.violations) for each in found)
-        told += _evidence(found)
+        notes += _evidence(found)
         name = f"{task.name}_{options.loss:g}"
         rows += [
-            Row(SUITE, f"{name}_upright", "robots", upright),
-            Row(SUITE, f"{name}_violations", "robots", violations),
-            Row(SUITE, f"{name}_worst", "cm/s", finite(worst)),
-            Row(SUITE, f"{name}_median", "cm/s", finite(median)),
+            Measurement(f"{name}_upright", "robots", upright),
+            Measurement(f"{name}_violations", "robots", violations),
+            Measurement(f"{name}_worst", "cm/s", finite(worst)),
+            Measurement(f"{name}_median", "cm/s", finite(median)),
         ]
         lines.append(
-            (task.name, f"{options.loss:g}", f"{upright}/{len(found)}",
-             number(100.0 * task.asked), number(worst), number(median), str(violations))
+            (task.name, f"{options.loss:g}", f"{upright}/{len(found)}", 100.0 * task.asked, worst,
+             median, violations)
         )  # fmt: skip
+    columns = (
+        Column("task"), Column("lost", "%"), Column("upright"), Column("asked", "cm/s"),
+        Column("worst", "cm/s"), Column("median", "cm/s"), Column("violations"),
+    )  # fmt: skip
     title = (
-        f"Sensor messages, velocity and joint commands are lost all the time; {options.window:g} s,"
-        f" {options.title}"
+        "Sensor messages, velocity commands and joint commands are lost all the time; "
+        f"{options.window:g} s, {options.title}"
     )
-    return Report(tuple(rows), "\n".join((title, "", table(lines), "", NOTE, *told)))
+    return SuiteResult(tuple(rows), title, (Table(columns, lines),), tuple(notes))
 
 
-def _walks(options: BenchOptions, task: Task) -> list[LossWalk]:
+def _walks(options: Options, task: Task) -> list[LossWalk]:
     share, speed = options.loss / 100.0, task.command.x
     return [
         LossWalk(fault_run(options, "loss", seed), share, speed, options.window)
@@ -85,3 +97,15 @@ def _evidence(found: Sequence[LossResult]) -> list[str]:
 def _note(verdict: LossResult) -> str:
     fate = "upright" if verdict.fell_at is None else f"fell at {verdict.fell_at:.1f} s"
     return f"robot {verdict.walk.run.seed}: {fate}"
+
+
+SUITE = Suite(
+    name="loss",
+    title="Lost messages",
+    summary="a long walk during which a share of all messages is lost",
+    measure=loss,
+    options=Options,
+    takes=("robots", "tasks", "window"),
+    quick=({"robots": 2, "window": 10.0},),
+    check=check,
+)

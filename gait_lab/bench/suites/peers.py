@@ -1,31 +1,27 @@
-"""The suite `peers`: other ways to walk beside ours, asked for the same on the same robots.
+"""The suite `peers`: other walks beside ours, with the same commands on the same robots.
 
 Our walk in open loop, the second paper's ZMP walk and ZMP preview control, each with and without
 posture control by the gyro, the first paper's method alone, the gait as it is, and, where its
-environment is named, placo's walk. Only NAOs: the presets of the others are for them.
+environment is given, placo's walk. Only for the NAO: the presets of the others are made for it.
 """
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 from gait_lab.analysis.metrics import Metrics
-from gait_lab.bench.falls import FallDetection
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.push_cells import Cell, push_cells
-from gait_lab.bench.report import Report, Row, finite, number, table
-from gait_lab.bench.score import Score, Variant, tasks_of, walk_all
+from gait_lab.bench.comparison import Contender, Outcome, compare
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Cell as TableCell
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, finite
+from gait_lab.bench.score import Score, tasks_of
+from gait_lab.bench.suite import Suite
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo
-from gait_lab.trials.tasks import AXES, Task
-from gait_lab.trials.trial import Walker
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.robot import NAO, RobotDescription, load_robot
+from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.robot import NAO, load_robot
 
-SUITE = "peers"
-TASKS = ("forward=25", "back=20", "side=10", "turn=50")
-"""What every one of these walks can be asked for."""
 PUSHES = (("left", 1.5), ("forward", 2.0))
 """Directions and impulses [N s] of the pushes on the spot."""
 WITHOUT_GYRO = {
@@ -34,117 +30,107 @@ WITHOUT_GYRO = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Peer:
-    """One way to walk."""
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `peers` runs on; its speeds are within reach of each walk."""
 
-    name: str
-    parameters: GaitParameters
-    walker: Callable[[RobotDescription, Task, float], Walker] | None = None
-    """What walks in the gait's place; None = the gait with these parameters."""
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How the robots walked and withstood pushes with one peer."""
-
-    name: str
-    scores: tuple[Score, ...]
-    cells: Mapping[tuple[str, float], Cell]
-    detection: FallDetection
-    """Over walks and pushes."""
+    window: float = 8.0
+    phases: int = 4
+    tasks: tuple[str, ...] = ("forward=25", "back=20", "side=10", "turn=50")
+    placo_python: str | None = option(
+        None, "Python of an environment that has placo, to measure its walk too", "PATH", parse=str
+    )
 
 
-def peers_of(options: BenchOptions) -> tuple[Peer, ...]:
-    """The peers; those of our package are the parameter sets that they are."""
+def peers_of(options: Options) -> list[Contender]:
+    """The walks to compare."""
     ours = options.parameters
     zmp, preview = load_preset("zmp"), load_preset("preview")
     found = [
-        Peer("open_loop", ours.replace(feedback=False)),
-        Peer("zmp", zmp.replace(**WITHOUT_GYRO)),
-        Peer("zmp_gyro", zmp),
-        Peer("preview", preview.replace(**WITHOUT_GYRO)),
-        Peer("preview_gyro", preview),
-        Peer("paper", load_preset("paper")),
-        Peer("default", ours),
+        Contender("open_loop", ours.replace(feedback=False)),
+        Contender("zmp", zmp.replace(**WITHOUT_GYRO)),
+        Contender("zmp_gyro", zmp),
+        Contender("preview", preview.replace(**WITHOUT_GYRO)),
+        Contender("preview_gyro", preview),
+        Contender("paper", load_preset("paper")),
+        Contender("default", ours),
     ]
     if options.placo_python is not None:
-        found.append(Peer("placo", ours, Placo(options.placo_python)))
-    return tuple(found)
+        found.append(Contender("placo", ours, Placo(options.placo_python)))
+    return found
 
 
-def walks_here(urdf: str) -> bool:
-    """Whether all the peers are made for this robot."""
-    return load_robot(urdf).name == NAO
+def is_nao(options: BenchOptions) -> bool:
+    """Whether the walks are made for this robot."""
+    return load_robot(options.urdf).name == NAO
 
 
-def require_possible(options: BenchOptions) -> None:
-    """NaoGaitError for a robot that is no NAO, or a Python without placo."""
-    if not walks_here(options.urdf):
-        robot = load_robot(options.urdf).name
-        raise NaoGaitError("robot", robot, f"{NAO} for the suite {SUITE}")
+def check(options: Options) -> None:
+    """Raise NaoGaitError for a robot that is no NAO, or a Python without placo."""
+    if not is_nao(options):
+        raise NaoGaitError("robot", load_robot(options.urdf).name, f"{NAO} for the suite peers")
     if options.placo_python is not None:
         Placo(options.placo_python).check()
 
 
-def peers(options: BenchOptions) -> Report:
-    """All tasks with every peer, then pushes on the spot."""
-    closed = replace(options, open_loop="off")
-    found, tasks = peers_of(options), tasks_of(options)
-    variants = [Variant(parameters=peer.parameters.as_dict(), walker=peer.walker) for peer in found]
-    walked = walk_all(closed, variants, tasks)
-    outcomes = []
-    for peer, scores in zip(found, walked, strict=True):
-        pushed = push_cells(
-            replace(closed, parameters=peer.parameters), "spot", PUSHES,
-            label=peer.name, walker=peer.walker,
-        )  # fmt: skip
-        for result in (result for score in scores for result in score.results):
-            pushed.detection.add(result.metrics)
-        outcomes.append(Outcome(peer.name, tuple(scores), pushed.cells, pushed.detection))
-    rows = [row for outcome in outcomes for row in rows_of(outcome)]
-    return Report(tuple(rows), _text(outcomes, options))
+def peers(options: Options) -> SuiteResult:
+    """All tasks with every walk, then pushes on the spot."""
+    outcomes = compare(options, peers_of(options), tasks_of(options), PUSHES)
+    notes = [
+        "Speeds [cm/s, deg/s] of the robots that stayed upright, beside the commanded one; worst: "
+        "the farthest from it. x: a robot fell; !: upright, but does not count (flight, slip, "
+        "contact of the legs).",
+        "off: difference to the commanded velocity over ground; yaw: turn rate where none is "
+        "commanded; both of the upright robots. Off, yaw, flight, slip: the worst of all robots "
+        "and tasks. CoM y: mean |expected - true| over the tasks. Pushes while stepping on the "
+        f"spot: share of {options.robots * options.phases} after which the robot steps on the spot "
+        "again.",
+        "open loop: the gait without feedback. zmp, preview: ZMP walk and ZMP preview control with "
+        "heading hold, without posture control by the gyro; gyro: with it. paper: the preset with "
+        "the first paper's method. default: the gait of this command.",
+        "placo: joint trajectories of placo's walk, open loop, without heading hold."
+        if options.placo_python is not None else
+        "placo's walk is left out: give a Python that has it by --placo-python. To make one: "
+        f"{HOW_TO_GET_IT}, then --placo-python placo-env/bin/python.",
+    ]  # fmt: skip
+    return SuiteResult(
+        tuple(row for outcome in outcomes for row in outcome_rows(outcome)),
+        f"Peers, {options.window:g} s at speed, {options.title}",
+        (_table(outcomes),), tuple(notes),
+    )  # fmt: skip
 
 
-def rows_of(outcome: Outcome) -> list[Row]:
-    """One row per figure, speeds twice: as they count, and of whoever stayed upright."""
+def outcome_rows(outcome: Outcome) -> list[Measurement]:
+    """The measurements of one walk; speeds as they count, and of all upright robots."""
     rows = []
     for score in outcome.scores:
-        name = f"{outcome.name}_{score.task.name}"
-        counts = not score.faults
-        rows.append(Row(SUITE, f"{name}_upright", "robots", score.upright))
-        rows.append(Row(SUITE, f"{name}_counts", "bool", float(counts)))
+        name, counts = f"{outcome.name}_{score.task.name}", not score.faults
+        rows.append(Measurement(f"{name}_upright", "robots", score.upright))
+        rows.append(Measurement(f"{name}_counts", "bool", float(counts)))
         if score.task.axis:
-            for statistic, value in (("worst", _worst(score)), ("median", _median(score))):
+            for statistic, value in (("worst", _farthest(score)), ("median", score.median)):
                 metric, counted = f"{name}_{statistic}", value if counts else None
-                rows.append(Row(SUITE, metric, score.unit, counted))
-                rows.append(Row(SUITE, f"{metric}_of_upright", score.unit, value))
+                rows.append(Measurement(metric, score.unit, counted))
+                rows.append(Measurement(f"{metric}_of_upright", score.unit, value))
         rows += [
-            Row(SUITE, f"{name}_off_worst", "cm/s", finite(_off(score))),
-            Row(SUITE, f"{name}_yaw_off_worst", "deg/s", finite(_yaw_off(score))),
-            Row(SUITE, f"{name}_flight_worst", "%", finite(_flight(score))),
-            Row(SUITE, f"{name}_slip_worst", "cm/s", finite(_slip(score))),
-            Row(SUITE, f"{name}_com_y_error_mean", "mm", finite(_com_error(score))),
+            Measurement(f"{name}_off_worst", "cm/s", finite(_off(score))),
+            Measurement(f"{name}_yaw_off_worst", "deg/s", finite(_yaw_off(score))),
+            Measurement(f"{name}_flight_worst", "%", finite(_flight(score))),
+            Measurement(f"{name}_slip_worst", "cm/s", finite(_slip(score))),
+            Measurement(f"{name}_com_y_error_mean", "mm", finite(_com_error(score))),
         ]
-    for (direction, impulse), cell in outcome.cells.items():
-        metric = f"{outcome.name}_push_{direction}_{impulse:g}_survival"
-        rows.append(Row(SUITE, metric, "%", 100.0 * cell.share))
-    if outcome.name != "placo":  # it reports no falls
-        rows += outcome.detection.rows(SUITE, outcome.name)
+    rows += outcome.push_rows
+    if outcome.name != "placo":  # it detects no falls
+        rows += outcome.detection.rows(outcome.name)
     return rows
 
 
-def _worst(score: Score) -> float | None:
-    """The speed that is farthest from the asked one: who runs away is not good at walking fast."""
-    axis = score.task.axis
-    if axis is None or not score.speeds:
+def _farthest(score: Score) -> float | None:
+    """The speed farthest from the commanded one: running away is not walking fast."""
+    asked = score.asked
+    if asked is None:
         return None
-    asked = abs(score.task.asked) * AXES[axis][1]
-    return max(score.speeds, key=lambda speed: abs(speed - asked))
-
-
-def _median(score: Score) -> float | None:
-    return statistics.median(score.speeds) if score.speeds else None
+    return max(score.speeds, key=lambda speed: abs(speed - asked), default=None)
 
 
 def _upright(score: Score) -> list[Metrics]:
@@ -152,7 +138,7 @@ def _upright(score: Score) -> list[Metrics]:
 
 
 def _off(score: Score) -> float:
-    """Largest distance between the asked velocity over ground and a robot's [cm/s]."""
+    """Largest difference to the commanded velocity over ground [cm/s]."""
     asked = score.task.command
     return 100.0 * max(
         (math.hypot(robot.speed_x - asked.x, robot.speed_y - asked.y) for robot in _upright(score)),
@@ -161,11 +147,23 @@ def _off(score: Score) -> float:
 
 
 def _yaw_off(score: Score) -> float:
-    """Largest distance between the asked turning and a robot's [deg/s]."""
+    """Largest difference to the commanded turn rate [deg/s]."""
     asked = score.task.command.yaw
     return math.degrees(
         max((abs(robot.turn_rate - asked) for robot in _upright(score)), default=math.nan)
     )
+
+
+def _flight(score: Score) -> float:
+    return score.worst_of("flight_share", 100.0)
+
+
+def _slip(score: Score) -> float:
+    return score.worst_of("slip_speed", 100.0)
+
+
+def _com_error(score: Score) -> float:
+    return score.mean_of("com_error_y", 1000.0)
 
 
 def _over(
@@ -176,63 +174,40 @@ def _over(
     return pick(values) if values else math.nan
 
 
-def _flight(score: Score) -> float:
-    return score.over(max, "flight_share", 100.0)
-
-
-def _slip(score: Score) -> float:
-    return score.over(max, "slip_speed", 100.0)
-
-
-def _com_error(score: Score) -> float:
-    return score.over(statistics.fmean, "com_error_y", 1000.0)
-
-
-def _text(outcomes: Sequence[Outcome], options: BenchOptions) -> str:
-    header, units = ["walk"], [""]
+def _table(outcomes: Sequence[Outcome]) -> Table:
+    columns = [Column("walk")]
     for score in outcomes[0].scores:
-        axis = score.task.axis
-        asked = f"of {abs(score.task.asked) * AXES[axis][1]:.0f}" if axis else ""
-        header += [score.task.name, asked, ""]
-        units += ["upright", "worst", "median"]
-    header += ["off", "yaw", "flight", "slip", "CoM y", *(direction for direction, _ in PUSHES)]
-    units += ["cm/s", "deg/s", "%", "cm/s", "mm", *(f"{impulse:g} N s" for _, impulse in PUSHES)]
-    lines = [header, units]
+        asked = "" if score.asked is None else f"of {score.asked:.0f}"
+        columns += [Column(score.task.name, "upright"), Column(asked, "worst")]
+        columns.append(Column("", "median"))
+    columns += [
+        Column("off", "cm/s"), Column("yaw", "deg/s"), Column("flight", "%"),
+        Column("slip", "cm/s"), Column("CoM y", "mm"),
+        *(Column(direction, f"{impulse:g} N s") for direction, impulse in PUSHES),
+    ]  # fmt: skip
+    rows = []
     for outcome in outcomes:
-        line = [outcome.name.replace("_", " ")]
+        row: list[TableCell] = [outcome.name.replace("_", " ")]
         for score in outcome.scores:
-            mark = "x" if score.upright < len(score.results) else "!" if score.faults else ""
-            line += [
-                f"{mark}{score.upright_text}", number(_worst(score)), number(_median(score)),
-            ]  # fmt: skip
+            upright = f"{score.short_mark}{score.upright_text}"
+            row += [upright, _farthest(score), score.median]
         straight = [score for score in outcome.scores if score.task.axis != "yaw"]
-        line += [
-            number(_over(max, _off, outcome.scores)),
-            number(_over(max, _yaw_off, straight)),
-            number(_over(max, _flight, outcome.scores)),
-            number(_over(max, _slip, outcome.scores)),
-            number(_over(statistics.fmean, _com_error, outcome.scores)),
-            *(f"{100.0 * cell.share:.0f}%" for cell in outcome.cells.values()),
-        ]
-        lines.append(line)
-    title = f"Peers, {options.window:g} s at speed, {options.title}"
-    pushes = options.robots * options.phases
-    notes = [
-        "Speeds [cm/s, deg/s] of the robots that stayed upright, beside the asked one; worst: the",
-        "farthest from it. x: a robot fell; !: upright, but does not count (flight, slip, leg",
-        "against leg). off: the asked velocity over ground against the robot's; yaw: turning where",
-        "none is asked; both of the upright robots. Off, yaw, flight, slip: the worst of all",
-        "robots and tasks. CoM y: mean |expected - true| over the tasks. Pushes while stepping on",
-        f"the spot: share of {pushes} after which a robot steps on the spot again.",
-        "open loop: the gait without feedback; zmp, preview: ZMP walk and ZMP preview control, the",
-        "heading held, without posture control by the gyro; gyro: with it. paper: the first",
-        "paper's method alone; default: the gait of this command.",
-    ]
-    if options.placo_python is None:
-        notes += [
-            "placo's walk is left out: name a Python that has it by --placo-python. To make one:",
-            f"{HOW_TO_GET_IT}, then --placo-python placo-env/bin/python.",
-        ]
-    else:
-        notes.append("placo: joint trajectories of placo's walk, open loop, the heading not held.")
-    return "\n".join((title, "", table(lines), "", *notes))
+        rows.append([
+            *row, _over(max, _off, outcome.scores), _over(max, _yaw_off, straight),
+            _over(max, _flight, outcome.scores), _over(max, _slip, outcome.scores),
+            _over(statistics.fmean, _com_error, outcome.scores), *outcome.push_cells,
+        ])  # fmt: skip
+    return Table(columns, rows)
+
+
+SUITE = Suite(
+    name="peers",
+    title="Other walks on the same robots",
+    summary="ZMP walk, ZMP preview, the paper's method, open loop and placo's walk beside ours",
+    measure=peers,
+    options=Options,
+    takes=("robots", "tasks", "window", "phases"),
+    quick=({"robots": 2, "window": 4.0, "phases": 2},),
+    check=check,
+    applies=is_nao,
+)

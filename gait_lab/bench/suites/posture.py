@@ -1,19 +1,20 @@
 """The suite `posture`: the second paper's three experiments, with and without posture control.
 
 Starts from standing, a long straight walk at speed, and a soccer player's sequence of walk, turn,
-stand and kick. Without posture control means eq. (7) with gains of 0; whatever else a walk does
-about its sensors it does in both, and so does a kick on its standing leg.
+stand and kick. Without posture control the gains of eq. (7) are 0. All other uses of the sensors by
+a walk stay on in both forms, and so does the posture control of a kick on its standing leg.
 """
 
 import math
 import statistics
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, number, table
-from gait_lab.bench.score import Score, Variant, walk_all
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, shown
+from gait_lab.bench.score import RULES, Score, Variant, walk_all
+from gait_lab.bench.suite import Suite
 from gait_lab.trials.motions import MotionOutcome
 from gait_lab.trials.tasks import STAND_TIME, AskedMotion, Task, find_task
 from gait_lab.trials.trial import loaded_robot
@@ -21,32 +22,48 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
-SUITE = "posture"
-TASKS = ("forward=41",)
-"""What Bruno is asked so that it walks 40 cm/s."""
 JUMP = 0.01
 """[s] in which a command changes."""
 START_END = STAND_TIME + 5.0
-"""[s] until which a start is watched."""
+"""[s since the start] until which a start is watched."""
 GAINS = ("gyro_pitch_gain", "gyro_pitch_rate_gain", "gyro_roll_gain", "gyro_roll_rate_gain")
 PAPER: Mapping[str, float] = {"start_on": 0.0, "start_off": 65.0, "straight_on": 0.0}
 """Published share of falls [%]: several dozen starts; 5 minutes and more of walking."""
 PAPER_TIME_TO_FALL = 60.0
 """[s] within which nearly all walks without posture control ended."""
+PAPER_SPEED = 40.0
+"""[cm/s]"""
+
+
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `posture` runs on; commanded 41 cm/s, Bruno walks 40."""
+
+    robots: int = 20
+    urdf: str = "bruno"
+    tasks: tuple[str, ...] = ("forward=41",)
+    window: float = 300.0
+    experiments: tuple[str, ...] = option(
+        (), "only this one: start, straight or soccer", "NAME", flags=("--experiment",)
+    )
 
 
 class Piece(NamedTuple):
-    """A part of the soccer sequence."""
+    """A part of the soccer sequence.
+
+    Attributes:
+        seconds: Duration [s].
+        forward: Share of the commanded speed.
+        side: [m/s].
+        turn: [rad/s].
+        kick: Motion that is requested at the beginning of the piece.
+    """
 
     seconds: float
     forward: float
-    """Share of the asked speed."""
     side: float = 0.0
-    """[m/s]"""
     turn: float = 0.0
-    """[rad/s]"""
     kick: str = ""
-    """Asked for at its beginning."""
 
 
 SOCCER = (
@@ -69,16 +86,109 @@ SOCCER = (
 LAPS = 2
 
 
-class Experiment(NamedTuple):
-    """One experiment in both forms."""
+@dataclass(frozen=True, slots=True)
+class Half:
+    """One experiment with or without posture control.
 
-    name: str
-    on: Score
-    off: Score
+    Attributes:
+        experiment: Its name.
+        form: `on` or `off`.
+        score: All robots.
+    """
+
+    experiment: str
+    form: str
+    score: Score
+
+    @property
+    def name(self) -> str:
+        """As it begins the name of a metric."""
+        return f"{self.experiment}_{self.form}"
+
+    @property
+    def fall_times(self) -> list[float]:
+        """[s] of walking until each fall."""
+        times = [result.metrics.fall_time for result in self.score.results]
+        return [time - STAND_TIME for time in times if time is not None]
+
+    @property
+    def fall_share(self) -> float:
+        """[%] of the robots."""
+        return 100.0 * len(self.fall_times) / len(self.score.results)
+
+    @property
+    def saturated(self) -> float:
+        """[%] mean share of ticks with a motor at its limit."""
+        return self.score.mean_of("saturated_share", 100.0)
+
+    @property
+    def kicks(self) -> int:
+        """Number of kicks that were requested."""
+        return len(self.score.results) * len(self.score.task.motions)
+
+    @property
+    def done(self) -> list[MotionOutcome]:
+        """The kicks after which the robot walked on."""
+        motions = (motion for result in self.score.results for motion in result.motions)
+        return [motion for motion in motions if motion.walked is not None]
+
+    @property
+    def ball_distances(self) -> list[float]:
+        """[m] of the ball at the end of each kick that was done."""
+        return [motion.ball for motion in self.done if motion.ball is not None]
+
+    @property
+    def longest_wait(self) -> float | None:
+        """[s] from the request of a kick to its beginning."""
+        waits = [math.nan if motion.began is None else motion.began - motion.asked.time
+                 for motion in self.done]  # fmt: skip
+        return max(waits, default=None)
+
+    @property
+    def rows(self) -> list[Measurement]:
+        """The measurements."""
+        name, times, score = self.name, self.fall_times, self.score
+        rows = [
+            Measurement(f"{name}_runs", "runs", len(score.results)),
+            Measurement(f"{name}_falls", "runs", len(times)),
+            Measurement(f"{name}_fall_share", "%", self.fall_share, PAPER.get(name)),
+        ]
+        if self.experiment == "straight":
+            median = _median(times)
+            paper = PAPER_TIME_TO_FALL if self.form == "off" else None
+            counts = bool(score.speeds) and not score.faults
+            worst, middle = (score.worst, score.median) if counts else (None, None)
+            rows += [
+                Measurement(f"{name}_time_to_fall_median", "s", median, paper),
+                Measurement(f"{name}_worst", "cm/s", worst, PAPER_SPEED),
+                Measurement(f"{name}_median", "cm/s", middle, PAPER_SPEED),
+                Measurement(f"{name}_counts", "bool", float(counts)),
+                Measurement(f"{name}_saturated_share_mean", "%", self.saturated),
+            ]
+        if self.experiment == "soccer":
+            balls = self.ball_distances
+            rows += [
+                Measurement(f"{name}_kicks", "kicks", self.kicks),
+                Measurement(f"{name}_kicks_done", "kicks", len(self.done)),
+                Measurement(f"{name}_ball_median", "m", _median(balls)),
+                Measurement(f"{name}_ball_least", "m", min(balls, default=None)),
+                Measurement(f"{name}_kick_wait_longest", "s", self.longest_wait),
+            ]
+        return rows
+
+    @property
+    def note(self) -> str:
+        """A sentence about the kicks."""
+        return (
+            f"soccer {self.form}: {len(self.done)} of {self.kicks} kicks after which the robot "
+            f"walked on; ball at the end of the kick: median "
+            f"{shown(_median(self.ball_distances), 2)} m; longest stop before a kick: "
+            f"{shown(self.longest_wait)} s."
+        )
 
 
-def experiments_of(options: BenchOptions) -> list[Task]:
-    """What is walked; NaoGaitError for what cannot be."""
+def experiments_of(options: Options) -> list[Task]:
+    """The walks of the experiments; raises NaoGaitError for what cannot be walked."""
     if len(options.tasks) != 1 or find_task(options.tasks[0]).axis != "x":
         raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, as forward=40")
     speed = find_task(options.tasks[0]).asked
@@ -94,34 +204,49 @@ def experiments_of(options: BenchOptions) -> list[Task]:
     return tasks
 
 
-def posture(options: BenchOptions) -> Report:
-    """All three experiments on all robots, with and without posture control."""
+def posture(options: Options) -> SuiteResult:
+    """The experiments on all robots, with and without posture control."""
     tasks = experiments_of(options)
     speed = find_task(options.tasks[0]).asked
     off = Variant(parameters=dict.fromkeys(GAINS, 0.0))
     with_control, without = walk_all(
         replace(options, open_loop="off"), (Variant(), off), tasks, label="posture"
     )
-    experiments = [
-        Experiment(task.name, one, other)
-        for task, one, other in zip(tasks, with_control, without, strict=True)
+    halves = [
+        Half(task.name, form, score)
+        for task, *scores in zip(tasks, with_control, without, strict=True)
+        for form, score in zip(("on", "off"), scores, strict=True)
     ]
-    rows = [row for experiment in experiments for row in _rows(experiment)]
-    return Report(tuple(rows), _text(experiments, speed, options))
+    notes = (
+        *(half.note for half in halves if half.experiment == "soccer"),
+        f"start: the speed at once from standing, {START_END - STAND_TIME:g} s. straight: "
+        f"{options.window:g} s at speed. soccer: {sum(p.seconds for p in SOCCER) * LAPS:g} s of "
+        "walk, turn, side step, stand, kick, each at once. Without posture control all gains of "
+        "eq. (7) of the walk are 0; a kick keeps those in its file.",
+        f"Speeds of the robots that stayed upright. {RULES}",
+        "Paper: one robot, several dozen starts, 5 minutes straight; without posture control it "
+        "fell within a minute.",
+    )
+    return SuiteResult(
+        tuple(row for half in halves for row in half.rows),
+        f"Posture control, eq. (7), commanded {100.0 * speed:.3g} cm/s; {options.title}",
+        (_table(halves),), notes,
+    )  # fmt: skip
 
 
 def start_task(speed: float) -> Task:
-    """From standing: the whole speed [m/s] is asked for at once."""
+    """From standing: the full speed [m/s] is commanded at once."""
     knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + JUMP, VelocityCommand(speed)))
     return Task("start", knots, START_END - 1.0, START_END, "x")
 
 
 def straight_task(speed: float, seconds: float) -> Task:
+    """Straight ahead at a speed [m/s] for some seconds."""
     return replace(find_task(f"forward={100.0 * speed:.10g}").lasting(seconds), name="straight")
 
 
 def soccer_task(speed: float) -> Task:
-    """Each piece at once after the other, whatever the robot is doing."""
+    """Each piece at once after the other, whatever the robot is doing; speed in m/s."""
     kicks: list[AskedMotion] = []
     knots: list[tuple[float, VelocityCommand]] = [(STAND_TIME, STANDSTILL)]
     time = STAND_TIME
@@ -134,116 +259,37 @@ def soccer_task(speed: float) -> Task:
     return Task("soccer", tuple(knots), STAND_TIME, time, motions=tuple(kicks))
 
 
-def _fall_times(score: Score) -> list[float]:
-    """[s] of walking until each fall."""
-    times = [result.metrics.fall_time for result in score.results]
-    return [time - STAND_TIME for time in times if time is not None]
-
-
-def _fall_share(score: Score) -> float:
-    """[%]"""
-    return 100.0 * len(_fall_times(score)) / len(score.results)
-
-
-def _done(motions: Iterable[MotionOutcome]) -> list[MotionOutcome]:
-    """Those after which the robot walked on."""
-    return [motion for motion in motions if motion.walked is not None]
-
-
-def _wait(motion: MotionOutcome) -> float:
-    """[s] from the request to the begin."""
-    return math.nan if motion.began is None else motion.began - motion.asked.time
-
-
-def _median(values: Iterable[float | None]) -> float | None:
-    found = [value for value in values if value is not None]
+def _median(values: Iterable[float]) -> float | None:
+    found = list(values)
     return statistics.median(found) if found else None
 
 
-def _rows(experiment: Experiment) -> list[Row]:
-    rows = []
-    for form, score in (("on", experiment.on), ("off", experiment.off)):
-        name, times = f"{experiment.name}_{form}", _fall_times(score)
-        rows += [
-            Row(SUITE, f"{name}_runs", "runs", len(score.results)),
-            Row(SUITE, f"{name}_falls", "runs", len(times)),
-            Row(SUITE, f"{name}_fall_share", "%", _fall_share(score), PAPER.get(name)),
-        ]
-        if experiment.name == "straight":
-            median = statistics.median(times) if times else None
-            paper = PAPER_TIME_TO_FALL if form == "off" else None
-            speeds = score.speeds
-            counts = bool(speeds) and not score.faults
-            rows += [
-                Row(SUITE, f"{name}_time_to_fall_median", "s", median, paper),
-                Row(SUITE, f"{name}_worst", "cm/s", min(speeds) if counts else None, 40.0),
-                Row(SUITE, f"{name}_median", "cm/s", statistics.median(speeds) if counts else None,
-                    40.0),
-                Row(SUITE, f"{name}_counts", "bool", float(counts)),
-                Row(SUITE, f"{name}_saturated_share_mean", "%",
-                    score.over(statistics.mean, "saturated_share", 100.0)),
-            ]  # fmt: skip
-        kicks = [kick for result in score.results for kick in result.motions]
-        if experiment.name == "soccer":
-            done = _done(kicks)
-            rows += [
-                Row(SUITE, f"{name}_kicks", "kicks", len(score.results) * len(score.task.motions)),
-                Row(SUITE, f"{name}_kicks_done", "kicks", len(done)),
-                Row(SUITE, f"{name}_ball_median", "m", _median(kick.ball for kick in done)),
-                Row(SUITE, f"{name}_ball_least", "m",
-                    min((kick.ball for kick in done if kick.ball is not None), default=None)),
-                Row(SUITE, f"{name}_kick_wait_longest", "s",
-                    max((_wait(kick) for kick in done), default=None)),
-            ]  # fmt: skip
-    return rows
-
-
-def _text(experiments: list[Experiment], speed: float, options: BenchOptions) -> str:
-    lines: list[tuple[str, ...]] = [
-        ("experiment", "posture", "runs", "falls", "share", "paper", "first", "speed, cm/s", "",
-         "motors at", ""),
-        ("", "control", "", "", "%", "%", "fall, s", "worst", "median", "the limit, %", ""),
-    ]  # fmt: skip
-    for experiment in experiments:
-        for form, score in (("on", experiment.on), ("off", experiment.off)):
-            times, speeds = _fall_times(score), score.speeds
-            lines.append(
-                (
-                    experiment.name,
-                    form,
-                    str(len(score.results)),
-                    str(len(times)),
-                    number(_fall_share(score)),
-                    number(PAPER.get(f"{experiment.name}_{form}"), 0),
-                    number(min(times) if times else None),
-                    number(min(speeds)) if speeds else "-",
-                    number(statistics.median(speeds)) if speeds else "-",
-                    number(score.over(statistics.mean, "saturated_share", 100.0), 0),
-                    f"x {', '.join(score.faults)}" if score.faults and speeds else "",
-                )
-            )
-    kicks = [line for each in experiments if each.name == "soccer" for line in _kick_lines(each)]
-    title = f"Posture control, eq. (7), asked {100.0 * speed:.3g} cm/s; {options.title}"
-    notes = (
-        f"start: the speed at once from standing, {START_END - STAND_TIME:g} s. straight: "
-        f"{options.window:g} s at speed. soccer: {sum(p.seconds for p in SOCCER) * LAPS:g} s of",
-        "walk, turn, side step, stand, kick, each at once. Without control: all gains of eq. (7)",
-        "of the walk are 0; a kick keeps those in its file.",
-        "Speeds of the robots that stayed upright; x = does not count as walking. Paper: a robot,",
-        "several dozen starts, 5 minutes straight; without control it fell within a minute.",
-    )
-    return "\n".join((title, "", table(lines), "", *kicks, *notes))
-
-
-def _kick_lines(experiment: Experiment) -> list[str]:
-    lines = []
-    for form, score in (("on", experiment.on), ("off", experiment.off)):
-        asked = len(score.results) * len(score.task.motions)
-        done = _done(kick for result in score.results for kick in result.motions)
-        waits = [_wait(kick) for kick in done]
-        lines.append(
-            f"soccer {form}: {len(done)} of {asked} kicks after which the robot walked on; ball at "
-            f"the end of the kick: median {number(_median(kick.ball for kick in done), 2)} m; "
-            f"longest stop before a kick: {number(max(waits, default=None), 1)} s."
+def _table(halves: Sequence[Half]) -> Table:
+    columns = (
+        Column("experiment"), Column("posture", "control"), Column("runs"), Column("falls"),
+        Column("share", "%"), Column("paper", "%", 0), Column("first fall", "s"),
+        Column("speed, cm/s", "worst"), Column("", "median"),
+        Column("motors at", "the limit, %", 0), Column(""),
+    )  # fmt: skip
+    rows = [
+        (
+            half.experiment, half.form, len(half.score.results), len(half.fall_times),
+            half.fall_share, PAPER.get(half.name), min(half.fall_times, default=None),
+            half.score.worst, half.score.median, half.saturated,
+            half.score.mark if half.score.speeds else "",
         )
-    return [*lines, ""]
+        for half in halves
+    ]  # fmt: skip
+    return Table(columns, rows)
+
+
+SUITE = Suite(
+    name="posture",
+    title="Posture control",
+    summary="the second paper's three experiments, with and without posture control",
+    measure=posture,
+    options=Options,
+    takes=("robots", "tasks", "window"),
+    quick=({"robots": 2, "window": 5.0},),
+    check=experiments_of,
+)

@@ -1,19 +1,32 @@
-"""The suite `soak`: does the process grow while the robot walks on and on?"""
+"""The suite `soak`: memory of one process over a very long walk."""
+
+from dataclasses import dataclass
 
 from tqdm import tqdm
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
+from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.faults import fault_run
 from gait_lab.faults.long_walks import SoakSample, soak
 
-SUITE = "soak"
 WARM_UP = 0.2
 """Share of the time in which caches fill."""
 
 
-def soak_suite(options: BenchOptions) -> Report:
-    """Memory of one process over so many minutes of simulated walking."""
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `soak` runs on."""
+
+    robots: int = 1
+    engine: str = "mujoco"
+    minutes: float = option(
+        30.0, "simulated minutes in one process", "M", minimum=0.05, maximum=1e5
+    )
+
+
+def soak_suite(options: Options) -> SuiteResult:
+    """Memory and objects at the beginning and at the end of a walk of `options.minutes`."""
     samples: list[SoakSample] = []
     run = fault_run(options, "none", options.seed)
     with tqdm(
@@ -27,26 +40,40 @@ def soak_suite(options: BenchOptions) -> Report:
     growth = 100.0 * (last.memory / first.memory - 1.0)
     spread = 100.0 * (max(s.memory for s in kept) / min(s.memory for s in kept) - 1.0)
     more = 100.0 * (last.objects / first.objects - 1.0)
-    rows = (
-        Row(SUITE, "minutes", "min", options.minutes),
-        Row(SUITE, "memory", "MB", last.memory / 1e6),
-        Row(SUITE, "memory_growth", "%", growth),
-        Row(SUITE, "memory_spread", "%", spread),
-        Row(SUITE, "object_growth", "%", more),
-        Row(SUITE, "falls", "falls", last.falls),
-        Row(SUITE, "steps", "steps", last.steps),
-        Row(SUITE, "violations", "kinds", len(last.violations)),
+    columns = (
+        Column(""), Column("after", f"{first.seconds:.0f} s"), Column("at the end"),
+        Column("growth", "%", 2), Column("spread", "%", 2),
+    )  # fmt: skip
+    lines = (
+        ("memory, MB", first.memory / 1e6, last.memory / 1e6, growth, spread),
+        ("objects", first.objects, last.objects, more, ""),
     )
-    text = "\n".join(
+    return SuiteResult(
         (
-            f"{options.minutes:g} simulated minutes of random commands in one process, robot "
-            f"{options.seed}, plant {options.plant_title}, {options.engine}",
-            f"  memory   {first.memory / 1e6:.1f} MB after {first.seconds:.0f} s, "
-            f"{last.memory / 1e6:.1f} MB at the end: {growth:+.2f} %, spread {spread:.2f} %",
-            f"  objects  {first.objects} after {first.seconds:.0f} s, {last.objects} at the end: "
-            f"{more:+.2f} %",
-            f"  {last.steps} steps, {last.falls} falls, {len(last.violations)} kinds of violations",
-            *(f"  VIOLATED {text}" for text in last.violations),
-        )
+            Measurement("minutes", "min", options.minutes),
+            Measurement("memory", "MB", last.memory / 1e6),
+            Measurement("memory_growth", "%", growth),
+            Measurement("memory_spread", "%", spread),
+            Measurement("object_growth", "%", more),
+            Measurement("falls", "falls", last.falls),
+            Measurement("steps", "steps", last.steps),
+            Measurement("violations", "kinds", len(last.violations)),
+        ),
+        f"{options.minutes:g} simulated minutes of random commands in one process, robot "
+        f"{options.seed}, plant {options.plant_title}, {options.engine}",
+        (Table(columns, lines),),
+        (
+            f"{last.steps} steps, {last.falls} falls, {len(last.violations)} kinds of violations.",
+            *(f"VIOLATED {text}" for text in last.violations),
+        ),
     )
-    return Report(rows, text)
+
+
+SUITE = Suite(
+    name="soak",
+    title="Memory over a long walk",
+    summary="growth of one process over minutes or hours of simulated walking",
+    measure=soak_suite,
+    options=Options,
+    quick=({"minutes": 1.0},),
+)

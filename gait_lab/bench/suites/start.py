@@ -1,30 +1,37 @@
-"""The suite `start`: from standing to full speed at once and back to standing, in any direction."""
+"""The suite `start`: from standing to full speed at once and back, in any direction."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gait_lab.bench.falls import by_loop, rows_by_loop, text_by_loop
 from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.report import Report, Row, loop_name, table
-from gait_lab.bench.score import Score, walk_all
+from gait_lab.bench.result import Cell as TableCell
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
+from gait_lab.bench.score import LoopDetection, Score, walk_all
+from gait_lab.bench.suite import Suite
 from gait_lab.trials.tasks import STAND_TIME, TASKS, Task
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
-SUITE = "start"
 JUMP = 0.01
-"""The command is there this long after it was not [s]."""
+"""[s] in which a command changes."""
 STOP_TIME = STAND_TIME + 4.0
-"""When the command ends [s]."""
+"""[s since the start] when the command ends."""
 END = STOP_TIME + 4.0
 REST = 1.0
-"""The robot stands still over the last so many seconds, or it has not stopped [s]."""
+"""[s] at the end in which a robot that has stopped does not move."""
 STILL = 0.02
-"""[m/s] mean speed that is still standing."""
+"""[m/s] mean speed up to which a robot stands still."""
+
+
+@dataclass(frozen=True)
+class Options(BenchOptions):
+    """What the suite `start` runs on."""
+
+    robots: int = 20
 
 
 def cases() -> dict[str, VelocityCommand]:
-    """Name -> command: the full speed of the tasks, alone and mixed."""
+    """Name -> command: the full speeds of the tasks, alone and mixed."""
     x, back = TASKS["forward"].asked, TASKS["back"].asked
     y, yaw = TASKS["side"].asked, TASKS["turn"].asked
     return {
@@ -43,20 +50,27 @@ def cases() -> dict[str, VelocityCommand]:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """What became of the starts of one case."""
+    """The starts and stops of some scores.
 
-    score: Score
+    Attributes:
+        scores: One per case, all in the same loop.
+    """
+
+    scores: Sequence[Score]
 
     @property
     def starts(self) -> int:
-        return len(self.score.results)
+        """Number of starts."""
+        return sum(len(score.results) for score in self.scores)
 
     @property
     def start_falls(self) -> int:
+        """Falls before the command ends."""
         return sum(time < STOP_TIME for time in self._fall_times)
 
     @property
     def stop_falls(self) -> int:
+        """Falls after the command ends."""
         return sum(time >= STOP_TIME for time in self._fall_times)
 
     @property
@@ -66,17 +80,32 @@ class Tally:
             not result.metrics.fell
             and math.hypot(result.metrics.speed_x, result.metrics.speed_y) < STILL
             and result.metrics.support_changes == 0
-            for result in self.score.results
+            for score in self.scores
+            for result in score.results
         )
 
     @property
     def _fall_times(self) -> list[float]:
-        times = [result.metrics.fall_time for result in self.score.results]
+        times = [result.metrics.fall_time for score in self.scores for result in score.results]
         return [time for time in times if time is not None]
 
+    def rows(self, name: str) -> list[Measurement]:
+        """Its measurements."""
+        return [
+            Measurement(f"{name}_starts", "starts", self.starts),
+            Measurement(f"{name}_start_falls", "falls", self.start_falls),
+            Measurement(f"{name}_stop_falls", "falls", self.stop_falls),
+            Measurement(f"{name}_stopped", "robots", self.stopped),
+        ]
 
-def start(options: BenchOptions) -> Report:
-    """Every case on every robot: a start and a stop each."""
+    def line(self, name: str) -> tuple[TableCell, ...]:
+        """Its row of the table."""
+        loop = loop_name(self.scores[0].closed_loop)
+        return name, loop, self.starts, self.start_falls, self.stop_falls, self.stopped
+
+
+def start(options: Options) -> SuiteResult:
+    """A start and a stop of every robot in every case."""
     tasks = [
         Task(
             name,
@@ -88,43 +117,36 @@ def start(options: BenchOptions) -> Report:
         for name, command in cases().items()
     ]  # fmt: skip
     (scores,) = walk_all(options, tasks=tasks, label="starts")
-    tallies = [Tally(score) for score in scores]
-    rows = [row for tally in tallies for row in _rows(tally.score.name, [tally])]
-    lines: list[tuple[str, ...]] = [
-        ("command", "loop", "starts", "falls", "falls after", "stands"),
-        ("", "", "", "", "the stop", "still"),
-    ]
-    lines += [_line(tally.score.task.name.replace("_", " "), [tally]) for tally in tallies]
+    rows = [row for score in scores for row in Tally([score]).rows(score.name)]
+    lines = [Tally([score]).line(score.task.name.replace("_", " ")) for score in scores]
     for closed in options.loops:
-        of_loop = [tally for tally in tallies if tally.score.closed_loop == closed]
-        rows += _rows("all" if closed else "all_open_loop", of_loop)
-        lines.append(_line("all", of_loop))
-    found = by_loop(scores)
-    rows += rows_by_loop(SUITE, found)
-    title = f"From standing to full speed at once, {STOP_TIME - STAND_TIME:g} s, and a stop at once"
-    notes = (
-        f"stands still: {END - STOP_TIME:g} s after the end of the command, for {REST:g} s, below "
-        f"{100 * STILL:g} cm/s and without a step.",
+        tally = Tally([score for score in scores if score.closed_loop == closed])
+        rows += tally.rows("all" if closed else "all_open_loop")
+        lines.append(tally.line("all"))
+    columns = (
+        Column("command"), Column("loop"), Column("starts"), Column("falls"),
+        Column("falls after", "the stop"), Column("stands", "still"),
+    )  # fmt: skip
+    detection = LoopDetection(scores)
+    return SuiteResult(
+        (*rows, *detection.rows),
+        f"From standing to full speed at once, {STOP_TIME - STAND_TIME:g} s, and a stop at once; "
+        f"{options.title}",
+        (Table(columns, lines),),
+        (
+            f"stands still: {END - STOP_TIME:g} s after the end of the command, for {REST:g} s, "
+            f"below {100 * STILL:g} cm/s and without a step.",
+            *detection.notes,
+        ),
     )
-    text = "\n".join((f"{title}; {options.title}", "", table(lines), "", *notes))
-    return Report(tuple(rows), f"{text}\n{text_by_loop(found)}")
 
 
-def _rows(name: str, tallies: Sequence[Tally]) -> list[Row]:
-    return [
-        Row(SUITE, f"{name}_starts", "starts", sum(tally.starts for tally in tallies)),
-        Row(SUITE, f"{name}_start_falls", "falls", sum(tally.start_falls for tally in tallies)),
-        Row(SUITE, f"{name}_stop_falls", "falls", sum(tally.stop_falls for tally in tallies)),
-        Row(SUITE, f"{name}_stopped", "robots", sum(tally.stopped for tally in tallies)),
-    ]
-
-
-def _line(name: str, tallies: Sequence[Tally]) -> tuple[str, ...]:
-    return (
-        name,
-        loop_name(tallies[0].score.closed_loop),
-        str(sum(tally.starts for tally in tallies)),
-        str(sum(tally.start_falls for tally in tallies)),
-        str(sum(tally.stop_falls for tally in tallies)),
-        str(sum(tally.stopped for tally in tallies)),
-    )
+SUITE = Suite(
+    name="start",
+    title="Starts and stops",
+    summary="from standing to full speed at once, and a stop at once",
+    measure=start,
+    options=Options,
+    takes=("robots", "open_loop"),
+    quick=({"robots": 3},),
+)

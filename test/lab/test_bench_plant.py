@@ -4,53 +4,51 @@ import dataclasses
 import math
 from typing import Any
 
+import attrs
 import pytest
+from scores import metrics, values
 
-from gait_lab import bench, cli
+from gait_lab import cli
 from gait_lab.analysis.metrics import Metrics
-from gait_lab.bench import catalogue, running, score
-from gait_lab.bench.suites import plants
-from gait_lab.bench.suites.plants import INGREDIENTS, Ingredient
+from gait_lab.bench import BenchOptions, SuiteResult, score, suite
+from gait_lab.bench.suites import plant
+from gait_lab.bench.suites.plant import INGREDIENTS, Ingredient
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout
 from gait_lab.trials.tasks import walk
 from nao_lipm_gait.errors import NaoGaitError
 from sim_bridge.plant import Plant, load_plant, with_options
 
-OPTIONS = bench.BenchOptions(
+OPTIONS = plant.Options(
     robots=2, engine="mujoco", tasks=("forward", "back"), window=5.0, jobs=1, show=False,
     ingredients=("stiffness", "play_deg"), open_loop="beside",
 )  # fmt: skip
 
 
-def metrics(spec: RolloutSpec) -> Metrics:
+def metrics_of(spec: RolloutSpec) -> Metrics:
     """A robot that is slow on soft servos, and falls forward on softer ones without feedback."""
     stiffness = dict(spec.plant_options).get("motor.stiffness")
     soft = isinstance(stiffness, float) and stiffness < 100.0
     fell = soft and spec.robot_seed == 1 and spec.task.asked > 0 and not spec.parameters.feedback
-    values: dict[str, Any] = {field.name: 0.0 for field in dataclasses.fields(Metrics)}
-    values |= {
-        "fell": fell, "fall_time": 6.5 if fell else None, "alarm_time": 6.3 if fell else None,
-        "speed_x": spec.task.asked * (0.7 if soft else 1.0),
-    }  # fmt: skip
-    return Metrics(**values)
+    return metrics(
+        fell=fell, fall_time=6.5 if fell else None, alarm_time=6.3 if fell else None,
+        speed_x=spec.task.asked * (0.7 if soft else 1.0),
+    )  # fmt: skip
 
 
 @pytest.fixture
-def report(monkeypatch: pytest.MonkeyPatch) -> bench.Report:
+def result(monkeypatch: pytest.MonkeyPatch) -> SuiteResult:
+    """The sweep over robots that walk as above."""
+
     def run_all(specs: list[RolloutSpec], **_: object) -> list[RolloutResult]:
-        return [RolloutResult(spec, metrics(spec)) for spec in specs]
+        return [RolloutResult(spec, metrics_of(spec)) for spec in specs]
 
     monkeypatch.setattr(score, "run_all", run_all)
-    monkeypatch.setattr(plants, "_require_accepted", lambda changes, options: None)
-    return plants.sweep(OPTIONS)
+    monkeypatch.setattr(plant, "require_accepted", lambda changes, options: None)
+    return plant.sweep(OPTIONS)
 
 
-def values(report: bench.Report) -> dict[str, float | None]:
-    return {row.metric: row.value for row in report.rows}
-
-
-def test_rows_name_the_change_the_task_and_the_loop(report: bench.Report) -> None:
-    found = values(report)
+def test_rows_name_the_change_the_task_and_the_loop(result: SuiteResult) -> None:
+    found = values(result.measurements)
     assert found["unchanged_forward_median"] == pytest.approx(42.0)
     assert found["stiffness_100_back_median"] == pytest.approx(36.0)
     assert found["stiffness_50_forward_median"] == pytest.approx(0.7 * 42.0)
@@ -58,25 +56,27 @@ def test_rows_name_the_change_the_task_and_the_loop(report: bench.Report) -> Non
     assert found["stiffness_50_forward_open_loop_median"] is None  # a fall: does not count
     assert found["stiffness_50_forward_open_loop_median_of_upright"] == pytest.approx(0.7 * 42.0)
     assert found["play_deg_5_forward_open_loop_upright"] == 2
-    assert len(found) == len(report.rows)
+    assert len(found) == len(result.measurements)
 
 
-def test_the_first_value_that_fells_a_robot_is_named(report: bench.Report) -> None:
-    found = values(report)
+def test_the_first_value_that_fells_a_robot_is_named(result: SuiteResult) -> None:
+    found = values(result.measurements)
     assert found["stiffness_forward_open_loop_breaks_at"] == 75.0
     assert found["stiffness_forward_breaks_at"] is None
     assert found["stiffness_back_open_loop_breaks_at"] is None
     assert found["open_loop_falls"] == 2
     assert found["closed_falls"] == 0
     assert found["open_loop_fall_lead_median"] == pytest.approx(0.2)
-    assert "motor.stiffness [N m/rad], open: forward at 75 (1/2; 6.5 s)" in report.text
-    assert "motor.play [deg], closed: nothing at 1.2, 2, 3, 5" in report.text
+    breaks = {(row[0], row[2]): row[3:] for row in result.tables[1].rows}
+    tried = "300, 150, 100, 75, 50"
+    assert breaks["motor.stiffness", "open"] == (tried, "forward at 75 (1/2; 6.5 s)")
+    assert breaks["motor.play", "closed"] == ("1.2, 2, 3, 5", "nothing")
 
 
-def test_the_table_marks_falls_and_slow_walks(report: bench.Report) -> None:
+def test_the_table_marks_falls_and_slow_walks(result: SuiteResult) -> None:
     lines = {
         " ".join(line.split()[:-4]): line.split()[-4:]
-        for line in report.text.splitlines()
+        for line in result.tables[0].text().splitlines()
         if line.startswith(("motor.", "nothing"))
     }
     assert lines["nothing closed"] == ["2/2", "42.0", "2/2", "36.0"]
@@ -95,7 +95,7 @@ def test_every_value_changes_the_reference_plant_and_nothing_else(ingredient: In
         named = {name for name, _ in ingredient.change(value)}
         for section in ("physics", "motor", "contact", "sensors", "variation"):
             before, after = getattr(reference, section), getattr(changed, section)
-            for field in dataclasses.fields(before):
+            for field in attrs.fields(type(before)):
                 if f"{section}.{field.name}" not in named:
                     assert getattr(before, field.name) == getattr(after, field.name)
 
@@ -114,7 +114,7 @@ def test_values_are_given_in_their_own_unit() -> None:
 )
 def test_a_sweep_that_cannot_be_is_refused(change: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError) as caught:
-        plants.sweep(dataclasses.replace(OPTIONS, **change))
+        plant.sweep(dataclasses.replace(OPTIONS, **change))
     assert caught.value.field == field
 
 
@@ -128,26 +128,26 @@ def test_what_the_engine_refuses_is_said_before_the_first_walk(
 
     monkeypatch.setattr(score, "run_all", run_all)
     slow_servos = dataclasses.replace(OPTIONS, plant_options=(("motor.lag", 0.03),))
-    with pytest.raises(NaoGaitError, match="motor.stiffness"):
-        plants.sweep(slow_servos)
+    with pytest.raises(NaoGaitError, match=r"motor\.stiffness"):
+        plant.sweep(slow_servos)
 
 
 def test_the_command_line_fills_in_what_the_suite_usually_runs_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked: list[bench.BenchOptions] = []
+    asked: list[BenchOptions] = []
 
-    def run(suite: str, given: dict[str, Any], **_: object) -> None:
-        asked.append(catalogue.options_for(suite, given))
+    def run(name: str, given: dict[str, Any], **_: object) -> None:
+        asked.extend(each.options for each in suite.plan(name, given))
 
-    monkeypatch.setattr(running, "run", run)
+    monkeypatch.setattr(suite, "run", run)
     assert cli.main(["bench", "plant", "--plant-set", "motor.play=0.035"]) == 0
     assert cli.main(["bench", "speed", "--robots", "3"]) == 0
-    plant, speed = asked
-    assert (plant.robots, plant.window, plant.engine) == (2, 5.0, "mujoco")
-    assert plant.plant_options == (("motor.play", 0.035),)
-    assert plant.plant_title == "reference motor.play=0.035"
-    assert (speed.robots, speed.window, speed.engine) == (3, 20.0, "pybullet")
+    of_plant, of_speed = asked
+    assert (of_plant.robots, of_plant.window, of_plant.engine) == (2, 5.0, "mujoco")
+    assert of_plant.plant_options == (("motor.play", 0.035),)
+    assert of_plant.plant_title == "reference motor.play=0.035"
+    assert (of_speed.robots, of_speed.window, of_speed.engine) == (3, 20.0, "pybullet")
 
 
 def test_a_rollout_walks_on_the_replaced_options() -> None:
@@ -158,5 +158,5 @@ def test_a_rollout_walks_on_the_replaced_options() -> None:
         assert trace is not None
         traces.append(trace)
     assert traces[1].saturated.sum() > traces[0].saturated.sum()
-    with pytest.raises(NaoGaitError, match="motor.play"):  # PyBullet has none
+    with pytest.raises(NaoGaitError, match=r"motor\.play"):  # PyBullet has none
         rollout(RolloutSpec(task, plant_options=(("motor.play", 0.03),)))

@@ -1,0 +1,341 @@
+"""Pushes in any gait phase: which are survived, and the search for the largest one.
+
+A push is a force on the torso for 0.1 s; its direction is relative to the robot's heading at that
+moment. The phases are spread evenly over one cycle of two steps, which a rollout without a push
+gives for each robot. Every push has a rollout of its own, equal to that one up to the push.
+
+A robot survives if it does not fall within `WATCH` s of the push, and over the last `WINDOW` s of
+them moves as commanded again: still stepping, its mean velocity within `SPEED_BOUND` and its turn
+rate within `TURN_BOUND` of the reference. While walking, the reference is the robot's own motion
+without a push; on the spot and standing, it is zero.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gait_lab.analysis.metrics import Metrics
+from gait_lab.analysis.trace import LEFT, Trace
+from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.score import FallDetection
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
+from gait_lab.trials.tasks import STAND_TIME, Task, find_task
+from gait_lab.trials.trial import Push, Walker
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import STANDSTILL
+
+DIRECTIONS: Mapping[str, float] = {
+    "forward": 0.0, "forward_left": 45.0, "left": 90.0, "back_left": 135.0,
+    "back": 180.0, "back_right": 225.0, "right": 270.0, "forward_right": 315.0,
+}  # fmt: skip
+"""Where the force points [deg], counter-clockwise from the heading."""
+SURVIVAL = 0.95
+"""Share of the pushes that has to be survived."""
+LADDER = tuple(0.25 * step for step in range(3, 15))
+"""Impulses [N s] among which the largest survived one is searched."""
+RAMP_TIME = 1.0
+"""[s] from stepping to the commanded speed."""
+WARM_UP = 2.5
+"""[s] of walking before the cycle with the push."""
+CYCLE_MAX = 1.2
+"""[s] in which a cycle has to begin and end."""
+STAND_CYCLE = 0.5
+"""[s] over which the pushes are spread where there is no cycle."""
+WATCH, WINDOW = 5.0, 2.0
+"""[s] after a push, and of these at the end, in which survival is decided."""
+SPEED_BOUND = 0.06
+"""[m/s]"""
+TURN_BOUND = math.radians(20.0)
+"""[rad/s]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Unpushed:
+    """A rollout of one robot without a push.
+
+    Attributes:
+        times: [s since the start] when the pushes begin; None if it falls or does not step.
+        metrics: Over the time in which the survival of a push is decided.
+    """
+
+    times: tuple[float, ...] | None
+    metrics: Metrics
+
+
+@dataclass(slots=True)
+class Cell:
+    """All robots and phases of one impulse in one direction.
+
+    Attributes:
+        survived: Pushes that were survived.
+        pushed: Pushes.
+        fell: Pushes with a fall.
+        given_up: The first robots failed so often that the others were not pushed.
+    """
+
+    survived: int = 0
+    pushed: int = 0
+    fell: int = 0
+    given_up: bool = False
+
+    @property
+    def share(self) -> float:
+        """Of the pushes that were survived."""
+        return self.survived / self.pushed
+
+    @property
+    def passes(self) -> bool:
+        """Whether enough pushes were survived."""
+        return self.share >= SURVIVAL and not self.given_up
+
+
+@dataclass(slots=True)
+class PushSeries:
+    """The pushes during one task in closed or open loop.
+
+    Attributes:
+        text: The task as `name` or `name=speed`.
+        task: The task.
+        closed_loop: Whether the gait has its feedback.
+        unpushed: The rollouts without a push, one per robot.
+        cells: Direction and impulse [N s] -> results.
+        detection: Fall detection over all pushes.
+        walker: Makes what walks in place of the gait.
+    """
+
+    text: str
+    task: Task
+    closed_loop: bool
+    unpushed: list[Unpushed] = field(default_factory=list)
+    cells: dict[tuple[str, float], Cell] = field(default_factory=dict)
+    detection: FallDetection = field(default_factory=FallDetection)
+    walker: Callable[[RobotDescription, Task, float], Walker] | None = None
+
+    @property
+    def name(self) -> str:
+        """The task and the loop, as in the name of a metric."""
+        name = self.text.replace("=", "_")
+        return name if self.closed_loop else f"{name}_open_loop"
+
+    def of(self, direction: str) -> dict[float, Cell]:
+        """The cells of a direction by rising impulse [N s]."""
+        found = {key[1]: cell for key, cell in self.cells.items() if key[0] == direction}
+        return dict(sorted(found.items()))
+
+    def largest(self, direction: str) -> float | None:
+        """The largest impulse [N s] that passes with every smaller one tried; None if none does."""
+        best = None
+        for impulse, cell in self.of(direction).items():
+            if not cell.passes:
+                break
+            best = impulse
+        return best
+
+
+def push_cells(
+    options: BenchOptions,
+    text: str,
+    wanted: Sequence[tuple[str, float]],
+    *,
+    label: str,
+    walker: Callable[[RobotDescription, Task, float], Walker] | None = None,
+) -> PushSeries:
+    """Push at given directions and impulses during one task in closed loop.
+
+    Args:
+        options: Robots, phases, engine, plant, parameters.
+        text: The task.
+        wanted: Directions and impulses [N s].
+        label: Of the progress bar.
+        walker: Makes what walks in place of the gait.
+
+    Returns:
+        The series with its results.
+    """
+    series = PushSeries(text, push_task(text), True, walker=walker)
+    walk_unpushed([series], options)
+    push_all([(series, direction, impulse) for direction, impulse in wanted], options, label=label)
+    return series
+
+
+def directions_of(names: Sequence[str]) -> tuple[str, ...]:
+    """These directions, once each, or all eight if none is named; raises NaoGaitError."""
+    for name in names:
+        if name not in DIRECTIONS:
+            raise NaoGaitError("direction", name, f"one of {', '.join(DIRECTIONS)}")
+    return tuple(dict.fromkeys(names or DIRECTIONS))
+
+
+def push_task(text: str) -> Task:
+    """The task up to `WATCH` after the last push, measured where survival is decided."""
+    task = find_task(text)
+    knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + RAMP_TIME, task.command))
+    begin = STAND_TIME + WARM_UP
+    return Task(
+        task.name, knots, begin + WATCH - WINDOW, begin + CYCLE_MAX + WATCH, task.axis
+    )
+
+
+def _spec(series: PushSeries, options: BenchOptions, seed: int) -> RolloutSpec:
+    parameters = options.loop_parameters(series.closed_loop)
+    trial = {**options.trial, "parameters": parameters}
+    return RolloutSpec(
+        series.task, robot_seed=seed, keep_trace=True, walker=series.walker, **trial
+    )
+
+
+def walk_unpushed(series: Sequence[PushSeries], options: BenchOptions) -> None:
+    """Fill in `unpushed` of each series, one per robot."""
+    specs = [(_spec(each, options, seed), options.phases) for each in series
+             for seed in options.seeds]  # fmt: skip
+    found = parallel_map(
+        _unpushed, specs, jobs=options.jobs, show=options.show, label="without a push"
+    )
+    for index, each in enumerate(series):
+        each.unpushed = found[index * options.robots : (index + 1) * options.robots]
+
+
+def _unpushed(asked: tuple[RolloutSpec, int]) -> Unpushed:
+    spec, phases = asked
+    result = rollout(spec)
+    trace = result.trace
+    if trace is None or result.metrics.fell:
+        return Unpushed(None, result.metrics)
+    standing = spec.task.command.is_zero
+    begin = STAND_TIME + WARM_UP
+    cycle = (begin, begin + STAND_CYCLE) if standing else cycle_after(trace, begin)
+    if cycle is None:
+        return Unpushed(None, result.metrics)
+    start, end = cycle
+    times = tuple(start + (end - start) * phase / phases for phase in range(phases))
+    return Unpushed(times, result.metrics)
+
+
+def cycle_after(trace: Trace, begin: float) -> tuple[float, float] | None:
+    """The first whole cycle of two steps from `begin` on: two changes to the left support leg [s].
+
+    None if there is none within `CYCLE_MAX`.
+    """
+    rows = np.flatnonzero((trace.support[1:] == LEFT) & (trace.support[:-1] != LEFT)) + 1
+    # The status of the gait belongs to the frame that it answers.
+    times = (trace.status_stamp[rows] - trace.stamp[0]) * 1e-9
+    times = times[(times >= begin) & (times <= begin + CYCLE_MAX)]
+    return (float(times[0]), float(times[1])) if len(times) > 1 else None
+
+
+def push_all(
+    wanted: Iterable[tuple[PushSeries, str, float]],
+    options: BenchOptions,
+    robots: slice = slice(None),
+    *,
+    label: str = "pushes",
+) -> None:
+    """Push in every phase and count what is survived.
+
+    Args:
+        wanted: Series, direction and impulse [N s] of each cell.
+        options: Robots, phases, engine, plant, parameters.
+        robots: Only these of the robots.
+        label: Of the progress bar.
+    """
+    specs: list[RolloutSpec] = []
+    owners: list[tuple[PushSeries, Cell, Unpushed]] = []
+    for series, direction, impulse in wanted:
+        cell = series.cells.setdefault((direction, impulse), Cell())
+        for seed, alone in zip(options.seeds[robots], series.unpushed[robots], strict=True):
+            if alone.times is None:
+                # It does not even walk without a push: no phase is survived.
+                cell.pushed += options.phases
+                cell.fell += options.phases
+                continue
+            for time in alone.times:
+                specs.append(_pushed(series, options, seed, time, impulse, direction))
+                owners.append((series, cell, alone))
+    results = run_all(specs, jobs=options.jobs, show=options.show, label=label)
+    for (series, cell, alone), result in zip(owners, results, strict=True):
+        cell.pushed += 1
+        cell.fell += result.metrics.fell
+        cell.survived += survives(result, alone.metrics)
+        series.detection.add(result.metrics)
+
+
+def _pushed(
+    series: PushSeries,
+    options: BenchOptions,
+    seed: int,
+    time: float,
+    impulse: float,
+    direction: str,
+) -> RolloutSpec:
+    task = series.task.measured(time + WATCH - WINDOW, time + WATCH)
+    act = Push(time, impulse, math.radians(DIRECTIONS[direction]))
+    return replace(_spec(series, options, seed), task=task, push=act, keep_trace=False)
+
+
+def survives(result: RolloutResult, unpushed: Metrics) -> bool:
+    """Whether the robot did not fall and moves as commanded again; the module has the bounds.
+
+    Args:
+        result: The rollout with the push.
+        unpushed: The same robot without the push.
+    """
+    metrics, task = result.metrics, result.spec.task
+    if metrics.fell:
+        return False
+    if task.command.is_zero:
+        stays, x, y, turn = True, 0.0, 0.0, 0.0
+    else:
+        stays = metrics.support_changes > 0
+        x, y, turn = 0.0, 0.0, 0.0
+        if task.axis is not None:
+            x, y, turn = unpushed.speed_x, unpushed.speed_y, unpushed.turn_rate
+    return (
+        stays
+        and math.hypot(metrics.speed_x - x, metrics.speed_y - y) <= SPEED_BOUND
+        and abs(metrics.turn_rate - turn) <= TURN_BOUND
+    )
+
+
+def search_largest(
+    series: Sequence[PushSeries], directions: Sequence[str], options: BenchOptions
+) -> None:
+    """Bisect the ladder in every direction, all directions in the same rounds."""
+    # Index of the largest impulse that passes and of the smallest that does not.
+    spans = {(index, direction): (-1, len(LADDER)) for index in range(len(series))
+             for direction in directions}  # fmt: skip
+    while True:
+        asked = {key: (low + high) // 2 for key, (low, high) in spans.items() if high - low > 1}
+        if not asked:
+            return
+        push_until_lost(
+            [(series[index], direction, LADDER[step])
+             for (index, direction), step in asked.items()],
+            options,
+        )  # fmt: skip
+        for key, step in asked.items():
+            index, direction = key
+            low, high = spans[key]
+            passes = series[index].cells[direction, LADDER[step]].passes
+            spans[key] = (step, high) if passes else (low, step)
+
+
+def push_until_lost(
+    wanted: Sequence[tuple[PushSeries, str, float]], options: BenchOptions
+) -> None:
+    """`push_all`, but the later robots only where a cell can still pass after the first ones."""
+    first = max(1, options.robots // 4)
+    bearable = int((1.0 - SURVIVAL) * options.robots * options.phases + 1e-9)
+    push_all(wanted, options, slice(first))
+    left = []
+    for series, direction, impulse in wanted:
+        cell = series.cells[direction, impulse]
+        if cell.pushed - cell.survived <= bearable:
+            left.append((series, direction, impulse))
+        else:
+            cell.given_up = first < options.robots
+    if left and first < options.robots:
+        push_all(left, options, slice(first, None))
