@@ -41,6 +41,7 @@ from nao_lipm_gait.ros.parameters import (
     accepted,
     as_mapping,
     declare,
+    keep_types,
     of_type,
     refused,
     unknown_overrides,
@@ -130,6 +131,7 @@ class GaitNode(Node):
             parameter.name: declare(self, parameter, defaults[parameter.name], read_only=False)
             for parameter in PARAMETERS
         }
+        keep_types(self, PARAMETERS)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
         return GaitParameters.from_mapping(values)

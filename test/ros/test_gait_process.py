@@ -338,6 +338,9 @@ def test_preset_override_and_change_of_parameters(probe: Probe):
 
     double, text = ParameterType.PARAMETER_DOUBLE, ParameterType.PARAMETER_STRING
     assert set_to("swing_lift", type=double, double_value=0.03).successful
+    whole = ParameterType.PARAMETER_INTEGER
+    assert set_to("stand_catch", type=whole, integer_value=0).successful
+    assert not set_to("swing_lift", type=whole, integer_value=1).successful
     for refused, evidence in (
         (set_to("swing_lift", type=double, double_value=3.0), ("swing_lift", "3.0", "0.06")),
         (set_to("swing_lift", type=double, double_value=math.nan), ("swing_lift", "nan", "0.06")),
@@ -346,9 +349,9 @@ def test_preset_override_and_change_of_parameters(probe: Probe):
     ):
         assert not refused.successful
         assert all(word in refused.reason for word in evidence), refused.reason
-    got = probe.call(
-        GetParameters, "gait/get_parameters", GetParameters.Request(names=["swing_lift"])
-    )
+    names = ["swing_lift", "stand_catch"]
+    got = probe.call(GetParameters, "gait/get_parameters", GetParameters.Request(names=names))
     assert got.values[0].double_value == 0.03
+    assert (got.values[1].type, got.values[1].double_value) == (double, 0.0), "a float stays one"
     robot.tick(5)
     robot.check_answers()
