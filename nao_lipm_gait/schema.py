@@ -56,6 +56,8 @@ class Number(Kind):
         """The range with its unit."""
         if math.isinf(self.minimum) and math.isinf(self.maximum):
             return ""
+        if math.isinf(self.maximum):
+            return f"of at least {self.minimum:.10g} {self.unit}".rstrip()
         return f"from {self.minimum:.10g} to {self.maximum:.10g} {self.unit}".rstrip()
 
     @property
@@ -140,6 +142,20 @@ def is_name(text: str) -> bool:
 
 
 @attrs.frozen
+class Anything(Kind):
+    """A value that is checked later."""
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, for error messages."""
+        return "a value"
+
+    def check(self, where: str, value: Any) -> Any:
+        """Return the value."""
+        return value
+
+
+@attrs.frozen
 class Optional(Kind):
     """What `kind` allows, or null."""
 
@@ -173,7 +189,7 @@ class Interval(Kind):
     def allowed(self) -> str:
         """What is allowed, for error messages."""
         order = "low < high" if self.strict else "low <= high"
-        return f"[low, high] {self.number.span}, {order}"
+        return f"[low, high] {self.number.span}".rstrip() + f", {order}"
 
     def check(self, where: str, value: Any) -> tuple[float, float]:
         """Return (low, high)."""

@@ -1,60 +1,55 @@
-"""Named changes of the gait's parameters, as lists in YAML (`config/bench/ablation.yaml`)."""
+"""Named changes of the gait's parameters, from a YAML file (`config/bench/ablation.yaml`)."""
 
-import re
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
+import attrs
 
+from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.resources import share
+from nao_lipm_gait.schema import Anything, Settings, Table
 
 UNCHANGED = "unchanged"
-"""The name of what nobody changed."""
-_NAME = re.compile(r"[a-z][a-z0-9_]*")
+"""Name of the gait without a change."""
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """One entry of the list."""
+@attrs.frozen
+class Change(Settings):
+    """One entry of the file: another preset, other values of parameters, or both."""
 
-    name: str
-    preset: str | None
-    """None = what the bench runs on."""
-    settings: Mapping[str, Any]
+    name: str = schema.field(schema.NAME)
+    preset: str | None = schema.field(schema.Text(), None, "None = that of the bench.")
+    set: dict[str, Any] = schema.field(Table(Anything()), attrs.Factory(dict))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The changed values by parameter."""
+        return self.set
 
     def parameters(self, base: GaitParameters) -> GaitParameters:
+        """The changed parameters of the gait."""
         start = base if self.preset is None else load_preset(self.preset)
-        return start.replace(**self.settings)
+        return start.replace(**self.set)
 
 
 def load_changes(path: Path | None = None) -> tuple[Change, ...]:
-    """The list of a YAML file; None = the shipped one. NaoGaitError says what is wrong with it."""
+    """Load the changes of a file, or the shipped ones; NaoGaitError for a bad entry."""
     path = share("config", "bench", "ablation.yaml") if path is None else path
-    try:
-        entries = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = " ".join(str(error).split())
-        raise NaoGaitError(f"ablation {path}", reason, "a readable YAML file") from error
+    where = f"ablation {path}"
+    entries = schema.read_yaml(path, "ablation")
     if not isinstance(entries, dict) or not entries:
-        raise NaoGaitError(f"ablation {path}", entries, "a mapping of names to changes")
-    return tuple(_change(path, name, entry) for name, entry in entries.items())
-
-
-def _change(path: Path, name: Any, entry: Any) -> Change:
-    where = f"ablation {path}: {name}"
-    if not isinstance(name, str) or not _NAME.fullmatch(name) or name == UNCHANGED:
-        raise NaoGaitError(f"ablation {path}", name, "names of small letters, digits and _")
-    if not isinstance(entry, dict) or not entry or set(entry) - {"preset", "set"}:
-        raise NaoGaitError(where, entry, "a mapping with preset, set or both")
-    preset, settings = entry.get("preset"), entry.get("set", {})
-    if preset is not None and not isinstance(preset, str):
-        raise NaoGaitError(f"{where}: preset", preset, "the name of a preset or a file")
-    if not isinstance(settings, dict):
-        raise NaoGaitError(f"{where}: set", settings, "a mapping of parameters")
-    change = Change(name, preset, settings)
-    change.parameters(GaitParameters())  # unknown parameters and bad values
-    return change
+        raise NaoGaitError(where, entries, "a mapping of names to changes")
+    changes = []
+    for name, entry in entries.items():
+        path_of = f"{where}: {name}"
+        if not isinstance(entry, dict) or not entry:
+            raise NaoGaitError(path_of, entry, "a mapping with preset, set or both")
+        if name == UNCHANGED or not schema.is_name(str(name)):
+            raise NaoGaitError(path_of, name, f"{schema.NAME.description}, not {UNCHANGED}")
+        change = Change.from_mapping({**entry, "name": name}, path_of)
+        GaitParameters.checked(change.set, f"{path_of}.set", partial=True)
+        change.parameters(GaitParameters())  # an unknown preset
+        changes.append(change)
+    return tuple(changes)

@@ -1,4 +1,4 @@
-"""Study files: the shipped ones are good, a bad one gives one clear line and starts nothing."""
+"""Study files: the shipped ones are valid; a bad one gives one line and starts nothing."""
 
 from pathlib import Path
 from typing import Any
@@ -59,15 +59,15 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "unknown key": ({"parametres": {}}, "study.parametres"),
     "unknown parameter": ({"parameters": {"stride": [0, 1]}}, "parameters.stride"),
     "a switch": ({"parameters": {"feedback": [0, 1]}}, "parameters.feedback"),
-    "outside the table": ({"parameters": {"swing_lift": [0.0, 0.5]}}, "inside 0 to 0.06"),
-    "ends swapped": ({"parameters": {"swing_lift": [0.03, 0.01]}}, "low below high"),
+    "outside the table": ({"parameters": {"swing_lift": [0.0, 0.5]}}, "from 0 to 0.06 m"),
+    "ends swapped": ({"parameters": {"swing_lift": [0.03, 0.01]}}, "low < high"),
     "one end": ({"parameters": {"swing_lift": [0.03]}}, "[low, high]"),
-    "no parameters": ({"parameters": {}}, "at least one parameter"),
-    "no robots": ({"robots": []}, "at least one robot"),
-    "a robot twice": ({"robots": [1, 1]}, "each robot once"),
+    "no parameters": ({"parameters": {}}, "at least 1 entry"),
+    "no robots": ({"robots": []}, "at least 1 item"),
+    "a robot twice": ({"robots": [1, 1]}, "each item once"),
     "a word for a robot": ({"robots": ["one"]}, "whole number"),
     "seen and unseen": ({"unseen": [0, 1]}, "not used for tuning"),
-    "empty objective": ({"objective": {}}, "at least one measure"),
+    "empty objective": ({"objective": {}}, "at least 1 entry"),
     "zero objective": ({"objective": {"distance": 0}}, "at least one measure"),
     "unknown measure": ({"objective": {"beauty": 1}}, "objective.beauty"),
     "not a number": ({"objective": {"distance": float("nan")}}, "a number"),
@@ -75,8 +75,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "unknown option": ({"protocol": {"name": "growing_stride", "step": 1}}, "protocol.step"),
     "half a step": ({"protocol": {"name": "growing_stride", "steps": 7.5}}, "whole number"),
     "start outside": ({"start": {"step_forward_max": 0.09}}, "inside its range"),
-    "start unknown": ({"start": {"speed": 1}}, "speed"),
-    "negative penalty": ({"penalty": {"fall": -1}}, "0 or more"),
+    "start unknown": ({"start": {"speed": 1}}, "start.speed"),
+    "negative penalty": ({"penalty": {"fall": -1}}, "at least 0"),
     "no trials": ({"trials": 0}, "from 1"),
     "unknown engine": ({"engine": "bullet3"}, "pybullet, mujoco"),
     "unknown plant": ({"plant": "moon"}, "moon"),
@@ -88,7 +88,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 @pytest.mark.parametrize("case", BAD)
 def test_a_bad_study_is_refused(case: str) -> None:
     change, said = BAD[case]
-    with pytest.raises(NaoGaitError, match=".") as refused:
+    with pytest.raises(NaoGaitError) as refused:
         parse_study({**GOOD, **change})
     assert said in str(refused.value)
 
