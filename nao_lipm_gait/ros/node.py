@@ -37,11 +37,11 @@ from nao_lipm_gait.ros.messages import (
     twist_input,
 )
 from nao_lipm_gait.ros.parameters import (
-    NodeParameter,
     accepted,
     as_mapping,
     declare,
     keep_types,
+    node_parameter,
     of_type,
     refused,
     unknown_overrides,
@@ -54,24 +54,24 @@ from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
 from nao_lipm_gait.types import ON_THE_WAY, GaitStatus
 
-URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
-PRESET = NodeParameter(
+URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+PRESET = node_parameter(
     "preset", "default", "gait parameters: a shipped name (default: the robot's own) or a YAML file"
 )
-CONTROL_PERIOD = NodeParameter(
+CONTROL_PERIOD = node_parameter(
     "control_period", 0.01, "time between two joint states", "s", 0.002, 0.05
 )
-STAMPED = NodeParameter("enable_stamped_cmd_vel", False, "cmd_vel is a TwistStamped, not a Twist")
-TIMEOUT = NodeParameter(
+STAMPED = node_parameter("enable_stamped_cmd_vel", False, "cmd_vel is a TwistStamped, not a Twist")
+TIMEOUT = node_parameter(
     "cmd_vel_timeout", 0.5, "a velocity command older than this means stop", "s", 0.05, 1e4
 )
-INTERFACE = NodeParameter(
+INTERFACE = node_parameter(
     "command_interface",
     "joint_state",
     "message type of joint_command",
     choices=tuple(COMMAND_WRITERS),
 )
-MOTIONS = NodeParameter(
+MOTIONS = node_parameter(
     "motions", "", "folder of motion files; empty = those that are shipped for this robot"
 )
 NODE_PARAMETERS = (URDF, PRESET, MOTIONS, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE)

@@ -23,7 +23,7 @@ _OF_RCLPY = ("use_sim_time", "start_type_description_service")
 """Overrides that rclpy itself understands."""
 
 
-def NodeParameter(  # noqa: N802
+def node_parameter(
     name: str,
     default: Value,
     meaning: str,

@@ -1,30 +1,30 @@
 """The parameters of the node `sim_bridge`."""
 
-from nao_lipm_gait.ros.parameters import NodeParameter
+from nao_lipm_gait.ros.parameters import node_parameter
 from sim_bridge.engines.registry import ENGINES
 from sim_bridge.robot import START_STATES
 
-URDF = NodeParameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
-ENGINE = NodeParameter("engine", "pybullet", "physics engine", choices=ENGINES)
-PLANT = NodeParameter("plant", "reference", "plant: a shipped name or a YAML file")
-ROBOT_SEED = NodeParameter(
+URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+ENGINE = node_parameter("engine", "pybullet", "physics engine", choices=ENGINES)
+PLANT = node_parameter("plant", "reference", "plant: a shipped name or a YAML file")
+ROBOT_SEED = node_parameter(
     "robot_seed", 0, "which individual robot; -1 is the nominal one", "", -1, 2**31 - 1
 )
-SENSOR_DELAY = NodeParameter(
+SENSOR_DELAY = node_parameter(
     "sensor_delay", 0.04, "age of the sensors when published; default: the plant's", "s", 0.0, 1.0
 )
-REAL_TIME_FACTOR = NodeParameter(
+REAL_TIME_FACTOR = node_parameter(
     "real_time_factor", 1.0, "simulated per wall second; 0 = as fast as possible", "", 0.0, 100.0
 )
-LOCKSTEP = NodeParameter(
+LOCKSTEP = node_parameter(
     "lockstep", False, "physics waits for the joint_command that answers the last joint_states"
 )
-GUI = NodeParameter("gui", False, "open the window of the physics engine")
-START_STATE = NodeParameter("start_state", "stand", "how the robot starts", choices=START_STATES)
-PUSH_DURATION = NodeParameter(
+GUI = node_parameter("gui", False, "open the window of the physics engine")
+START_STATE = node_parameter("start_state", "stand", "how the robot starts", choices=START_STATES)
+PUSH_DURATION = node_parameter(
     "push_duration", 0.1, "how long a push acts (simulated time)", "s", 0.002, 10.0
 )
-BALL = NodeParameter("ball", False, "a ball on the floor, 0.5 m ahead of the robot's start")
+BALL = node_parameter("ball", False, "a ball on the floor, 0.5 m ahead of the robot's start")
 NODE_PARAMETERS = (
     URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
     PUSH_DURATION, BALL,
