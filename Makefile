@@ -15,23 +15,29 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench compiled lint urdf install clean
+.PHONY: help demo test test-slow bench results compiled lint urdf install clean
 
 help:  ## this list
-	@grep -E '^[a-z]+:.*## ' Makefile | sed -E 's/:.*## /|/' \
+	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/:.*## /|/' \
 	  | while IFS='|' read -r name text; do printf '  make %-9s %s\n' "$$name" "$$text"; done
 
 demo: $(READY)  ## watch the NAO walk a tour over ROS 2 (options: make demo ARGS="--gui")
 	@$(BIN)/nao_gait demo $(ARGS)
 
-test: $(READY)  ## all tests
-	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup $(ARGS)
+test: $(READY)  ## the tests (those marked slow: make test-slow)
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup -m "not slow" $(ARGS)
 
-bench: compiled  ## measure everything, write docs/benchmarks.md (or: make bench ARGS="speed --robots 8")
-	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait bench $(if $(ARGS),$(ARGS),all --report docs/benchmarks.md)
+test-slow: $(READY)  ## the tests that take long for what they show
+	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup -m slow $(ARGS)
+
+bench: compiled  ## measure with the compiled gait (make bench ARGS="speed --robots 8")
+	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait bench $(or $(ARGS),all)
+
+results: compiled  ## every figure of docs/results.md, from one commit (ARGS=--quick: a smaller one)
+	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait results $(ARGS)
 
 compiled: $(READY)  ## the gait as machine code in build/compiled, as bench uses it
-	@$(BIN)/nao_gait compile $(COMPILED) || echo 'bench walks with the gait as Python' >&2
+	@$(BIN)/nao_gait compile $(COMPILED) || echo 'the gait runs as Python' >&2
 
 lint: $(READY)  ## ruff and mypy
 	@$(BIN)/ruff check . && $(BIN)/mypy
