@@ -1,4 +1,4 @@
-"""The figures of docs/tuning.md: `python -m gait_lab.tune.guide [PARAMETER ...] [--out DIR]`."""
+"""The figures of docs/tune.md: `python -m gait_lab.tune.guide [PARAMETER ...] [--out DIR]`."""
 
 import argparse
 import sys
