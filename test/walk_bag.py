@@ -16,6 +16,7 @@ from gait_lab.analysis.metrics import Metrics, measure
 from gait_lab.analysis.trace import Recorder
 from gait_lab.trials.rollout import RolloutSpec, make_pair, task_ticks
 from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
+from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.ros.messages import (
     JointStateWriter,
     StatusWriter,
@@ -24,7 +25,7 @@ from nao_lipm_gait.ros.messages import (
     support_text,
 )
 from nao_lipm_gait.runtime.diagnostics import Health, TickStatistics, reports
-from nao_lipm_gait.types import GaitStatus, JointTargets, VelocityCommand
+from nao_lipm_gait.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
 
@@ -34,12 +35,19 @@ MARKER_TICKS = 10
 
 @dataclass
 class WrittenWalk:
+    """A walk in a bag.
+
+    Attributes:
+        bag: The folder.
+        metrics: As the benchmark measures the same walk.
+    """
+
     bag: Path
     metrics: Metrics
-    """As the benchmark measures this very walk."""
 
 
 def message_type(message: Any) -> str:
+    """`package/msg/Name`."""
     package = type(message).__module__.split(".")[0]
     return f"{package}/msg/{type(message).__name__}"
 
@@ -69,8 +77,19 @@ def write_walk(
     prefix: str = "",
     storage: str = "mcap",
 ) -> WrittenWalk:
-    """Walk the spec's task; the topics `without` are left out, `prefix` is their namespace."""
-    simulation, gait = make_pair(spec)
+    """Walk the task of a specification and write the topics of both nodes.
+
+    Args:
+        folder: Of the bag.
+        spec: The walk.
+        without: Topics to leave out.
+        prefix: Namespace of the topics.
+        storage: `mcap` or `sqlite3`.
+
+    Returns:
+        The bag, and the metrics of the same walk.
+    """
+    world, gait = make_pair(spec)
     robot, task = gait.robot, spec.task
     recorder = Recorder()
     try:
@@ -80,10 +99,10 @@ def write_walk(
             gait_out = _GaitMessages(out, robot)
             readings = ReadingWriter(robot, load_plant(spec.plant).sensors)
             truths = TruthWriter(robot)
-            answers = _overheard(gait)
+            walker = _KeepingTargets(gait)
             pushes = () if spec.push is None else (spec.push,)
             policy = TimedCommands(task.command_at, pushes, ahead=False)
-            ticks = run(simulation, gait, policy)
+            ticks = run(world, walker, policy)
             pushed = spec.push is None
             sent = -1
             for tick in islice(ticks, task_ticks(task)):
@@ -98,31 +117,35 @@ def write_walk(
                     push = WrenchStamped()
                     push.wrench.force.y = 50.0
                     out.write("/push", now, push)
-                reading = simulation.robot.read()
-                if reading is None or tick.status is None or reading.frame.stamp == sent:
+                reading = world.robot.read()
+                if reading is None or walker.targets is None or reading.frame.stamp == sent:
                     continue
+                assert tick.status is not None
                 sent = reading.frame.stamp
                 out.write("/imu/data", now, readings.imu(reading))
                 out.write("/joint_states", now, readings.joints(reading))
                 for side, topic in enumerate(("/l_sole/wrench", "/r_sole/wrench")):
                     out.write(topic, now, readings.wrench(reading, side))
-                gait_out.write(now, tick.status, answers[-1])
+                gait_out.write(now, tick.status, walker.targets)
     finally:
-        simulation.close()
+        world.close()
     return WrittenWalk(folder, measure(recorder.trace(), task.start, task.end))
 
 
-def _overheard(gait: Any) -> list[JointTargets]:
-    """What the gait answers from now on; the last one counts."""
-    answers: list[JointTargets] = []
-    step = gait.step
+class _KeepingTargets:
+    """A gait that keeps its last answer."""
 
-    def heard(*arguments: Any) -> JointTargets:
-        answers[:] = [step(*arguments)]
-        return answers[0]
+    def __init__(self, gait: Gait) -> None:
+        self._gait = gait
+        self.targets: JointTargets | None = None
 
-    gait.step = heard
-    return answers
+    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+        self.targets = self._gait.step(frame, command)
+        return self.targets
+
+    @property
+    def status(self) -> GaitStatus:
+        return self._gait.status
 
 
 class _GaitMessages:
@@ -130,7 +153,7 @@ class _GaitMessages:
         self._out = out
         self._writer = StatusWriter()
         self._commands = JointStateWriter(robot.joint_names, CONTROL_PERIOD)
-        self._support, self._steps, self._ticks, self._told = "", -1, 0, 0
+        self._support, self._steps, self._ticks, self._diagnosed = "", -1, 0, 0
 
     def write(self, now: int, status: GaitStatus, targets: JointTargets) -> None:
         out, writer = self._out, self._writer
@@ -149,8 +172,8 @@ class _GaitMessages:
         if status.step_count != self._steps or self._ticks >= MARKER_TICKS:
             self._steps, self._ticks = status.step_count, 0
             out.write("/gait/footsteps", now, footsteps(status))
-        if now - self._told >= 1_000_000_000:
-            self._told = now
+        if now - self._diagnosed >= 1_000_000_000:
+            self._diagnosed = now
             out.write("/diagnostics", now, _diagnostics(status))
 
 

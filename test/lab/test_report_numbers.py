@@ -12,9 +12,9 @@ pytest.importorskip("mujoco")
 
 from gait_lab.analysis.metrics import measure
 from gait_lab.analysis.trace import LEFT, RIGHT
-from gait_lab.report.analysis import Analysis, analyse
+from gait_lab.report.analysis import Analysis, Paths, analyse
 from gait_lab.report.signals import autocorrelation
-from gait_lab.report.verdict import number, stretch_table
+from gait_lab.report.verdict import BAD, FAIR, GOOD, findings, number, stretch_table
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import STAND_TIME, TASKS
 from nao_lipm_gait.parameters import GaitParameters
@@ -131,6 +131,23 @@ def test_odometry_is_compared_with_the_truth(analysis: Analysis) -> None:
     assert np.all(paths.odometry[0] == 0.0)
     assert paths.truth[-1, 0] == pytest.approx(paths.length, rel=0.15)
     assert 0.0 < np.hypot(*paths.error[-1, :2]) < 0.3 * paths.length
+
+
+@pytest.mark.parametrize(
+    ("distance", "heading", "grade"),
+    [(0.05, 5.0, GOOD), (0.05, 53.0, BAD), (0.05, -20.0, FAIR), (0.2, 0.0, FAIR), (0.5, 0.0, BAD)],
+)  # fmt: skip
+def test_odometry_is_judged_by_distance_and_by_heading(
+    analysis: Analysis, distance: float, heading: float, grade: str
+) -> None:
+    """The errors at the end: a share of the path, and an angle [deg]."""
+    truth = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    error = np.array([0.0, distance, math.radians(heading)])
+    paths = Paths(np.array([0, 1]), truth, truth + [[0.0], [1.0]] * error, length=1.0)
+    found = findings(dataclasses.replace(analysis, paths=paths))
+    (odometry,) = [finding for finding in found if finding.text.startswith("Odometry")]
+    assert odometry.grade == grade
+    assert f"{heading:+.0f}°" in odometry.text
 
 
 def test_innovation_of_a_walk_is_not_white_and_noise_is(analysis: Analysis) -> None:

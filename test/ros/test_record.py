@@ -25,7 +25,7 @@ SECOND = 1_000_000_000
 
 def record(probe: Probe, out: Path, *arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "gait_lab.cli", "record", "--out", str(out), *arguments],
+        [sys.executable, "-m", "gait_lab.cli", "record", str(out), *arguments],
         cwd=ROOT, env=probe.domain.environment() | {"PYTHONUNBUFFERED": "1"},
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
