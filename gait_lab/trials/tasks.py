@@ -1,4 +1,4 @@
-"""What a robot is asked to do in a rollout: named, timed velocity commands.
+"""Tasks of a rollout: named, timed velocity commands; and random commands.
 
 A walk task stands, ramps the command up, settles, and is measured over a window at full command.
 """
@@ -14,11 +14,11 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 STAND_TIME = 3.0
-"""The robot stands this long before it is asked to walk [s]: its gyros learn their bias."""
+"""[s] of standing before the walk; the gait estimates the gyro bias in this time."""
 RAMP_TIME = 3.0
 SETTLE_TIME = 1.0
 WINDOW = 20.0
-"""Length of the measured window [s]."""
+"""[s] length of the measured window."""
 
 AXES = {"x": ("cm/s", 100.0), "y": ("cm/s", 100.0), "yaw": ("deg/s", math.degrees(1.0))}
 """Unit in tables and its factor from SI, by axis of the command."""
@@ -26,7 +26,7 @@ AXES = {"x": ("cm/s", 100.0), "y": ("cm/s", 100.0), "yaw": ("deg/s", math.degree
 
 @dataclass(frozen=True, slots=True)
 class AskedMotion:
-    """A motion and when it is asked for.
+    """A motion and the time of its request.
 
     Attributes:
         time: [s] since the start.
@@ -39,7 +39,7 @@ class AskedMotion:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A walk: the command over time, and when it is measured. Times in s since the start.
+    """A walk: the command over time and the measured window; times are in s since the start.
 
     Attributes:
         name: In tables.
@@ -47,7 +47,7 @@ class Task:
         start: Begin of the measured window.
         end: End of the measured window and of the task.
         axis: `x`, `y` or `yaw`: the axis whose speed is the result; None for standing and stepping.
-        motions: What is asked for on the way, at rising times; a ball is then in the world.
+        motions: Requested on the way, at rising times; the world then has a ball.
     """
 
     name: str
@@ -86,7 +86,7 @@ class Task:
 
     @property
     def asked(self) -> float:
-        """The asked speed along the measured axis [m/s or rad/s]."""
+        """The commanded speed along the measured axis [m/s or rad/s]."""
         return getattr(self.command, self.axis) if self.axis else 0.0
 
     def lasting(self, window: float) -> "Task":
@@ -117,7 +117,19 @@ def walk(
     axis: str | None = None,
     window: float = WINDOW,
 ) -> Task:
-    """Stand, ramp up to a velocity [m/s, m/s, rad/s], settle, and walk at it for `window` s."""
+    """Stand, ramp up to a velocity, settle, and walk at it.
+
+    Args:
+        name: Of the task.
+        x: [m/s] forward.
+        y: [m/s] to the left.
+        yaw: [rad/s] counter-clockwise.
+        axis: Whose speed is the result.
+        window: [s] of walking that are measured.
+
+    Returns:
+        The task.
+    """
     up = STAND_TIME + RAMP_TIME
     start = up + SETTLE_TIME
     knots = ((STAND_TIME, STANDSTILL), (up, VelocityCommand(x, y, yaw)))
@@ -125,7 +137,7 @@ def walk(
 
 
 SPOT_TURN = 1e-3
-"""A yaw rate [rad/s] too small to be seen, that keeps a robot stepping on the spot."""
+"""[rad/s] yaw rate that is not zero, so that the robot steps, but too small to be visible."""
 
 TASKS = {
     task.name: task
@@ -172,15 +184,19 @@ def find_task(text: str) -> Task:
 
 
 HOLD_TIME = (1.0, 4.0)
-"""A command is held for a time between these [s]."""
+"""[s] shortest and longest time for which a command is held."""
 CHANGE_TIME = 1.0
-"""From one command to the next [s]."""
+"""[s] from one command to the next."""
 STOP_SHARE = 0.1
-"""Of the commands, these are to stop."""
+"""Share of the commands that are standstill."""
 
 
 class RandomCommands:
-    """A smooth random command over time: held, changed, held again."""
+    """Random, smooth, omnidirectional commands over time.
+
+    Args:
+        seed: Of the random generator.
+    """
 
     def __init__(self, seed: Sequence[int]) -> None:
         self._random = np.random.default_rng(list(seed))
@@ -201,7 +217,7 @@ class RandomCommands:
         )
 
     def _draw(self) -> VelocityCommand:
-        """Any direction up to full speed: uniform in the ball whose axes are the full speeds."""
+        """Uniform in the ellipsoid whose axes are the full speeds, or standstill."""
         direction = self._random.normal(size=3)
         radius = self._random.uniform() ** (1.0 / 3.0)
         if self._random.uniform() < STOP_SHARE:

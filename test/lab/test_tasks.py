@@ -7,7 +7,7 @@ import pytest
 from gait_lab.trials import tasks
 from gait_lab.trials.tasks import RAMP_TIME, STAND_TIME, TASKS, Task, find_task, walk
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from nao_lipm_gait.types import STANDSTILL
 
 
 @pytest.mark.parametrize("task", TASKS.values(), ids=list(TASKS))
@@ -25,16 +25,6 @@ def test_commands_never_jump(task: Task) -> None:
         before, after = task.command_at(tick * period), task.command_at((tick + 1) * period)
         step = max(step, abs(after.x - before.x), abs(after.y - before.y))
     assert step <= TASKS["forward"].asked / tasks.RAMP_TIME * period + 1e-9
-
-
-def test_the_four_speeds() -> None:
-    asked = {name: TASKS[name].command for name in tasks.SPEED_TASKS}
-    assert asked == {
-        "forward": VelocityCommand(x=0.42),
-        "back": VelocityCommand(x=-0.36),
-        "side": VelocityCommand(y=0.22),
-        "turn": VelocityCommand(yaw=math.radians(110)),
-    }
 
 
 def test_ramp_is_linear() -> None:
