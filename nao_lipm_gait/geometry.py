@@ -16,10 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray, Point3, Pose2, Quaternion
+from nao_lipm_gait.types import FloatArray, Point3, Pose2
 
 Rotation = tuple[Point3, Point3, Point3]
 """The rows of a (3, 3) rotation matrix."""
+Quaternion = tuple[float, float, float, float]
+"""x, y, z, w, of unit length."""
 
 ORIGIN: Pose2 = (0.0, 0.0, 0.0)
 """The planar pose of a frame in itself."""

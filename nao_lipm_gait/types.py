@@ -1,6 +1,6 @@
-"""What crosses the boundary of the gait: one frame of sensors in, joint targets and a status out.
+"""What crosses the boundary of the gait: sensors and commands in, joint targets and status out.
 
-Joint arrays follow `RobotDescription.joint_names`. Stamps are integer nanoseconds.
+Joint arrays (n,) follow `RobotDescription.joint_names`. Stamps are integer nanoseconds.
 """
 
 from dataclasses import dataclass
@@ -12,40 +12,60 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+Point2 = tuple[float, float]
+"""x, y [m]."""
+Point3 = tuple[float, float, float]
+"""x, y, z [m], or another vector with its own unit."""
+Pose2 = tuple[float, float, float]
+"""Planar pose: x, y [m], yaw [rad]."""
+Pose6 = tuple[float, float, float, float, float, float]
+"""Pose in space: x, y, z [m], roll, pitch, yaw [rad]."""
+
 GRAVITY = 9.81
-"""[m/s^2]"""
+"""Gravitational acceleration [m/s^2]."""
+
+LEFT, RIGHT = +1, -1
+"""The side of a leg. Arrays and pairs hold the left side first: index 0 left, 1 right."""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorFrame:
-    """All sensors of one sampling instant."""
+    """All sensors of one sampling instant.
+
+    Attributes:
+        stamp: Sampling time [ns].
+        joint_position: Joint angles (n,) [rad].
+        joint_velocity: Joint velocities (n,) [rad/s].
+        angular_velocity: Angular velocity (3,) [rad/s] of the torso in the torso frame (REP-145).
+        linear_acceleration: Specific force (3,) [m/s^2] in the torso frame; (0, 0, +9.81) at rest
+            upright (REP-145).
+        sole_load: Normal forces on the left and right sole [N]; None if they are not measured.
+    """
 
     stamp: int
-    """Sampling time [ns]."""
     joint_position: FloatArray
-    """(n,) [rad]."""
     joint_velocity: FloatArray
-    """(n,) [rad/s]."""
     angular_velocity: FloatArray
-    """(3,) [rad/s] of the torso, in the torso frame (REP-145)."""
     linear_acceleration: FloatArray
-    """(3,) specific force [m/s^2] in the torso frame; (0, 0, +9.81) at rest upright (REP-145)."""
     sole_load: tuple[float, float] | None = None
-    """Normal force on the left and right sole [N]; None where the robot cannot measure it."""
 
 
 class VelocityCommand(NamedTuple):
-    """The asked velocity of the robot in its own heading frame (REP-103)."""
+    """Commanded velocity of the robot in its own heading frame (REP-103).
+
+    Attributes:
+        x: Forward [m/s].
+        y: Left [m/s].
+        yaw: Counter-clockwise [rad/s].
+    """
 
     x: float = 0.0
-    """Forward [m/s]."""
     y: float = 0.0
-    """Left [m/s]."""
     yaw: float = 0.0
-    """Counter-clockwise [rad/s]."""
 
     @property
     def is_zero(self) -> bool:
+        """Whether the robot is to stand."""
         return self.x == 0.0 and self.y == 0.0 and self.yaw == 0.0
 
 
@@ -53,89 +73,105 @@ STANDSTILL = VelocityCommand()
 
 
 class JointTargets(NamedTuple):
-    """The answer to one sensor frame."""
+    """The answer to one sensor frame.
+
+    Attributes:
+        stamp: Stamp [ns] of the sensor frame.
+        position: Joint angles (n,) [rad], inside the joint limits.
+        stiffness: Share of the motors' torque that may be used, 0 (limp) to 1.
+        joint_stiffness: The same for each joint (n,) if they differ; `stiffness` is then the
+            smallest.
+    """
 
     stamp: int
-    """Stamp of the sensor frame that is answered [ns]."""
     position: FloatArray
-    """(n,) [rad], inside the joint limits."""
     stiffness: float = 1.0
-    """Share of the motors' torque that may be used, 0 (relaxed) to 1."""
     joint_stiffness: FloatArray | None = None
-    """(n,) the same for each joint, where they differ; `stiffness` is then the smallest."""
 
 
 class GaitState(StrEnum):
-    """What the gait is doing."""
+    """Mode of the gait; `modes.TRANSITIONS` lists the changes between them.
+
+    Attributes:
+        STAND: Stands in the stand pose, or moves into it.
+        WALK: Walks.
+        STOP: Brings the CoM to rest; both feet stay on the ground.
+        MOTION: Runs a motion of keyframes, or holds its last pose.
+        GETTING_UP: Runs a motion that begins lying.
+        FALLEN: Lies or falls; all joints are limp.
+        RELAXED: All joints are limp on request.
+    """
 
     STAND = "stand"
     WALK = "walk"
     STOP = "stop"
     MOTION = "motion"
-    """A motion of keyframes runs, or its last pose is held."""
     GETTING_UP = "getting_up"
     FALLEN = "fallen"
     RELAXED = "relaxed"
 
 
-# By these names the tick asks for them: Python looks a member of an enumeration up by a function.
+# The tick uses these names: a global is looked up faster than a member of an enumeration.
 STAND, WALK, STOP = GaitState.STAND, GaitState.WALK, GaitState.STOP
 MOTION, GETTING_UP = GaitState.MOTION, GaitState.GETTING_UP
 FALLEN, RELAXED = GaitState.FALLEN, GaitState.RELAXED
 
 DOWN = (FALLEN, RELAXED)
+"""All joints are limp."""
 ON_THE_WAY = (WALK, STOP)
+"""The walk moves the robot."""
 IN_MOTION = (MOTION, GETTING_UP)
+"""A motion moves or holds the robot."""
 BUSY = (*ON_THE_WAY, *IN_MOTION)
-"""It walks, or a motion moves or holds it."""
-
-LEFT, RIGHT = +1, -1
-"""The side of a leg. Arrays and pairs hold the left side first: index 0 left, 1 right."""
-
-Point2 = tuple[float, float]
-"""x, y [m]."""
-Point3 = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-"""x, y, z, w, of unit length."""
-Pose2 = tuple[float, float, float]
-"""x [m], y [m], yaw [rad]."""
-Pose6 = tuple[float, float, float, float, float, float]
-"""x, y, z [m], roll, pitch, yaw [rad]."""
+"""The walk or a motion moves or holds the robot."""
 
 
 class GaitStatus(NamedTuple):
-    """A snapshot of the gait after a tick, for topics, bags and figures.
+    """The state of the gait after a tick, for topics, bags and figures.
 
-    The three CoM positions belong to the stamp of the frame that was answered and are relative to
-    Q, the paper's coordinate system of the current single support phase, on the ground plane.
+    Q is the paper's coordinate system of the current single support phase, on the ground plane. The
+    CoM positions are those at the time of the sensor frame.
+
+    Attributes:
+        stamp: Stamp [ns] of the sensor frame.
+        state: Mode of the gait.
+        support: Support leg: `left`, `right` or `double`.
+        com_expected_in_q: CoM [m] that the walk expected to be measured.
+        com_measured_in_q: Measured CoM [m].
+        com_estimated_in_q: CoM [m] after the correction by the measurement.
+        pendulum_origin_in_q: Origin of the pendulum, or ZMP [m].
+        step_size: Pose of the next Q in Q.
+        step_count: Number of support changes since the walk began.
+        time_to_support_change: Time [s] until the support changes; 0 while standing.
+        q_in_odom: Pose of Q.
+        base_footprint_in_odom: Pose of base_footprint by odometry.
+        velocity: Velocity of base_footprint in its own frame [m/s, m/s, rad/s].
+        left_sole_in_odom: Target of the left sole.
+        right_sole_in_odom: Target of the right sole.
+        torso_roll: Roll [rad] of the torso.
+        torso_pitch: Pitch [rad] of the torso.
+        ik_residual: Largest distance [m] of a sole from its target; 0 when in reach.
+        clipped_joints: Number of targets that were clipped at a joint limit.
+        motion: Name of the running motion, or empty.
     """
 
     stamp: int
     state: GaitState
     support: str
-    """`left`, `right` or `double`."""
     com_expected_in_q: Point3
     com_measured_in_q: Point3
     com_estimated_in_q: Point3
-    pendulum_origin_in_q: tuple[float, float]
+    pendulum_origin_in_q: Point2
     step_size: Pose2
-    """Offset from Q to the next Q of the running step."""
     step_count: int
-    """Number of support changes since the walk began."""
     time_to_support_change: float
-    """[s]; 0 while standing."""
     q_in_odom: Pose2
     base_footprint_in_odom: Pose2
     velocity: Pose2
-    """Odometry velocity of base_footprint in its own frame [m/s, m/s, rad/s]."""
     left_sole_in_odom: Pose6
-    """Commanded sole pose."""
     right_sole_in_odom: Pose6
     torso_roll: float
     torso_pitch: float
     ik_residual: float
-    """Largest distance of a sole from its target [m]; 0 when in reach."""
     clipped_joints: int
-    """Targets that were cut at a joint limit this tick."""
     motion: str = ""
-    """The motion that runs; empty when none does."""

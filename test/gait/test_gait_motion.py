@@ -1,4 +1,4 @@
-"""Motions in the gait, with joints that obey at once: who may begin when, and how it goes on."""
+"""Motions in the gait: which may begin when, and what follows them."""
 
 import math
 
@@ -11,19 +11,12 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.library import MotionLibrary, load_library
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import (
-    STANDSTILL,
-    GaitState,
-    JointTargets,
-    SensorFrame,
-    VelocityCommand,
-)
+from nao_lipm_gait.types import GaitState, VelocityCommand
+from obedient_robot import PARAMETERS, PERIOD, UPRIGHT, ObedientRobot
 
 ROBOT = load_robot()
-PERIOD = 10_000_000
 FORWARD = VelocityCommand(0.1, 0.0, 0.0)
 G = 9.81
-UPRIGHT = (0.0, 0.0, G)
 ON_FRONT, ON_BACK, ON_LEFT = (-G, 0.0, 0.0), (G, 0.0, 0.0), (0.0, -G, 0.0)
 MOTIONS = {
     "nod": {"poses": {"down": {"HeadPitch": 0.3}}},
@@ -49,44 +42,13 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> MotionLibrary:
     return load_library(folder, ROBOT)
 
 
-class Obedient:
-    """Joints go where they are told at once; the torso lies as `force` says."""
-
-    def __init__(self, library: MotionLibrary, **parameters: float | bool):
-        p = GaitParameters(torso_pitch=0.0, feedback_delay=0.0, **parameters)
-        self.gait = Gait(ROBOT, p, motions=library)
-        self.joints = np.array(ROBOT.stand_pose)
-        self.stamp = 0
-        self.force: tuple[float, float, float] = UPRIGHT
-
-    def tick(self, command: VelocityCommand = STANDSTILL) -> JointTargets:
-        frame = SensorFrame(
-            self.stamp, self.joints, 0.0 * self.joints, np.zeros(3), np.array(self.force)
-        )
-        targets = self.gait.step(frame, command)
-        self.stamp += PERIOD
-        self.joints = targets.position
-        return targets
-
-    def run(self, seconds: float, command: VelocityCommand = STANDSTILL) -> list[JointTargets]:
-        return [self.tick(command) for _ in range(round(seconds * 100))]
-
-    def states(self, seconds: float, command: VelocityCommand = STANDSTILL) -> list[GaitState]:
-        found: list[GaitState] = []
-        for _ in range(round(seconds * 100)):
-            self.tick(command)
-            if not found or found[-1] is not self.gait.state:
-                found.append(self.gait.state)
-        return found
-
-    def lie(self, force: tuple[float, float, float]) -> None:
-        """Put down so, with the tilt known at once: a start on the floor."""
-        self.force = force
-        self.stamp += 10**10
+def obedient(library: MotionLibrary, **parameters: float | bool) -> ObedientRobot:
+    """A robot that knows these motions and has no delay."""
+    return ObedientRobot(ROBOT, PARAMETERS.replace(feedback_delay=0.0, **parameters), library)
 
 
 def test_stand_motion_stand(library: MotionLibrary) -> None:
-    nao = Obedient(library)
+    nao = obedient(library)
     nao.run(1.0)
     nao.gait.request_motion("nod")
     assert nao.states(1.0) == [GaitState.MOTION, GaitState.STAND]
@@ -94,7 +56,7 @@ def test_stand_motion_stand(library: MotionLibrary) -> None:
 
 
 def test_a_walk_stops_for_a_motion_and_goes_on_without_a_jump(library: MotionLibrary) -> None:
-    nao = Obedient(library)
+    nao = obedient(library)
     nao.run(1.0)
     nao.run(3.0, FORWARD)
     nao.gait.request_motion("nod")
@@ -115,28 +77,28 @@ def test_a_walk_stops_for_a_motion_and_goes_on_without_a_jump(library: MotionLib
 def test_without_a_motion_the_library_changes_nothing(library: MotionLibrary) -> None:
     ways = []
     for motions in (library, MotionLibrary()):
-        nao = Obedient(motions)
+        nao = obedient(motions)
         nao.run(1.0)
         ways.append(np.array([answer.position for answer in nao.run(3.0, FORWARD)]))
     np.testing.assert_array_equal(*ways)
 
 
 def test_sitting_is_held_until_a_stand_is_asked_for(library: MotionLibrary) -> None:
-    nao = Obedient(library)
+    nao = obedient(library)
     nao.run(1.0)
     nao.gait.request_motion("crouch")
     assert nao.states(3.0, FORWARD) == [GaitState.MOTION]
     assert nao.joints[ROBOT.index("LKneePitch")] == pytest.approx(1.2)
-    with pytest.raises(NaoGaitError, match="nod, which starts standing.*rise"):
+    with pytest.raises(NaoGaitError, match=r"nod, which starts standing.*rise"):
         nao.gait.request_motion("nod")
     nao.gait.request_stand()
     assert nao.states(0.9) == [GaitState.MOTION, GaitState.STAND]
 
 
 def test_unknown_motions_and_get_ups_while_standing_are_refused(library: MotionLibrary) -> None:
-    nao = Obedient(library)
+    nao = obedient(library)
     nao.run(1.0)
-    with pytest.raises(NaoGaitError, match="motion: got 'fly'.*crouch, nod"):
+    with pytest.raises(NaoGaitError, match=r"motion: got 'fly'.*crouch, nod"):
         nao.gait.request_motion("fly")
     with pytest.raises(NaoGaitError, match="lying; the robot is standing"):
         nao.gait.request_motion("get_up")
@@ -151,8 +113,8 @@ def test_unknown_motions_and_get_ups_while_standing_are_refused(library: MotionL
 def test_the_get_up_fits_the_side(
     library: MotionLibrary, force: tuple[float, float, float], motion: str
 ) -> None:
-    nao = Obedient(library, get_up=True)
-    nao.lie(force)
+    nao = obedient(library, get_up=True)
+    nao.lie_down(force)
     seen = set()
     for _ in range(100):
         nao.tick()
@@ -161,8 +123,8 @@ def test_the_get_up_fits_the_side(
 
 
 def test_a_robot_that_got_up_stands_and_walks_on(library: MotionLibrary) -> None:
-    nao = Obedient(library, get_up=True)
-    nao.lie(ON_FRONT)
+    nao = obedient(library, get_up=True)
+    nao.lie_down(ON_FRONT)
     while nao.gait.state is not GaitState.GETTING_UP:
         nao.tick(FORWARD)
         assert nao.stamp < 2 * 10**10, "it never began"
@@ -171,8 +133,8 @@ def test_a_robot_that_got_up_stands_and_walks_on(library: MotionLibrary) -> None
 
 
 def test_it_tries_again_but_not_for_ever(library: MotionLibrary) -> None:
-    nao = Obedient(library, get_up=True)
-    nao.lie(ON_BACK)
+    nao = obedient(library, get_up=True)
+    nao.lie_down(ON_BACK)
     states = nao.states(20.0)
     assert states.count(GaitState.GETTING_UP) == 5
     assert nao.gait.state is GaitState.FALLEN
@@ -180,12 +142,12 @@ def test_it_tries_again_but_not_for_ever(library: MotionLibrary) -> None:
     assert GaitState.GETTING_UP in nao.states(1.0)
 
 
-def test_nobody_gets_up_unasked(library: MotionLibrary) -> None:
-    nao = Obedient(library)
-    nao.lie(ON_FRONT)
+def test_without_a_request_the_robot_stays_down(library: MotionLibrary) -> None:
+    nao = obedient(library)
+    nao.lie_down(ON_FRONT)
     assert nao.states(3.0)[-1] is GaitState.FALLEN
     assert nao.tick().stiffness == 0.0
-    relaxed = Obedient(library, get_up=True)
+    relaxed = obedient(library, get_up=True)
     relaxed.run(1.0)
     relaxed.gait.request_relax()
     relaxed.run(0.1)
@@ -196,7 +158,7 @@ def test_nobody_gets_up_unasked(library: MotionLibrary) -> None:
 
 
 def test_relax_ends_a_motion_at_once(library: MotionLibrary) -> None:
-    nao = Obedient(library)
+    nao = obedient(library)
     nao.run(1.0)
     nao.gait.request_motion("nod")
     nao.run(0.2)
@@ -206,7 +168,7 @@ def test_relax_ends_a_motion_at_once(library: MotionLibrary) -> None:
 
 
 def test_a_fall_ends_an_upright_motion(library: MotionLibrary) -> None:
-    nao = Obedient(library)
+    nao = obedient(library)
     nao.run(1.0)
     nao.gait.request_motion("crouch")
     nao.run(0.2)
@@ -218,7 +180,7 @@ def test_a_fall_ends_an_upright_motion(library: MotionLibrary) -> None:
 def test_same_frames_give_the_same_motion(library: MotionLibrary) -> None:
     ways = []
     for _ in range(2):
-        nao = Obedient(library)
+        nao = obedient(library)
         nao.run(1.0)
         nao.gait.request_motion("crouch")
         ways.append(np.array([answer.position for answer in nao.run(1.0)]))
@@ -232,11 +194,11 @@ def test_the_shipped_folder_is_found() -> None:
 
 
 def test_a_get_up_that_was_asked_for_is_forgotten_on_the_feet(library: MotionLibrary) -> None:
-    robot = Obedient(library)
+    robot = obedient(library)
     robot.run(1.0)
     robot.gait.request_relax()
     robot.tick()
-    robot.gait.request_motion("get_up")  # nobody knows how a limp robot lies
+    robot.gait.request_motion("get_up")  # the side of a limp robot is not known yet
     robot.gait.request_stand()
     robot.run(3.0)
     assert robot.gait.state is GaitState.STAND
@@ -251,7 +213,7 @@ def test_a_get_up_that_was_asked_for_is_forgotten_on_the_feet(library: MotionLib
 def test_after_a_gap_a_fallen_robot_is_still_down_and_goes_on_getting_up(
     library: MotionLibrary, asked: bool, again: int
 ) -> None:
-    robot = Obedient(library)
+    robot = obedient(library)
     robot.run(1.0)
     robot.force = ON_FRONT
     robot.run(2.0)
@@ -272,7 +234,7 @@ def test_after_a_gap_a_fallen_robot_is_still_down_and_goes_on_getting_up(
 def test_a_motion_that_needs_feet_is_forgotten_where_the_first_frame_shows_a_fall(
     library: MotionLibrary,
 ) -> None:
-    robot = Obedient(library)
+    robot = obedient(library)
     robot.gait.request_motion("nod")
     robot.force = ON_FRONT
     assert robot.tick().stiffness == 0.0
@@ -280,17 +242,32 @@ def test_a_motion_that_needs_feet_is_forgotten_where_the_first_frame_shows_a_fal
 
 
 def test_a_motion_that_was_asked_for_before_the_first_frame_runs(library: MotionLibrary) -> None:
-    robot = Obedient(library)
+    robot = obedient(library)
     robot.gait.request_motion("nod")
     assert GaitState.MOTION in robot.states(4.0)
 
 
-def test_a_fall_takes_the_heading_that_was_held(library: MotionLibrary) -> None:
-    robot = Obedient(library)
+def test_a_fall_ends_the_heading_hold(library: MotionLibrary) -> None:
+    robot = obedient(library, yaw_gyro=True)
     robot.run(1.0)
     robot.run(3.0, FORWARD)
-    assert robot.gait._heading_hold.holds
     robot.gait.report_fall()
     robot.tick(FORWARD)
     assert robot.gait.state is GaitState.FALLEN
-    assert not robot.gait._heading_hold.holds
+    robot.rate = (0.0, 0.0, 0.5)  # somebody turns the fallen robot
+    robot.run(0.4)
+    robot.rate = (0.0, 0.0, 0.0)
+    assert GaitState.WALK in robot.states(4.0, FORWARD)
+    turned = robot.gait.status.base_footprint_in_odom[2]
+    robot.run(4.0, FORWARD)
+    assert turned == pytest.approx(0.2, abs=0.05)
+    assert robot.gait.status.base_footprint_in_odom[2] == pytest.approx(turned, abs=0.02)
+
+
+def test_a_motion_that_needs_feet_is_forgotten_when_a_get_up_fails(library: MotionLibrary) -> None:
+    robot = obedient(library, get_up=True)
+    robot.lie_down(ON_FRONT)
+    while robot.gait.state is not GaitState.GETTING_UP:
+        robot.tick()
+    robot.gait.request_motion("nod")
+    assert GaitState.MOTION not in robot.states(5.0)
