@@ -39,7 +39,6 @@ class SensorFrame:
         angular_velocity: Angular velocity (3,) [rad/s] of the torso in the torso frame (REP-145).
         linear_acceleration: Specific force (3,) [m/s^2] in the torso frame; (0, 0, +9.81) at rest
             upright (REP-145).
-        sole_load: Normal forces on the left and right sole [N]; None if they are not measured.
     """
 
     stamp: int
@@ -47,7 +46,6 @@ class SensorFrame:
     joint_velocity: FloatArray
     angular_velocity: FloatArray
     linear_acceleration: FloatArray
-    sole_load: tuple[float, float] | None = None
 
 
 class VelocityCommand(NamedTuple):

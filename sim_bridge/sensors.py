@@ -69,14 +69,12 @@ class SensorModel:
         self._position = position
         spin: Point3 = tuple(state.torso_angular_velocity.tolist())
         noise = self._noise.standard_normal(6).tolist()
-        left, right = state.sole_wrench
         return SensorFrame(
             stamp=stamp,
             joint_position=position,
             joint_velocity=(position - before) * self._rate,
             angular_velocity=np.array(self._gyro(spin, noise[:3])),
             linear_acceleration=np.array(self._accelerometer(state, spin, noise[3:], first)),
-            sole_load=(max(float(left[2]), 0.0), max(float(right[2]), 0.0)),
         )
 
     def _gyro(self, spin: Point3, noise: list[float]) -> Point3:

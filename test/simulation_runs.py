@@ -65,11 +65,10 @@ def flat(truth: GroundTruth) -> FloatArray:
 
 
 def flat_frame(frame: SensorFrame) -> FloatArray:
-    assert frame.sole_load is not None
     return np.concatenate(
         [
             frame.joint_position, frame.joint_velocity, frame.angular_velocity,
-            frame.linear_acceleration, frame.sole_load,
+            frame.linear_acceleration,
         ]
     )  # fmt: skip
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from nao_lipm_gait.head.gaze import neck_of
 from nao_lipm_gait.head.goals import Angles, Follow, Frame, Goal, Search
+from nao_lipm_gait.rate_limiter import limited_step
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, Point3, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
@@ -113,7 +114,7 @@ class HeadControl:
             wanted, before, self._lower, self._upper, self._speed, strict=True
         ):
             inside = min(max(angle, low), high)
-            now.append(last + min(max(inside - last, -speed * dt), speed * dt))
+            now.append(limited_step(last, inside, speed * dt))
         self._since += dt
         arrived = self.goal is None and now == list(wanted)
         self._now = None if arrived else now

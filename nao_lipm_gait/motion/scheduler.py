@@ -141,10 +141,6 @@ class MotionScheduler:
             balanced(position, tick.support, angular_velocity, player.motion.balance, self._robot)
         return MotionTargets(position, tick.stiffness)
 
-    def end(self) -> None:
-        """Drop the running motion and keep the waiting one."""
-        self._player = None
-
     def stop(self) -> None:
         """Drop the running motion and all requests."""
         self._player = None

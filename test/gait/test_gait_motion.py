@@ -258,10 +258,9 @@ def test_a_fall_ends_the_heading_hold(library: MotionLibrary) -> None:
     robot.run(0.4)
     robot.rate = (0.0, 0.0, 0.0)
     assert GaitState.WALK in robot.states(4.0, FORWARD)
-    turned = robot.gait.status.base_footprint_in_odom[2]
-    robot.run(4.0, FORWARD)
-    assert turned == pytest.approx(0.2, abs=0.05)
-    assert robot.gait.status.base_footprint_in_odom[2] == pytest.approx(turned, abs=0.02)
+    assert robot.gait.status.base_footprint_in_odom[2] == pytest.approx(0.2, abs=0.05)
+    turns = [(robot.tick(FORWARD), robot.gait.status.step_size[2])[1] for _ in range(200)]
+    assert np.abs(turns).max() < 0.01, "no step turns back to the heading before the fall"
 
 
 def test_a_motion_that_needs_feet_is_forgotten_when_a_get_up_fails(library: MotionLibrary) -> None:
@@ -270,4 +269,5 @@ def test_a_motion_that_needs_feet_is_forgotten_when_a_get_up_fails(library: Moti
     while robot.gait.state is not GaitState.GETTING_UP:
         robot.tick()
     robot.gait.request_motion("nod")
-    assert GaitState.MOTION not in robot.states(5.0)
+    motions = {(robot.tick(), robot.gait.status.motion)[1] for _ in range(500)}
+    assert motions == {"", "up_front"}

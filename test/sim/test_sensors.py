@@ -48,12 +48,11 @@ def state(
     velocity: FloatArray | None = None,
     rate: FloatArray | None = None,
     joints: FloatArray | None = None,
-    loads: tuple[float, float] = (0.0, 0.0),
 ) -> TrueState:
     """Rotation (3, 3) torso to world; velocity in the world, rate in the torso."""
     zero = np.zeros(3)
     angles = np.zeros(22) if joints is None else joints
-    wrenches = [np.array([1.0, 2.0, load, 3.0, 4.0, 5.0]) for load in loads]
+    wrenches = [np.array([1.0, 2.0, 0.0, 3.0, 4.0, 5.0])] * 2
     turn = np.eye(3) if rotation is None else rotation
     return TrueState(
         torso_position=zero,
@@ -352,11 +351,6 @@ def test_encoders_do_not_know_their_zero_error(
     model = noisy(ideal, dataclasses.replace(nominal, joint_zero=zero), body)
     truth = np.linspace(0.5, 1.0, 22)
     assert model.sample(0, state(joints=truth)).joint_position == pytest.approx(truth - zero)
-
-
-def test_soles_feel_pressure_only(exact: SensorModel) -> None:
-    assert exact.sample(0, state(loads=(20.0, 27.5))).sole_load == (20.0, 27.5)
-    assert exact.sample(1, state(loads=(-0.5, 0.0))).sole_load == (0.0, 0.0)
 
 
 def test_the_stamp_is_the_time_of_sampling(exact: SensorModel) -> None:
