@@ -10,6 +10,7 @@ from math import hypot, sqrt, tan
 from typing import NamedTuple
 
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.rate_limiter import limited_step
 from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
 
 SHARE_MAX = 1e75
@@ -127,14 +128,10 @@ def limited_stride(
 def approach(current: Stride, wanted: Stride, parameters: GaitParameters) -> Stride:
     """The stride one step after `current` on the way to `wanted`, within the rate limits."""
     return Stride(
-        _limited_change(current.x, wanted.x, parameters.step_forward_rate),
-        _limited_change(current.y, wanted.y, parameters.step_side_rate),
-        _limited_change(current.yaw, wanted.yaw, parameters.step_turn_rate),
+        limited_step(current.x, wanted.x, parameters.step_forward_rate),
+        limited_step(current.y, wanted.y, parameters.step_side_rate),
+        limited_step(current.yaw, wanted.yaw, parameters.step_turn_rate),
     )
-
-
-def _limited_change(current: float, wanted: float, rate: float) -> float:
-    return min(max(wanted, current - rate), current + rate)
 
 
 # -- feet ------------------------------------------------------------------------------------------

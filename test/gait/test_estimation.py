@@ -45,14 +45,14 @@ def test_measured_com_undoes_the_torsos_rotation(
     assert measured == pytest.approx(tuple(from_sole), abs=1e-9)
 
 
-def test_measured_com_is_where_the_walk_put_the_sole() -> None:
+def test_measured_com_is_relative_to_the_soles_pose_in_q() -> None:
     sole = LevelFrame((0.0, 0.0, -0.25), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), LEVEL)
     x, y, z = measured_com_in_q((0.02, -0.03, 0.0), sole, (0.1, 0.05, math.pi / 2))
     assert (x, y, z) == pytest.approx((0.1 + 0.03, 0.05 + 0.02, 0.25))
 
 
 @given(roll=tilts, pitch=tilts, yaw=yaws, sole_yaw=yaws, yaw_in_q=yaws)
-def test_measured_acceleration_has_no_gravity_in_it(
+def test_measured_acceleration_contains_no_gravity(
     roll: float, pitch: float, yaw: float, sole_yaw: float, yaw_in_q: float
 ) -> None:
     torso_in_world = Rotation.from_euler("ZYX", [yaw, pitch, roll])
@@ -69,7 +69,9 @@ def test_measured_acceleration_has_no_gravity_in_it(
 
 
 @given(x=st.floats(-0.1, 0.1), y=st.floats(-0.2, 0.2), yaw=st.floats(-1.0, 1.0), pitch=tilts)
-def test_one_sole_seen_from_the_other(x: float, y: float, yaw: float, pitch: float) -> None:
+def test_pose_of_the_other_sole(
+    x: float, y: float, yaw: float, pitch: float
+) -> None:
     torso = Rotation.from_euler("Y", pitch)
     reference = sole_pose(torso.inv(), np.array([0.0, 0.05, -0.33]))
     offset = torso.inv().apply([x, y, 0.0])
@@ -81,39 +83,39 @@ def test_one_sole_seen_from_the_other(x: float, y: float, yaw: float, pitch: flo
 
 
 def test_gyro_follows_a_turning_torso() -> None:
-    filter_ = TorsoOrientation(1e9, 1e9, 0.0)
-    filter_.reset((0.0, 0.0, GRAVITY))
+    orientation = TorsoOrientation(1e9, 1e9, 0.0)
+    orientation.reset((0.0, 0.0, GRAVITY))
     rotation = Rotation.identity()
     rng = np.random.default_rng(4)
     for _ in range(200):
         rate = rng.normal(0.0, 0.5, 3)
         rotation = rotation * Rotation.from_rotvec(rate * DT)
-        filter_.update(tuple(rate), (0.0, 0.0, 0.0), LEVEL, DT)
+        orientation.update(tuple(rate), (0.0, 0.0, 0.0), LEVEL, DT)
     np.testing.assert_allclose(
-        filter_.up_in_torso, rotation.inv().apply([0.0, 0.0, 1.0]), atol=2e-3
+        orientation.up_in_torso, rotation.inv().apply([0.0, 0.0, 1.0]), atol=2e-3
     )
 
 
 def test_signs_are_those_of_rep_103() -> None:
-    filter_ = TorsoOrientation(1.0, 1.0, 0.0)
+    orientation = TorsoOrientation(1.0, 1.0, 0.0)
     # Nose down by 0.1 rad: the accelerometer sees gravity's reaction point backward.
     force = Rotation.from_euler("Y", 0.1).inv().apply([0.0, 0.0, GRAVITY])
-    filter_.reset(tuple(force))
-    assert (filter_.roll, filter_.pitch) == pytest.approx((0.0, 0.1))
-    assert filter_.tilt == pytest.approx(0.1)
-    filter_.reset(tuple(Rotation.from_euler("X", 0.2).inv().apply([0.0, 0.0, GRAVITY])))
-    assert (filter_.roll, filter_.pitch) == pytest.approx((0.2, 0.0))
+    orientation.reset(tuple(force))
+    assert (orientation.roll, orientation.pitch) == pytest.approx((0.0, 0.1))
+    assert orientation.tilt == pytest.approx(0.1)
+    orientation.reset(tuple(Rotation.from_euler("X", 0.2).inv().apply([0.0, 0.0, GRAVITY])))
+    assert (orientation.roll, orientation.pitch) == pytest.approx((0.2, 0.0))
 
 
 def test_accelerometer_corrects_a_gyro_bias_on_average() -> None:
-    filter_ = TorsoOrientation(1.0, 1e9, 0.0)
-    filter_.reset((0.0, 0.0, GRAVITY))
+    orientation = TorsoOrientation(1.0, 1e9, 0.0)
+    orientation.reset((0.0, 0.0, GRAVITY))
     rng = np.random.default_rng(5)
     for _ in range(1000):
         shaken = rng.normal(0.0, 2.0, 3) + np.array((0.0, 0.0, GRAVITY))
-        filter_.update((0.02, -0.02, 0.0), tuple(shaken), LEVEL, DT)
-    # Without the accelerometer the bias would have turned it by 0.2 rad.
-    assert filter_.tilt < 0.06
+        orientation.update((0.02, -0.02, 0.0), tuple(shaken), LEVEL, DT)
+    # The gyro's bias alone would turn it by 0.2 rad.
+    assert orientation.tilt < 0.06
 
 
 def test_an_impact_in_the_first_sample_is_soon_forgotten() -> None:
@@ -136,10 +138,10 @@ def test_flat_stance_sole_corrects_only_while_nearly_upright() -> None:
     assert far.roll == pytest.approx(0.6, abs=0.01)
 
 
-def test_a_filter_that_hears_nothing_starts_upright() -> None:
-    filter_ = TorsoOrientation(1.0, 1.0, 0.3)
-    filter_.reset((0.0, 0.0, 0.0))
-    assert filter_.up_in_torso == (0.0, 0.0, 1.0)
+def test_without_a_force_the_orientationstarts_upright() -> None:
+    orientation = TorsoOrientation(1.0, 1.0, 0.3)
+    orientation.reset((0.0, 0.0, 0.0))
+    assert orientation.up_in_torso == (0.0, 0.0, 1.0)
 
 
 def feet(left: tuple[float, float], right: tuple[float, float]) -> tuple[SolePose, SolePose]:

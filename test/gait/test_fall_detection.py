@@ -15,13 +15,13 @@ K = 6.4
 """Natural frequency [1/s] of the pendulum."""
 
 
-def tips(tilt_rate: float, until: float, direction: float = 0.0) -> float | None:
-    """The tilt [rad] at which a robot that tips at a steady rate [rad/s] is said to fall."""
+def detected_tilt(tilt_rate: float, until: float, direction: float = 0.0) -> float | None:
+    """The tilt [rad] at which a fall at a steady rate [rad/s] is detected."""
     detector = FallDetector()
     tilt = 0.0
     cos, sin = math.cos(direction), math.sin(direction)
     while tilt < until:
-        # forward for direction 0: the vertical leans back in the torso frame
+        # Forward for direction 0: the vertical leans back in the torso frame.
         up = (-math.sin(tilt) * cos, math.sin(tilt) * sin, math.cos(tilt))
         rate = (tilt_rate * sin, tilt_rate * cos, 0.0)
         if detector.update(up, tilt, rate, LIMIT, HORIZON):
@@ -30,14 +30,14 @@ def tips(tilt_rate: float, until: float, direction: float = 0.0) -> float | None
     return None
 
 
-def test_a_fast_tilt_is_recognised_long_before_45_degrees() -> None:
+def test_a_fast_tilt_is_detected_long_before_45_degrees() -> None:
     for direction in (0.0, 0.5 * math.pi, math.pi, 4.0):
-        found = tips(3.0, math.radians(45.0), direction)
+        found = detected_tilt(3.0, math.radians(45.0), direction)
         assert found is not None
         assert found < 0.35
 
 
-def test_a_tilt_that_gets_smaller_again_is_no_fall() -> None:
+def test_a_tilt_that_decreases_is_no_fall() -> None:
     detector = FallDetector()
     for tick in range(100):
         tilt = 0.45 * math.exp(-tick * PERIOD)
@@ -53,7 +53,7 @@ def test_a_jerk_of_the_gyro_is_no_fall() -> None:
         assert not detector.update(up, 0.02, (0.0, rate, 0.0), LIMIT, HORIZON)
 
 
-def test_what_stands_still_beside_the_middle_does_not_tip() -> None:
+def test_a_com_at_rest_beside_the_middle_does_not_tip() -> None:
     tipping = TippingDetector()
     assert all(
         tipping.update((0.03, -0.02, 0.24), K, 0.05, PERIOD) is None for _ in range(1000)

@@ -1,4 +1,4 @@
-"""Heading hold and the yaw gyro: laws of the parts, and a robot that walks straight by them."""
+"""Heading hold and yaw slip by a yaw gyro: laws, and a robot that walks straight with them."""
 
 import math
 
@@ -48,11 +48,11 @@ def test_the_hold_takes_the_short_way_round() -> None:
     )
 
 
-def test_a_commanded_turn_and_a_stand_are_left_alone() -> None:
+def test_a_commanded_turn_and_a_stand_are_not_corrected() -> None:
     hold = settled(0.0)
     turn = VelocityCommand(0.1, 0.0, 0.4)
     assert hold.correct(turn, 1.0, 1.0, DT) == turn
-    # the steps of that turn still turn the robot; only then a new heading is taken
+    # The steps of that turn still turn the robot; a new heading is held after them.
     assert hold.correct(FORWARD, 1.2, 1.0, DT) == FORWARD
     for _ in range(round(SETTLING_TIME / DT)):
         hold.correct(FORWARD, 1.3, 1.0, DT)
@@ -87,21 +87,21 @@ def test_only_a_robot_that_walks_straight_leans(yaw: float, leans: bool) -> None
     assert pitch(0.1) - pitch(0.0) == pytest.approx(0.1 if leans else 0.0, abs=0.03)
 
 
-def test_the_stance_turn_is_what_the_gyro_has_beyond_the_joints() -> None:
+def test_the_yaw_slip_is_the_gyros_rotation_without_that_over_the_sole() -> None:
     turn = YawSlipFromYawGyro()
     bias, slip, over_sole = 0.02, 0.3, 0.5
     for _ in range(1000):
         assert turn.update(1, level(0.0), (0.0, 0.0, bias), DT, at_rest=True) == 0.0
     yaw = 0.0
     for _ in range(20):
-        # a torso that turns left over its sole sees the sole turn right
+        # In the frame of a torso that turns left, its sole turns right.
         yaw -= over_sole * DT
-        seen = turn.update(1, level(yaw), (0.0, 0.0, over_sole + slip + bias), DT, at_rest=False)
-        assert seen == pytest.approx(slip * DT, rel=1e-3)
+        slipped = turn.update(1, level(yaw), (0.0, 0.0, over_sole + slip + bias), DT, at_rest=False)
+        assert slipped == pytest.approx(slip * DT, rel=1e-3)
     assert turn.update(-1, level(1.0), (0.0, 0.0, 0.0), DT, at_rest=False) == 0.0
 
 
-def test_odometry_turns_with_a_stance_foot_that_turns() -> None:
+def test_odometry_turns_with_the_support_sole() -> None:
     odometry = Odometry()
     odometry.update(1, level(0.0), sole(0.0, -0.05), DT)
     odometry.update(1, level(0.0), sole(0.0, -0.05), DT, yaw_slip=0.2)

@@ -1,4 +1,4 @@
-"""Speed hold: laws of the learned offset, and robots that walk as fast as they were asked to."""
+"""Speed hold: laws of the learned offset, and a robot that reaches its commanded speed."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from nao_lipm_gait.velocity_control import ERROR_MAX, OFFSET_MAX, RESERVE_MIN, S
 
 DT = 0.01
 TIME = 2.0
-ASKED = VelocityCommand(0.2, -0.05, 0.3)
+COMMAND = VelocityCommand(0.2, -0.05, 0.3)
 
 
 def follow(
@@ -18,9 +18,9 @@ def follow(
     seconds: float,
     lack: tuple[float, float],
     reserve: float = 1.0,
-    command: VelocityCommand = ASKED,
+    command: VelocityCommand = COMMAND,
 ) -> VelocityCommand:
-    """A robot that walks by `lack` [m/s] slower than it is told to; the last command it got."""
+    """The last command for a robot that walks by `lack` [m/s] slower than commanded."""
     given = command
     for _ in range(round(seconds / DT)):
         walked = given.x - lack[0], given.y - lack[1], 0.0
@@ -31,20 +31,20 @@ def follow(
 @pytest.mark.parametrize("lack", [(0.02, 0.01), (-0.03, 0.0), (0.0, -0.02)])
 def test_a_constant_error_is_learned(lack: tuple[float, float]) -> None:
     given = follow(SpeedHold(), 20.0, lack)
-    assert given.x - lack[0] == pytest.approx(ASKED.x, abs=1e-4)
-    assert given.y - lack[1] == pytest.approx(ASKED.y, abs=1e-4)
-    assert given.yaw == ASKED.yaw
+    assert given.x - lack[0] == pytest.approx(COMMAND.x, abs=1e-4)
+    assert given.y - lack[1] == pytest.approx(COMMAND.y, abs=1e-4)
+    assert given.yaw == COMMAND.yaw
 
 
-def test_what_is_learned_outlives_a_stand() -> None:
+def test_the_learned_offset_outlasts_a_stand() -> None:
     hold = SpeedHold()
     follow(hold, 20.0, (0.02, 0.0))
     still = VelocityCommand(0.0, 0.0, 0.0)
     assert hold.correct(still, (0.0, 0.0, 0.0), 1.0, TIME, DT) == still
-    assert hold.correct(ASKED, (0.0, 0.0, 0.0), 1.0, TIME, DT).x == pytest.approx(0.22, abs=1e-4)
+    assert hold.correct(COMMAND, (0.0, 0.0, 0.0), 1.0, TIME, DT).x == pytest.approx(0.22, abs=1e-4)
 
 
-def test_nothing_is_learned_while_the_walk_still_follows_a_command() -> None:
+def test_nothing_is_learned_until_the_walk_has_reached_the_command() -> None:
     hold = SpeedHold()
     for tick in range(300):
         ramp = VelocityCommand(0.3 * tick / 300, 0.0, 0.0)
@@ -52,10 +52,10 @@ def test_nothing_is_learned_while_the_walk_still_follows_a_command() -> None:
     assert abs(hold.offset[0]) < 0.01
 
 
-def test_neither_a_push_nor_a_blocked_robot_winds_it_up() -> None:
+def test_neither_a_push_nor_a_blocked_robot_winds_up_the_offset() -> None:
     hold = SpeedHold()
     follow(hold, 20.0, (0.0, 0.0))
-    hold.correct(ASKED, (-3.0, 3.0, 0.0), 1.0, TIME, DT)
+    hold.correct(COMMAND, (-3.0, 3.0, 0.0), 1.0, TIME, DT)
     assert max(map(abs, hold.offset)) <= ERROR_MAX * DT / TIME + 1e-12
     follow(hold, 60.0, (5.0, 5.0))
     assert hold.offset == (OFFSET_MAX, OFFSET_MAX)
@@ -63,30 +63,30 @@ def test_neither_a_push_nor_a_blocked_robot_winds_it_up() -> None:
 
 def test_the_longest_steps_are_not_made_longer_but_may_be_made_shorter() -> None:
     hold = SpeedHold()
-    assert follow(hold, 20.0, (0.03, 0.0), reserve=0.0).x == ASKED.x
-    assert abs(hold.offset[0]) < 1e-3, "what cannot be given is not learned"
+    assert follow(hold, 20.0, (0.03, 0.0), reserve=0.0).x == COMMAND.x
+    assert abs(hold.offset[0]) < 1e-3, "a correction without room does not grow"
     assert follow(SpeedHold(), 20.0, (-0.03, 0.0), reserve=0.0).x == pytest.approx(0.17, abs=1e-4)
     follow(hold, 20.0, (0.02, 0.0))
-    half = hold.correct(ASKED, (0.2, -0.05, 0.0), 0.5 * RESERVE_MIN, TIME, DT)
+    half = hold.correct(COMMAND, (0.2, -0.05, 0.0), 0.5 * RESERVE_MIN, TIME, DT)
     assert half.x == pytest.approx(0.21, abs=1e-3)
 
 
-def test_a_turn_without_a_way_is_left_alone() -> None:
+def test_a_turn_on_the_spot_is_not_corrected() -> None:
     hold = SpeedHold()
     follow(hold, 20.0, (0.02, 0.01))
     turn = VelocityCommand(0.0, 0.0, 0.5)
     assert follow(hold, 5.0, (0.02, 0.01), command=turn) == turn
     side = follow(hold, 20.0, (0.02, 0.01), command=VelocityCommand(0.0, 0.1, 0.0))
-    assert side.x == pytest.approx(0.02, abs=1e-4), "a straight way is kept straight"
+    assert side.x == pytest.approx(0.02, abs=1e-4), "the robot must not drift forward"
 
 
-def test_time_zero_leaves_every_command_alone() -> None:
+def test_time_zero_switches_it_off() -> None:
     hold = SpeedHold()
     for _ in range(500):
-        assert hold.correct(ASKED, (0.0, 0.0, 0.0), 1.0, 0.0, DT) == ASKED
+        assert hold.correct(COMMAND, (0.0, 0.0, 0.0), 1.0, 0.0, DT) == COMMAND
 
 
-def test_a_robot_that_lacks_speed_walks_as_asked() -> None:
+def test_a_robot_that_is_too_slow_reaches_its_commanded_speed() -> None:
     pytest.importorskip("mujoco")
     task = find_task("forward=20").lasting(10.0)
 
@@ -99,5 +99,5 @@ def test_a_robot_that_lacks_speed_walks_as_asked() -> None:
         return metrics.speed_x
 
     held, free = walked(TIME), walked(0.0)
-    assert free < 0.188, "a robot that lacks speed"
+    assert free < 0.188, "without the hold it is too slow"
     assert held == pytest.approx(0.2, abs=0.011)

@@ -1,4 +1,4 @@
-"""The turn of the soles that the roll gyro of a leaning torso shows: the law, and a real walk."""
+"""Yaw slip by the roll gyro of a leaning torso: the law, and a simulated walk."""
 
 import math
 from collections.abc import Callable
@@ -16,23 +16,33 @@ from nao_lipm_gait.whole_body.body_model import SolePose
 
 DT = 0.01
 STEP = 0.2
-"""[s] per step."""
+"""Duration [s] of a step."""
 NOISE = 0.005
-"""[rad/s] of the gyro."""
+"""Deviation [rad/s] of the gyro."""
 
 
 class SwayingTorso:
-    """A torso that sways over flat soles, leans forward and turns more than its joints say."""
+    """A torso that sways over flat soles, leans forward, and whose soles slip.
+
+    Args:
+        lean: Pitch [rad] over the soles.
+        bias: Bias [rad/s] of the roll gyro.
+        joints: Yaw rate [rad/s] over the soles, by the joint angles.
+        slope: Slope [rad] of the ground, downwards ahead.
+        seed: Of the gyro's noise.
+
+    Attributes:
+        filter: The estimator under test.
+        seen: Yaw slip [rad] that it has estimated so far.
+        tipping: Roll rate [rad/s] that lifts the soles off the ground.
+        bias: Bias [rad/s] of the roll gyro.
+    """
 
     def __init__(
         self, lean: float, bias: float, joints: float = 0.0, slope: float = 0.0, seed: int = 0
     ) -> None:
-        """Lean [rad] over the soles; bias of the roll gyro [rad/s]; joints: the turn that they
-        see [rad/s]; slope [rad] of the ground, down the way that the robot looks.
-        """
         self.filter = YawSlipFromLean()
         self.seen = 0.0
-        """[rad] of the soles' turn, as far as the filter has told it."""
         self.tipping = 0.0
         self.bias = bias
         self._lean, self._joints, self._slope = lean, joints, slope
@@ -41,7 +51,7 @@ class SwayingTorso:
         self._over_sole = 0.0
 
     def stand(self, seconds: float, rocking: Callable[[float], float] = lambda time: 0.0) -> None:
-        """At rest but for a `rocking` rate [rad/s] over time."""
+        """Stand for some time [s]; rocking: roll rate [rad/s] over time."""
         for _ in range(round(seconds / DT)):
             self._time += DT
             self._tick(0.0, rocking(self._time), 0.0, (0.0, 0.0), 1, at_rest=True)
@@ -49,7 +59,7 @@ class SwayingTorso:
     def walk(
         self, seconds: float, turn: float, velocity: tuple[float, float] = (0.35, 0.0)
     ) -> None:
-        """The soles turn by `turn` [rad/s]; what the filter says is added to `seen`."""
+        """Walk for some time [s]; turn: yaw slip rate [rad/s] of the soles."""
         for _ in range(round(seconds / DT)):
             self._time += DT
             phase = math.pi * self._time / STEP
@@ -67,7 +77,7 @@ class SwayingTorso:
         gyro = roll_rate - yaw_rate * sin + self.bias + self.tipping
         gyro += self._noise.normal(0.0, NOISE)
         sole = flat_sole(up, -self._over_sole)
-        # The slope as the turning torso sees it.
+        # The slope in the frame of the turning torso.
         lean = self._lean + self._slope * math.cos(self._over_sole)
         tilted = roll - self._slope * math.sin(self._over_sole)
         vertical = (
@@ -79,7 +89,7 @@ class SwayingTorso:
 
 
 def flat_sole(up: Point3, heading: float) -> SolePose:
-    """A sole that lies flat, turned by `heading` [rad] against a torso with this vertical."""
+    """A flat sole with this heading [rad] under a torso with this vertical."""
     z = np.array(up)
     x = np.array((1.0, 0.0, 0.0)) - z[0] * z
     x /= np.linalg.norm(x)
@@ -89,7 +99,7 @@ def flat_sole(up: Point3, heading: float) -> SolePose:
 
 @pytest.mark.parametrize("turn", [0.15, -0.1, 0.0])
 @pytest.mark.parametrize("joints", [0.0, 0.3])
-def test_a_torso_that_leans_sees_how_fast_its_soles_turn(turn: float, joints: float) -> None:
+def test_a_leaning_torso_measures_the_yaw_slip(turn: float, joints: float) -> None:
     torso = SwayingTorso(lean=0.1, bias=0.008, joints=joints)
     torso.stand(3.0)
     torso.walk(8.0, turn)
@@ -105,26 +115,26 @@ def test_left_and_right_are_alike() -> None:
         torso.walk(20.0, turn)
         return torso.seen
 
-    # the same noise in both: what it adds cancels
+    # The noise is the same in both and cancels.
     assert seen(0.1) - seen(0.0) == pytest.approx(seen(0.0) - seen(-0.1), abs=1e-6)
 
 
-def test_an_upright_torso_shows_nothing_and_claims_nothing() -> None:
+def test_an_upright_torso_measures_no_yaw_slip() -> None:
     torso = SwayingTorso(lean=0.0, bias=0.0)
     torso.stand(3.0)
     torso.walk(20.0, 0.15)
     assert torso.seen == 0.0
 
 
-def test_a_gyro_that_had_no_rest_is_believed_less() -> None:
-    """Bias and turn look alike then; the filter shares what it sees by their variances."""
+def test_a_gyro_whose_bias_is_unknown_has_less_weight() -> None:
+    """Bias and slip have the same effect then; the filter splits it by their variances."""
     rested, unrested = (SwayingTorso(lean=0.1, bias=0.01) for _ in range(2))
     rested.stand(3.0)
     for torso in (rested, unrested):
         torso.walk(20.0, 0.0)
     assert abs(rested.seen) < math.radians(20.0)
     assert abs(unrested.seen) > abs(rested.seen)
-    # all of it taken for a turn would be 0.1 rad/s
+    # If all of it were taken for slip, it would be 0.1 rad/s.
     assert abs(unrested.seen) < 0.95 * 20.0 * 0.01 / math.sin(0.1)
 
 
@@ -141,7 +151,7 @@ def test_a_robot_that_rocks_or_sinks_is_not_at_rest(rocking: Callable[[float], f
 
 def test_a_robot_that_tipped_has_not_turned() -> None:
     def seen(tipping: float) -> float:
-        """Tipping [rad/s]: of a roll that the soles do not see, because they leave the ground."""
+        """Estimated slip [rad] after a roll at this rate [rad/s] that lifts the soles."""
         torso = SwayingTorso(lean=0.1, bias=0.0)
         torso.stand(3.0)
         torso.walk(10.0, 0.0)
@@ -151,11 +161,11 @@ def test_a_robot_that_tipped_has_not_turned() -> None:
         torso.walk(5.0, 0.0)
         return torso.seen
 
-    # a turn that explained all of it would be 2.4 rad
+    # A slip that explained all of it would be 2.4 rad.
     assert seen(0.3) == pytest.approx(seen(0.0), abs=0.25)
 
 
-def test_a_bias_beyond_what_gyros_have_is_learned_when_it_stays() -> None:
+def test_a_large_bias_is_learned_when_it_stays() -> None:
     torso = SwayingTorso(lean=0.12, bias=0.03)
     torso.stand(4.0)
     torso.walk(20.0, 0.0)
@@ -173,7 +183,7 @@ def test_a_bias_that_drifts_at_rest_is_followed() -> None:
 
 @pytest.mark.parametrize("slope", [-0.1, 0.1])
 def test_a_slope_is_not_a_turn(slope: float) -> None:
-    """The soles lie on the slope; a turn over them that the joints see is none of the soles."""
+    """The soles lie on the slope; the torso turns over them by its joints."""
     torso = SwayingTorso(lean=0.12, bias=0.0, joints=0.3, slope=slope)
     torso.stand(3.0)
     torso.walk(8.0, 0.0, velocity=(0.2, 0.0))
@@ -191,7 +201,7 @@ def test_a_diagonal_walk_has_one_direction() -> None:
     assert torso.seen - before == pytest.approx(5.0 * 0.15, abs=math.radians(7.0))
 
 
-def test_what_was_learned_outlasts_a_stop() -> None:
+def test_the_learned_yaw_slip_outlasts_a_stop() -> None:
     torso = SwayingTorso(lean=0.12, bias=0.0)
     torso.stand(3.0)
     torso.walk(15.0, 0.2)
@@ -201,7 +211,7 @@ def test_what_was_learned_outlasts_a_stop() -> None:
     assert torso.seen - before == pytest.approx(0.2, abs=0.05)
 
 
-def test_another_way_to_walk_turns_the_soles_in_its_own_way() -> None:
+def test_each_walking_direction_has_its_own_yaw_slip() -> None:
     torso = SwayingTorso(lean=0.1, bias=0.0)
     torso.stand(3.0)
     torso.walk(15.0, 0.2)
@@ -210,7 +220,7 @@ def test_another_way_to_walk_turns_the_soles_in_its_own_way() -> None:
     assert torso.seen == before
 
 
-def test_the_torso_turns_left_over_a_sole_that_it_sees_turn_right() -> None:
+def test_the_torso_turns_left_over_a_sole_that_turns_right_in_its_frame() -> None:
     turn = YawOverSole()
     up = (0.0, 0.0, 1.0)
 
