@@ -1,4 +1,4 @@
-"""`nao_gait compile`: the gait as machine code."""
+"""`nao_gait compile`: compiles the gait to machine code."""
 
 import argparse
 from pathlib import Path
@@ -7,7 +7,7 @@ from gait_lab.commands.terminal import EXIT_OK, say
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
+    """Run the command; returns the exit status."""
     from gait_lab.compiled.build import compile_gait
 
     compile_gait(arguments.folder, say)
@@ -15,7 +15,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Declare the arguments of the command."""
     parser.add_argument("folder", type=Path, nargs="?", default=Path("build/compiled"),
-                        metavar="FOLDER", help="where to put it (build/compiled)")  # fmt: skip
+                        metavar="FOLDER", help="where to put it (default: build/compiled)")  # fmt: skip
     parser.set_defaults(run=run)

@@ -1,4 +1,4 @@
-"""The gait as machine code: the same source through mypyc, bit for bit the same walk."""
+"""The compiled gait: the same source through mypyc, which gives the same walk to the bit."""
 
 import hashlib
 from functools import cache
@@ -9,13 +9,13 @@ import nao_lipm_gait
 from nao_lipm_gait.errors import NaoGaitError
 
 SOURCE = Path(gait_lab.__file__).resolve().parents[1] / "nao_lipm_gait"
-"""The package that lies beside this one: what is compiled."""
+"""The package beside this one, which is compiled."""
 MADE_OF = "made_of.txt"
-"""In a folder with a compiled gait: what it was made of; it begins with the hash of the source."""
+"""File in the folder of a compiled gait that names its source; it begins with a hash of it."""
 
 
 def is_compiled() -> bool:
-    """Whether this process walks with the compiled gait."""
+    """Whether this process uses the compiled gait."""
     import nao_lipm_gait.gait
 
     return not nao_lipm_gait.gait.__file__.endswith(".py")
@@ -23,12 +23,16 @@ def is_compiled() -> bool:
 
 @cache
 def check_fresh() -> None:
-    """NaoGaitError if this process walks with a gait that was compiled from other sources."""
+    """Check that a compiled gait in this process belongs to the current source.
+
+    Raises:
+        NaoGaitError: It was compiled from other sources.
+    """
     folder = Path(nao_lipm_gait.__file__).resolve().parents[1]
     made_of = folder / MADE_OF
     if made_of.is_file() and made_of.read_text(encoding="utf-8").split()[0] != sources(SOURCE):
         raise NaoGaitError(
-            "compiled gait", str(folder), f"one of {SOURCE} as it is now: nao_gait compile"
+            "compiled gait", str(folder), f"one of {SOURCE} as it is now: run nao_gait compile"
         )
 
 

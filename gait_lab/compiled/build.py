@@ -1,7 +1,7 @@
-"""A folder with the gait compiled; first on PYTHONPATH it takes the place of the source.
+"""Writes a folder with the compiled gait. First on PYTHONPATH, it replaces the source.
 
-build/compiled/nao_lipm_gait/      the package, each module of the tick beside its machine code
-build/compiled/config, urdf, ...   links to the shared files, which the package looks for there
+build/compiled/nao_lipm_gait/      the package; each module of the tick beside its machine code
+build/compiled/config, urdf, ...   links to the shared files, which the package looks up there
 """
 
 import hashlib
@@ -14,89 +14,80 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from gait_lab.compiled import MADE_OF, SOURCE, sources
-from gait_lab.compiled.records import spelled_out
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 
 FOLDERS = ("estimation", "walks", "whole_body")
-AS_THEY_ARE = (
-    "errors.py", "parameters.py", "presets.py", "resources.py", "schema.py",
-)  # fmt: skip
-"""Of the package's own modules: what is pickled, caught or taken apart as a dataclass."""
+AS_PYTHON = ("errors.py", "parameters.py", "presets.py", "resources.py", "schema.py")
+"""Modules of the package's root that stay Python: their classes are pickled or made by attrs."""
 SHARED = ("config", "launch", "urdf")
 LINES_SHOWN = 15
 
 
 def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = True) -> None:
-    """Compile the gait into `folder`, unless it is there; without `optimise` it is sooner ready.
+    """Compile the gait into a folder, unless it is there already.
 
-    NaoGaitError, with what the compiler says, where it cannot be compiled; an earlier gait in the
-    folder, which is of other sources, is then gone.
+    Args:
+        folder: A new or empty folder, or that of an earlier run, which is replaced.
+        say: Shows a line of progress.
+        optimise: False compiles faster and gives a slower gait.
+
+    Raises:
+        NaoGaitError: The folder is in use, or the compilation fails; it shows what mypyc says.
     """
     folder = folder.resolve()
     made_of = f"{sources(SOURCE)} {_compiler()} {optimise}\n"
     if folder.is_dir() and any(folder.iterdir()):
         if not (folder / MADE_OF).is_file():
-            raise NaoGaitError("folder", str(folder), "one that is new, empty or of an earlier run")
+            raise NaoGaitError("folder", str(folder), "a new or empty one, or of an earlier run")
         if (folder / MADE_OF).read_text(encoding="utf-8") == made_of:
             return
         shutil.rmtree(folder)
     elif folder.exists() and not folder.is_dir():
         raise NaoGaitError("folder", str(folder), "no file")
-    modules = sorted(path.relative_to(SOURCE.parent) for path in _of_the_tick())
+    modules = sorted(path.relative_to(SOURCE.parent) for path in _modules_of_the_tick())
     say(f"compiling {len(modules)} modules of the gait (about a minute) ...")
     with tempfile.TemporaryDirectory(prefix="nao_gait_") as temporary:
-        source, library = Path(temporary, "source"), Path(temporary, "library")
-        for path in SOURCE.rglob("*.py"):
-            module, text = path.relative_to(SOURCE.parent), path.read_text(encoding="utf-8")
-            _write(library / module, text)
-            _write(source / module, spelled_out(text, str(module)) if module in modules else text)
-        _run_mypyc(source, library, Path(temporary, "objects"), "3" if optimise else "0", modules)
+        library, objects = Path(temporary, "library"), Path(temporary, "objects")
+        shutil.copytree(SOURCE, library / SOURCE.name, ignore=shutil.ignore_patterns("__pycache__"))
+        _run_mypyc(library, objects, "3" if optimise else "0", modules)
         for name in SHARED:
             (library / name).symlink_to(share(name).resolve())
-        _write(library / MADE_OF, made_of)
+        (library / MADE_OF).write_text(made_of, encoding="utf-8")
         if folder.exists():
             folder.rmdir()
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(library, folder)
-    first = f"{folder}${{PYTHONPATH:+:$PYTHONPATH}}"
-    say(f"before a command, PYTHONPATH={first} makes it walk with this gait")
+    say(f"to use this gait, set PYTHONPATH={folder}${{PYTHONPATH:+:$PYTHONPATH}}")
 
 
 def _compiler() -> str:
-    """What else than the source the machine code depends on."""
+    """What the machine code depends on besides the source."""
     try:
         from mypy.version import __version__ as mypy
     except ModuleNotFoundError:
-        mypy = "none"  # which the compilation will say
+        mypy = "none"  # the compilation will report it
     code = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
     return f"{hashlib.sha256(code).hexdigest()} {mypy} {platform.python_version()}"
 
 
-def _of_the_tick() -> Iterator[Path]:
-    """The modules that a tick runs through."""
+def _modules_of_the_tick() -> Iterator[Path]:
     for path in SOURCE.rglob("*.py"):
-        if path.name == "__init__.py" or path.name in AS_THEY_ARE:
+        if path.name == "__init__.py" or path.name in AS_PYTHON:
             continue
         if path.parent == SOURCE or path.relative_to(SOURCE).parts[0] in FOLDERS:
             yield path
 
 
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-
-
-def _run_mypyc(
-    source: Path, library: Path, objects: Path, level: str, modules: list[Path]
-) -> None:
+def _run_mypyc(library: Path, objects: Path, level: str, modules: list[Path]) -> None:
+    """Compile modules of the package in `library`, beside their source."""
     arguments = (Path(__file__).with_name("extension.py"), library, objects, level, *modules)
     done = subprocess.run(
         [sys.executable, *map(str, arguments)],
-        cwd=source, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        cwd=library, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     if done.returncode != 0:
-        said = "\n".join(done.stdout.strip().splitlines()[-LINES_SHOWN:])
+        output = "\n".join(done.stdout.strip().splitlines()[-LINES_SHOWN:])
         raise NaoGaitError(
-            "compilation", f"failed:\n{said}\n", "mypy, a C compiler and the headers of Python"
+            "compilation", f"failed:\n{output}\n", "mypy, a C compiler and the headers of Python"
         )

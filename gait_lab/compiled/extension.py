@@ -1,42 +1,28 @@
-"""One run of mypyc, in a process of its own: `extension.py LIBRARY TEMPORARY LEVEL MODULE...`
+"""Runs mypyc once, in its own process: `extension.py LIBRARY TEMPORARY LEVEL MODULE...`.
 
-Runs in the folder that holds the package of the modules, which are paths relative to it.
+It runs in the folder that holds the package; the modules are paths relative to it.
 """
 
 import os
 import sys
 
 from mypyc.build import mypycify
-from mypyc.ir.ops import ERR_NEVER
-from mypyc.ir.rtypes import float_rprimitive
-from mypyc.primitives.registry import function_op
 from setuptools import setup
 
 MYPY = ("--config-file=", "--ignore-missing-imports", "--check-untyped-defs")
-# Compilers for machines with a fused multiply-add use it where they may, and round differently.
+# With a fused multiply-add a compiler would round differently.
 SAME_BITS = "-ffp-contract=off"
 
 
-# Of the functions of math mypyc knows sin, cos, sqrt and the like, and calls the others as Python
-# does. These three are C's own too; what they are given is finite and inside their domain.
-ALSO_OF_C = {"acos": 1, "asin": 1, "atan2": 2}
-
-
-def know_more_of_math() -> None:
-    """Register what mypyc then calls without a detour."""
-    for name, count in ALSO_OF_C.items():
-        function_op(
-            name=f"math.{name}",
-            arg_types=[float_rprimitive] * count,
-            return_type=float_rprimitive,
-            c_function_name=name,
-            error_kind=ERR_NEVER,
-        )
-
-
 def main(library: str, temporary: str, level: str, *modules: str) -> None:
-    """Machine code of the modules into `library`, by way of `temporary`; level: of optimisation."""
-    know_more_of_math()
+    """Compile modules to machine code.
+
+    Args:
+        library: Folder for the result.
+        temporary: Folder for object files.
+        level: Optimisation level of the C compiler, 0 to 3.
+        *modules: Paths of the modules.
+    """
     extensions = mypycify([*MYPY, *modules], opt_level=level, debug_level="0")
     for extension in extensions:
         extension.extra_compile_args.append(SAME_BITS)

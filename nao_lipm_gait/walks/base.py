@@ -1,7 +1,7 @@
 """The interface of a walk engine: what the gait calls, and what it gets back."""
 
 from importlib import import_module
-from typing import NamedTuple, Protocol
+from typing import Protocol, final
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
@@ -9,7 +9,8 @@ from nao_lipm_gait.types import LEFT, Point3, Pose2, VelocityCommand
 from nao_lipm_gait.walks.registry import WALKS
 
 
-class SoleTarget(NamedTuple):
+@final
+class SoleTarget:
     """Target pose of a sole in Q; its reference point is below the ankle axes.
 
     Attributes:
@@ -21,15 +22,27 @@ class SoleTarget(NamedTuple):
         roll: Roll [rad].
     """
 
-    x: float
-    y: float
-    z: float
-    yaw: float
-    pitch: float = 0.0
-    roll: float = 0.0
+    __slots__ = ("pitch", "roll", "x", "y", "yaw", "z")
+
+    def __init__(
+        self,
+        x: float,
+        y: float,
+        z: float,
+        yaw: float,
+        pitch: float = 0.0,
+        roll: float = 0.0,
+    ):
+        self.x = x
+        self.y = y
+        self.z = z
+        self.yaw = yaw
+        self.pitch = pitch
+        self.roll = roll
 
 
-class BodyTargets(NamedTuple):
+@final
+class BodyTargets:
     """Targets for the body at the time when the command takes effect.
 
     Attributes:
@@ -41,12 +54,23 @@ class BodyTargets(NamedTuple):
         q_in_odom: Pose of Q by the planned steps; only differences of it are meaningful.
     """
 
-    com_in_q: Point3
-    left_sole: SoleTarget
-    right_sole: SoleTarget
-    torso_roll: float
-    torso_pitch: float
-    q_in_odom: Pose2
+    __slots__ = ("com_in_q", "left_sole", "q_in_odom", "right_sole", "torso_pitch", "torso_roll")
+
+    def __init__(
+        self,
+        com_in_q: Point3,
+        left_sole: SoleTarget,
+        right_sole: SoleTarget,
+        torso_roll: float,
+        torso_pitch: float,
+        q_in_odom: Pose2,
+    ):
+        self.com_in_q = com_in_q
+        self.left_sole = left_sole
+        self.right_sole = right_sole
+        self.torso_roll = torso_roll
+        self.torso_pitch = torso_pitch
+        self.q_in_odom = q_in_odom
 
     def posed(self, com_in_q: Point3, torso_pitch: float) -> "BodyTargets":
         """The same targets with another CoM [m] and torso pitch [rad]."""
@@ -54,7 +78,8 @@ class BodyTargets(NamedTuple):
         return BodyTargets(com_in_q, left, right, roll, torso_pitch, self.q_in_odom)
 
 
-class Expectation(NamedTuple):
+@final
+class Expectation:
     """The state that the walk expects at the time of the measurement.
 
     Attributes:
@@ -63,9 +88,12 @@ class Expectation(NamedTuple):
         sole_in_q: Pose of the supporting sole in Q; the measured CoM refers to it.
     """
 
-    support: int
-    com_in_q: tuple[float, float]
-    sole_in_q: Pose2
+    __slots__ = ("com_in_q", "sole_in_q", "support")
+
+    def __init__(self, support: int, com_in_q: tuple[float, float], sole_in_q: Pose2):
+        self.support = support
+        self.com_in_q = com_in_q
+        self.sole_in_q = sole_in_q
 
 
 class WalkView(Protocol):

@@ -1,6 +1,6 @@
-"""The whole body by Pinocchio: CoM and sole poses in the torso frame from joint angles."""
+"""The whole-body model in Pinocchio: CoM and sole poses in the torso frame for joint angles."""
 
-from typing import NamedTuple
+from typing import final
 
 import numpy as np
 import pinocchio as pin
@@ -10,19 +10,34 @@ from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, Point3
 
 
-class SolePose(NamedTuple):
-    """A sole in the torso frame."""
+@final
+class SolePose:
+    """Pose of a sole in the torso frame.
 
-    position: Point3
-    """[m]"""
-    forward: Point3
-    """Unit x axis of the sole."""
-    normal: Point3
-    """Unit z axis of the sole."""
+    Attributes:
+        position: Position [m].
+        forward: Unit x axis of the sole.
+        normal: Unit z axis of the sole.
+    """
+
+    __slots__ = ("forward", "normal", "position")
+
+    def __init__(self, position: Point3, forward: Point3, normal: Point3):
+        self.position = position
+        self.forward = forward
+        self.normal = normal
 
 
 class BodyModel:
-    """Mass distribution and kinematic chain of the robot; the root is a free-flyer at the torso."""
+    """Mass distribution and kinematics of the robot; the root is a free-flyer at the torso.
+
+    Args:
+        robot: The robot.
+
+    Attributes:
+        model: The Pinocchio model.
+        total_mass: Mass of the robot [kg].
+    """
 
     def __init__(self, robot: RobotDescription):
         # A fixed root would drop the torso's own mass from the CoM.
@@ -32,7 +47,7 @@ class BodyModel:
         self._columns = np.array(
             [self.model.joints[self.model.getJointId(name)].idx_q for name in robot.joint_names]
         )
-        # By type as well, because a joint may bear the name of a link.
+        # By type too, because a joint may have the name of a link.
         torso_id = self.model.getFrameId(robot.torso_frame, pin.FrameType.BODY)
         torso = self.model.frames[torso_id].placement
         self._torso_rotation = torso.rotation.T.copy()
@@ -42,23 +57,23 @@ class BodyModel:
         for frame_name in robot.sole_frames:
             frame = self.model.getFrameId(frame_name, pin.FrameType.BODY)
             placement = self._data.oMf[frame]
-            # Both arrays are views of Pinocchio's own memory and follow every update.
+            # Both arrays are views of Pinocchio's memory, so they follow every update.
             self._soles.append((frame, placement.translation, placement.rotation))
         self.total_mass = float(sum(inertia.mass for inertia in self.model.inertias))
 
     def set_joints(self, position: FloatArray) -> None:
-        """Joint angles (n,) [rad] for the calls that follow."""
+        """Set the joint angles (n,) [rad] for the following calls."""
         self._q[self._columns] = position
 
     def com_in_torso(self) -> Point3:
-        """Whole-body CoM [m]."""
+        """Whole-body CoM in the torso frame [m]."""
         com = pin.centerOfMass(self.model, self._data, self._q, False)
         if not self._torso_is_root:
             com = self._torso_rotation @ (com - self._torso_translation)
         return as_point(com)
 
     def sole_in_torso(self, side: int) -> SolePose:
-        """Sole pose, side +1 left or -1 right, for the joints of the last `com_in_torso`."""
+        """Pose of a sole, LEFT or RIGHT, for the joints at the last call of `com_in_torso`."""
         frame, position, rotation = self._soles[0 if side > 0 else 1]
         pin.updateFramePlacement(self.model, self._data, frame)
         if not self._torso_is_root:

@@ -1,11 +1,11 @@
-"""The torso placed so that the CoM of the whole body is where the pendulum wants it.
+"""Places the torso so that the CoM of the whole body is at its target.
 
-Moving the torso moves the legs, and with them the CoM, so this is an iteration. The CoM seen from
-the torso changes smoothly from tick to tick, so that its first guess is good enough for three ticks
-of four; the others take a second round.
+Moving the torso moves the legs, and with them the CoM, so this is an iteration. The CoM in the
+torso frame changes smoothly from tick to tick. Extrapolated from the last ticks, it is a good
+enough first guess in three of four ticks; the others need a second iteration.
 """
 
-from typing import NamedTuple
+from typing import final
 
 import numpy as np
 
@@ -15,45 +15,55 @@ from nao_lipm_gait.types import FloatArray, Point3
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 from nao_lipm_gait.whole_body.leg_kinematics import (
-    LegAngles,
     LegColumns,
     LegKinematics,
     LegSolution,
-    leg_columns,
 )
 
 COM_TOLERANCE = 1e-4
-"""[m]"""
+"""Largest error of the CoM along an axis [m]."""
 OVERSHOOT = 1.4
-"""A torso placed by a CoM that is off by 1 puts the CoM off by about 0.3, and so on: 1 / (1 - 0.3)
-of the difference is where this ends."""
+"""Over-relaxation: an error e of the assumed CoM leaves about 0.3 e; 1 / (1 - 0.3) corrects it."""
 MAX_ITERATIONS = 5
 LOWER_STEP = 0.004
-"""[m] by which the torso goes down for each round in which a sole is out of reach."""
+"""How far the torso goes down per iteration in which a sole is out of reach [m]."""
 RISE_STEP = 0.0005
-"""[m] per tick by which it comes up again."""
-LOWEST = 0.06
-"""[m] no lower than this below the wanted CoM height."""
+"""How far it rises again per tick [m]."""
+LOWERED_MAX = 0.06
+"""Largest distance below the wanted CoM height [m]."""
 
 
-class PlacedBody(NamedTuple):
-    """Joint angles for a body target."""
+@final
+class PlacedBody:
+    """Joint angles for body targets.
 
-    position: FloatArray
-    """(n,) [rad], not yet cut at the joint limits."""
-    residual: float
-    """[m] by which a sole is out of reach."""
+    Attributes:
+        position: Joint angles (n,) [rad], not yet limited.
+        residual: Distance by which a sole is out of reach [m].
+    """
+
+    __slots__ = ("position", "residual")
+
+    def __init__(self, position: FloatArray, residual: float):
+        self.position = position
+        self.residual = residual
 
 
 class ComPlacement:
-    """Turns body targets into joint angles."""
+    """Turns body targets into joint angles.
+
+    Args:
+        robot: The robot.
+        body: Its model; joint angles are set in it.
+        legs: Its leg kinematics.
+    """
 
     def __init__(self, robot: RobotDescription, body: BodyModel, legs: LegKinematics):
         self._body = body
         self._legs = legs
         self._position = np.array(robot.stand_pose, dtype=float)
-        self._left_leg = leg_columns(robot, robot.left_leg)
-        self._right_leg = leg_columns(robot, robot.right_leg)
+        self._left_leg = LegColumns(robot, robot.left_leg)
+        self._right_leg = LegColumns(robot, robot.right_leg)
         self._left_shoulder, self._right_shoulder = map(robot.index, robot.shoulder_pitch)
         self._left_hang = float(self._position[self._left_shoulder])
         self._right_hang = float(self._position[self._right_shoulder])
@@ -66,9 +76,16 @@ class ComPlacement:
     def place(self, targets: BodyTargets, arm_swing: float = 0.0) -> PlacedBody:
         """Joint angles that put the soles and the CoM at their targets in Q.
 
-        arm_swing [rad/m]: each arm swings with the opposite foot, against the turning moment of
-        the swing leg that the stance sole would have to hold by friction. Ahead is where both soles
-        look on average: a turn on the spot puts no foot ahead.
+        Each arm swings with the opposite foot, against the yaw moment of the swing leg that the
+        friction of the support sole has to bear. Forward is the mean direction of both soles, so a
+        turn on the spot swings no arm.
+
+        Args:
+            targets: Targets of the body.
+            arm_swing: Shoulder pitch per distance that a foot is ahead of the other [rad/m].
+
+        Returns:
+            The joint angles.
         """
         self._lowered = max(0.0, self._lowered - RISE_STEP)
         com_x, com_y, com_z = targets.com_in_q
@@ -85,11 +102,11 @@ class ComPlacement:
         joints[self._right_shoulder] = self._right_hang + arm_swing * ahead
         solution: LegSolution
         last, before, first = self._com_in_torso
-        cx = _continued(last[0], before[0], first[0])
-        cy = _continued(last[1], before[1], first[1])
-        cz = _continued(last[2], before[2], first[2])
+        cx = _extrapolated(last[0], before[0], first[0])
+        cy = _extrapolated(last[1], before[1], first[1])
+        cz = _extrapolated(last[2], before[2], first[2])
         last_yaw, yaw_before, first_yaw = self._torso_yaw
-        torso_yaw = _continued(last_yaw, yaw_before, first_yaw)
+        torso_yaw = _extrapolated(last_yaw, yaw_before, first_yaw)
         for attempt in range(MAX_ITERATIONS):
             rows = rotation_from_rpy(targets.torso_roll, targets.torso_pitch, mean_yaw + torso_yaw)
             a, b, c = rows
@@ -102,14 +119,14 @@ class ComPlacement:
                 _in_torso(rows, torso, targets.right_sole, right_axes),
                 again=attempt > 0,
             )
-            _put(joints, self._left_leg, solution.left)
-            _put(joints, self._right_leg, solution.right)
+            self._left_leg.write(solution.left, joints)
+            self._right_leg.write(solution.right, joints)
             self._body.set_joints(self._position)
             x, y, z = self._body.com_in_torso()
             off_x, off_y, off_z = x - cx, y - cy, z - cz
             cx, cy, cz = cx + OVERSHOOT * off_x, cy + OVERSHOOT * off_y, cz + OVERSHOOT * off_z
             torso_yaw += 0.5 * (solution.left_yaw_error + solution.right_yaw_error)
-            if solution.reach_error > 0.0 and self._lowered < LOWEST:
+            if solution.reach_error > 0.0 and self._lowered < LOWERED_MAX:
                 self._lowered += LOWER_STEP
                 continue
             if max(abs(off_x), abs(off_y), abs(off_z)) < COM_TOLERANCE:
@@ -119,17 +136,8 @@ class ComPlacement:
         return PlacedBody(self._position.copy(), solution.reach_error)
 
 
-def _put(joints: "memoryview[float]", columns: LegColumns, leg: LegAngles) -> None:
-    joints[columns.hip_yaw] = leg.hip_yaw
-    joints[columns.hip_roll] = leg.hip_roll
-    joints[columns.hip_pitch] = leg.hip_pitch
-    joints[columns.knee_pitch] = leg.knee_pitch
-    joints[columns.ankle_pitch] = leg.ankle_pitch
-    joints[columns.ankle_roll] = leg.ankle_roll
-
-
-def _continued(last: float, before: float, first: float) -> float:
-    """The next value of three, first to last, on the parabola through them."""
+def _extrapolated(last: float, before: float, first: float) -> float:
+    """The next value on the parabola through three values; `last` is the newest."""
     return 3.0 * (last - before) + first
 
 
@@ -142,7 +150,7 @@ def _sole_axes(sole: SoleTarget) -> tuple[Point3, Point3]:
 def _in_torso(
     rows: Rotation, torso: Point3, sole: SoleTarget, axes: tuple[Point3, Point3]
 ) -> SolePose:
-    """A sole of Q seen from a torso at `torso`, which the rotation of `rows` turns into Q."""
+    """A sole of Q in the frame of a torso at `torso` in Q [m] with the rotation `rows`."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rows
     (fx, fy, fz), (nx, ny, nz) = axes
     x, y, z = sole.x - torso[0], sole.y - torso[1], sole.z - torso[2]

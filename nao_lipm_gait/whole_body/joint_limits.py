@@ -1,4 +1,4 @@
-"""Joint limits, with the ankle's: how far it rolls depends on how far it is pitched."""
+"""Joint limits; the range of the ankle roll may depend on the ankle pitch."""
 
 import itertools
 
@@ -7,7 +7,11 @@ from nao_lipm_gait.types import FloatArray
 
 
 class JointLimits:
-    """Cuts joint targets at what the joints can do."""
+    """Limits joint targets.
+
+    Args:
+        robot: The robot, with its limits.
+    """
 
     def __init__(self, robot: RobotDescription):
         self._lower: list[float] = robot.lower.tolist()
@@ -19,7 +23,7 @@ class JointLimits:
         ]
 
     def cut(self, position: FloatArray) -> int:
-        """Cut (n,) [rad] in place; the number of joints that were beyond a limit."""
+        """Limit joint targets (n,) [rad] in place; returns how many were beyond a limit."""
         beyond = 0
         values: list[float] = position.tolist()
         for joint in range(len(values)):
@@ -33,7 +37,7 @@ class JointLimits:
 
 
 class _AnkleLimit:
-    """Ankle roll range by ankle pitch, linear between the rows of a table."""
+    """Range of the ankle roll over the ankle pitch, linear between the rows of a table."""
 
     def __init__(
         self, robot: RobotDescription, leg: LegJoints, rows: tuple[tuple[float, ...], ...]
@@ -44,7 +48,7 @@ class _AnkleLimit:
         self._pieces = tuple(itertools.pairwise(rows))
 
     def cut(self, position: FloatArray, values: list[float]) -> int:
-        """`values`: the same as numbers."""
+        """Limit the ankle roll; `values` are the elements of `position` as floats."""
         lower, upper = self._range(values[self._pitch])
         roll = values[self._roll]
         if lower <= roll <= upper:

@@ -1,11 +1,10 @@
-"""Lengths of a pair of legs whose axes meet in points, read from the URDF.
+"""The interface of leg kinematics, and the geometry that it is made from.
 
-Where the joints of one leg stand in a joint array.
-
-What the gait asks of a pair of legs, whatever their hips look like.
+A robot's kind of hip decides which kinematics it has, see `legs`. All of them work on a pair of
+legs, because the two hips of a NAO share one motor.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, final
 
 import pinocchio as pin
 
@@ -14,83 +13,151 @@ from nao_lipm_gait.robot import LegJoints, RobotDescription
 from nao_lipm_gait.types import Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
 
-
-class LegAngles(NamedTuple):
-    """One leg from the hip down [rad]."""
-
-    hip_yaw: float
-    hip_roll: float
-    hip_pitch: float
-    knee_pitch: float
-    ankle_pitch: float
-    ankle_roll: float
+OFFSET_MAX = 1e-6
+"""Largest sum of leg offsets that counts as none [m]."""
 
 
-class LegSolution(NamedTuple):
-    """Joint angles for two wanted soles, and how far they miss."""
+@final
+class LegAngles:
+    """Joint angles of one leg [rad].
 
-    left: LegAngles
-    right: LegAngles
-    left_yaw_error: float
-    right_yaw_error: float
-    """[rad] wanted minus reached turn of each sole about its own normal."""
-    reach_error: float
-    """[m] by which the farther sole lies beyond the reach of its leg; 0 when in reach."""
+    Attributes:
+        hip_yaw: Hip yaw, or the yaw-pitch that both legs share.
+        hip_roll: Hip roll.
+        hip_pitch: Hip pitch.
+        knee_pitch: Knee.
+        ankle_pitch: Ankle pitch.
+        ankle_roll: Ankle roll.
+    """
+
+    __slots__ = ("ankle_pitch", "ankle_roll", "hip_pitch", "hip_roll", "hip_yaw", "knee_pitch")
+
+    def __init__(
+        self,
+        hip_yaw: float,
+        hip_roll: float,
+        hip_pitch: float,
+        knee_pitch: float,
+        ankle_pitch: float,
+        ankle_roll: float,
+    ):
+        self.hip_yaw = hip_yaw
+        self.hip_roll = hip_roll
+        self.hip_pitch = hip_pitch
+        self.knee_pitch = knee_pitch
+        self.ankle_pitch = ankle_pitch
+        self.ankle_roll = ankle_roll
+
+
+@final
+class LegSolution:
+    """Joint angles for two soles, and how far they miss them.
+
+    Attributes:
+        left: Angles of the left leg.
+        right: Angles of the right leg.
+        left_yaw_error: Wanted minus reached rotation of the left sole about its normal [rad].
+        right_yaw_error: The same for the right sole [rad].
+        reach_error: Distance by which the farther sole is beyond its leg's reach [m]; 0 in reach.
+    """
+
+    __slots__ = ("left", "left_yaw_error", "reach_error", "right", "right_yaw_error")
+
+    def __init__(
+        self,
+        left: LegAngles,
+        right: LegAngles,
+        left_yaw_error: float,
+        right_yaw_error: float,
+        reach_error: float,
+    ):
+        self.left = left
+        self.right = right
+        self.left_yaw_error = left_yaw_error
+        self.right_yaw_error = right_yaw_error
+        self.reach_error = reach_error
 
 
 class LegKinematics(Protocol):
-    """Position and sole normal are met exactly wherever they are in reach."""
+    """Inverse kinematics of both legs; exact in position and sole normal within reach."""
 
     def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
-        """Joint angles for two soles given in the torso frame.
+        """Joint angles for two soles.
 
-        again: for the same tick as the last call; may be used for a good first guess.
+        Args:
+            left: Left sole in the torso frame.
+            right: Right sole in the torso frame.
+            again: Whether this is a further call of the same tick, close to the last one.
+
+        Returns:
+            The solution.
         """
 
 
-class LegColumns(NamedTuple):
-    """Indices into `RobotDescription.joint_names`, from the hip down."""
+class LegColumns:
+    """Where the joints of one leg are in joint arrays.
 
-    hip_yaw: int
-    hip_roll: int
-    hip_pitch: int
-    knee_pitch: int
-    ankle_pitch: int
-    ankle_roll: int
+    Args:
+        robot: The robot; its `joint_names` give the order of joint arrays.
+        leg: The leg.
 
+    Attributes:
+        hip_yaw: Index of the hip yaw.
+        hip_roll: Index of the hip roll.
+        hip_pitch: Index of the hip pitch.
+        knee_pitch: Index of the knee.
+        ankle_pitch: Index of the ankle pitch.
+        ankle_roll: Index of the ankle roll.
+    """
 
-def leg_columns(robot: RobotDescription, leg: LegJoints) -> LegColumns:
-    """Those of one leg of this robot."""
-    return LegColumns(
-        robot.index(leg.hip_yaw),
-        robot.index(leg.hip_roll),
-        robot.index(leg.hip_pitch),
-        robot.index(leg.knee_pitch),
-        robot.index(leg.ankle_pitch),
-        robot.index(leg.ankle_roll),
-    )
+    def __init__(self, robot: RobotDescription, leg: LegJoints):
+        self.hip_yaw = robot.index(leg.hip_yaw)
+        self.hip_roll = robot.index(leg.hip_roll)
+        self.hip_pitch = robot.index(leg.hip_pitch)
+        self.knee_pitch = robot.index(leg.knee_pitch)
+        self.ankle_pitch = robot.index(leg.ankle_pitch)
+        self.ankle_roll = robot.index(leg.ankle_roll)
 
-
-OFFSET_MAX = 1e-6
-"""[m]"""
+    def write(self, angles: LegAngles, joints: "memoryview[float]") -> None:
+        """Write the angles of the leg into a joint array (n,) [rad]."""
+        joints[self.hip_yaw] = angles.hip_yaw
+        joints[self.hip_roll] = angles.hip_roll
+        joints[self.hip_pitch] = angles.hip_pitch
+        joints[self.knee_pitch] = angles.knee_pitch
+        joints[self.ankle_pitch] = angles.ankle_pitch
+        joints[self.ankle_roll] = angles.ankle_roll
 
 
 class LegGeometry(NamedTuple):
-    """Both legs: straight down from the hips in the zero pose, without offsets."""
+    """Lengths of both legs, which hang straight down from the hips in the zero pose.
+
+    Attributes:
+        thigh: Hip axes to knee [m].
+        tibia: Knee to ankle axes [m].
+        foot_height: Ankle axes to sole [m].
+        left_hip: Intersection of the left hip axes in the torso frame [m].
+        right_hip: The same of the right hip [m].
+    """
 
     thigh: float
-    """[m] hip axes to knee."""
     tibia: float
-    """[m] knee to ankle axes."""
     foot_height: float
-    """[m] ankle axes to sole."""
     left_hip: Point3
-    """[m] where the hip axes meet, in the torso frame."""
     right_hip: Point3
 
 
 def read_leg_geometry(robot: RobotDescription) -> LegGeometry:
-    """The geometry of the legs; NaoGaitError where closed forms do not hold."""
+    """The geometry of the legs, from the URDF.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        The geometry.
+
+    Raises:
+        NaoGaitError: The legs have offsets, for which the closed forms do not hold.
+    """
     model = pin.buildModelFromXML(robot.urdf)
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))

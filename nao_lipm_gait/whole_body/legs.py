@@ -1,4 +1,4 @@
-"""Which kinematics belong to which hip."""
+"""The leg kinematics of each kind of hip."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,17 @@ KINEMATICS: dict[str, Callable[[RobotDescription], LegKinematics]] = {
 
 
 def make_legs(robot: RobotDescription) -> LegKinematics:
-    """The leg kinematics for the robot's kind of hip."""
+    """The leg kinematics of a robot.
+
+    Args:
+        robot: The robot; its robot file names the kind of hip.
+
+    Returns:
+        The kinematics.
+
+    Raises:
+        NaoGaitError: There are none for this kind of hip.
+    """
     if robot.hip not in KINEMATICS:
         raise NaoGaitError("hip", robot.hip, f"one of {', '.join(KINEMATICS)}")
     return KINEMATICS[robot.hip](robot)

@@ -1,26 +1,30 @@
-"""Posture control by the gyro: q_new = q + k_p w + k_d dw/dt, eq (7) of Friedmann et al.
+"""Posture feedback from the gyro: q_new = q + k_p w + k_d dw/dt, eq (7) of Friedmann et al.
 
-The paper names foot pitch and roll, hip pitch and roll, waist pitch, shoulder pitch and roll. In
-the legs it acts on the supporting one, which moves the whole body. One pair of gains per axis is
-the ankle's, the other joints get shares of it; what a robot does not have, it does not get.
+The paper applies it to pitch and roll of foot and hip, to the waist pitch, and to pitch and roll of
+the shoulders. In the legs it acts on the supporting one, which moves the whole body. The gains are
+those of the ankle; the other joints use shares of them. A robot without one of these joints does
+without its share.
 
-Signs: every joint turns about the positive axis. A torso that pitches forward (w_y > 0) is met by
-toes pressed down, a hip that rises, and by upper body and arms that are thrown in the direction of
-the fall, whose reaction holds the hips back.
+Every joint turns about the positive axis. With positive gains, a torso that pitches forward
+(w_y > 0) presses the toes down and extends the hip; a negative gain turns the correction round.
 """
 
 from nao_lipm_gait.geometry import float_view
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, Point3
-from nao_lipm_gait.whole_body.leg_kinematics import leg_columns
+from nao_lipm_gait.whole_body.leg_kinematics import LegColumns
 
 
 class PostureFeedback:
-    """Corrections of the support leg and the upper body from the torso's angular velocity."""
+    """Corrects the support leg and the upper body by the angular velocity of the torso.
+
+    Args:
+        robot: The robot.
+    """
 
     def __init__(self, robot: RobotDescription):
-        left, right = leg_columns(robot, robot.left_leg), leg_columns(robot, robot.right_leg)
+        left, right = LegColumns(robot, robot.left_leg), LegColumns(robot, robot.right_leg)
         self._legs = {+1: left, -1: right}
         self._waist = () if robot.waist_pitch is None else (robot.index(robot.waist_pitch),)
         self._shoulder_pitch = tuple(map(robot.index, robot.shoulder_pitch))
@@ -35,9 +39,14 @@ class PostureFeedback:
         parameters: GaitParameters,
         dt: float,
     ) -> None:
-        """Add the corrections to joint targets (n,) [rad] in place.
+        """Add the corrections to joint targets in place.
 
-        support: +1 left, -1 right; angular_velocity [rad/s] of the torso in the torso frame.
+        Args:
+            position: Joint targets (n,) [rad].
+            support: Supporting leg, LEFT or RIGHT.
+            angular_velocity: Of the torso, in the torso frame [rad/s].
+            parameters: Parameters of the gait.
+            dt: Time since the last tick [s].
         """
         roll_rate, pitch_rate, _ = angular_velocity
         last = self._last or angular_velocity

@@ -1,9 +1,9 @@
-"""Analytic inverse kinematics of the NAO's legs: both hip yaw-pitch joints share one motor.
+"""Analytic inverse kinematics of the NAO's legs, whose hip yaw-pitch joints share one motor.
 
 For a given hip yaw-pitch angle the other five joints of a leg reach any ankle position and any sole
-normal in closed form; the turn of the sole about its normal is what they cannot choose. One shared
-angle serves two such turns. Their difference fixes it, by a few secant steps; their mean is taken
-up by the torso's own yaw, which nobody else needs.
+normal in closed form. They cannot choose the rotation of the sole about its normal. One shared
+angle serves two soles: the difference of the two rotations determines it, by a few secant steps.
+Their mean is left to the yaw of the torso, which is free.
 """
 
 from math import acos, asin, atan2, cos, hypot, sin, sqrt
@@ -15,12 +15,16 @@ from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read
 
 SQRT_HALF = sqrt(0.5)
 YAW_TOLERANCE = 1e-4
-"""[rad]"""
+"""Largest difference of the two yaw errors [rad]."""
 MAX_ITERATIONS = 8
 
 
 class SharedHipLegs:
-    """Both legs of a NAO; link lengths come from the URDF."""
+    """Both legs of a NAO.
+
+    Args:
+        robot: The robot; link lengths come from its URDF.
+    """
 
     def __init__(self, robot: RobotDescription):
         geometry = read_leg_geometry(robot)
@@ -34,7 +38,7 @@ class SharedHipLegs:
         self._last_slope = -2.0 * SQRT_HALF
 
     def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
-        """See LegKinematics; begins where the hip angle goes, with its last sensitivity."""
+        """See `LegKinematics`; starts from the extrapolated hip angle and its last sensitivity."""
         angle = self._last_hip_angle
         if not again:
             angle = 2.0 * self._last_hip_angle - self._hip_angle_before
@@ -43,7 +47,7 @@ class SharedHipLegs:
         solution = self._with_hip_angle(angle, left, right)
         previous: tuple[float, float] | None = None
         for _ in range(MAX_ITERATIONS):
-            # Both soles turn against each other as the shared joint moves: about sqrt(2) rad/rad.
+            # The shared joint turns the soles against each other, by about sqrt(2) rad/rad.
             error = solution.left_yaw_error - solution.right_yaw_error
             if abs(error) < YAW_TOLERANCE:
                 break
@@ -69,7 +73,17 @@ class SharedHipLegs:
     def _five_joints(
         self, hip_angle: float, sole: SolePose, hip: Point3, side: float
     ) -> tuple[LegAngles, float, float]:
-        """Hip roll to ankle roll for one leg, its yaw error and its reach error."""
+        """One leg for a given hip yaw-pitch.
+
+        Args:
+            hip_angle: Hip yaw-pitch [rad].
+            sole: Wanted sole in the torso frame.
+            hip: Intersection of the hip axes in the torso frame [m].
+            side: +1 for the left leg, -1 for the right.
+
+        Returns:
+            Joint angles, yaw error [rad] and reach error [m].
+        """
         px, py, pz = sole.position
         dx, dy, dz = sole.forward
         nx, ny, nz = sole.normal
@@ -102,7 +116,7 @@ class SharedHipLegs:
             reach_error = 0.0
             cosine = (reach * reach - thigh * thigh - tibia * tibia) / (2.0 * thigh * tibia)
             knee = acos(min(max(cosine, -1.0), 1.0))
-        # The leg swings back by the hip pitch from the line to the ankle, by the knee's share.
+        # The thigh is ahead of the line from hip to ankle by the share that the knee bends back.
         hip_pitch = atan2(-ax, lateral) - atan2(tibia * sin(knee), thigh + tibia * cos(knee))
         cr = cos(hip_roll)
         sr = sin(hip_roll)
@@ -112,7 +126,7 @@ class SharedHipLegs:
         pitch = atan2(mx, normal_z)
         ankle_pitch = pitch - hip_pitch - knee
 
-        # The sole's forward axis as reached, back in the torso frame.
+        # The reached forward axis of the sole, in the torso frame.
         ux = cos(pitch)
         w = sin(pitch)
         uy = sr * w

@@ -1,4 +1,4 @@
-"""From whatever pose the robot is in into the stand, with no speed at both ends."""
+"""Blends from any pose into the stand, with zero speed at both ends."""
 
 from collections.abc import Sequence
 
@@ -7,11 +7,11 @@ import numpy as np
 from nao_lipm_gait.types import FloatArray
 
 REACHED = 0.005
-"""[rad] from the stand for every joint: what is less needs no time."""
+"""Distance of a joint from the stand that needs no blending [rad]."""
 
 
 class StandBlend:
-    """A way into the pose that is asked for, which itself may move meanwhile."""
+    """Blends into a target pose, which may move meanwhile."""
 
     def __init__(self) -> None:
         self._begin: FloatArray | None = None
@@ -20,18 +20,32 @@ class StandBlend:
 
     @property
     def active(self) -> bool:
+        """Whether a blend is running."""
         return self._begin is not None
 
     def begin(self, position: FloatArray, watched: Sequence[int] = ()) -> None:
-        """Position (n,) [rad]: where the way begins; watched: joints that end it early once they
-        are there. Without any it takes its whole time, in which a robot comes to rest.
+        """Start a blend.
+
+        Args:
+            position: Joint angles to start from (n,) [rad].
+            watched: Joints that end the blend early once all of them are at the target; without
+                any it lasts its whole duration, so that the robot comes to rest.
         """
         self._watched = list(watched)
         self._begin = np.array(position, dtype=float)
         self._time = 0.0
 
     def apply(self, position: FloatArray, dt: float, duration: float) -> FloatArray:
-        """(n,) [rad] of one tick; `position` is reached `duration` [s] after the beginning."""
+        """Joint targets of one tick.
+
+        Args:
+            position: Target pose (n,) [rad].
+            dt: Time since the last tick [s].
+            duration: Duration of the whole blend [s].
+
+        Returns:
+            Blended joint targets (n,) [rad].
+        """
         if self._begin is None:
             return position
         self._time += dt

@@ -1,9 +1,9 @@
-"""The swing foot of a tilted torso, put where it belongs against gravity.
+"""Corrects the swing foot of a tilted torso, so that it lands flat and on time.
 
-Leg targets are meant for an upright torso. A pushed robot turns as a whole about an edge of its
-stance sole, the swing foot with it, which then lands early and on its toes. Its target is turned
-back by a share of the tilt, in position and in sole normal. A foot that has landed gives its turn
-back slowly, which raises the torso.
+Leg targets are meant for an upright torso. A pushed robot rotates as a whole about an edge of its
+stance sole. The swing foot rotates with it, and lands early and on its toes. Its target is rotated
+back by a share of the tilt, in position and in sole normal. A foot that has landed loses this
+rotation slowly, which raises the torso.
 """
 
 from math import exp
@@ -13,16 +13,16 @@ from nao_lipm_gait.types import LEFT
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 
 FOLLOW_TIME = 0.03
-"""[s] in which a swing foot takes up a tilt."""
+"""Time in which the swing foot follows a tilt [s]."""
 RELEASE_TIME = 0.15
-"""[s] in which a stance foot gives it back."""
+"""Time constant with which the stance foot loses its rotation [s]."""
 
 Turn = tuple[float, float]
 """Roll and pitch [rad]."""
 
 
 class TiltCompensation:
-    """Turns the swing foot's target against the torso's unwanted tilt."""
+    """Rotates the target of the swing foot against the unwanted tilt of the torso."""
 
     def __init__(self) -> None:
         self._turns: dict[int, Turn] = {+1: (0.0, 0.0), -1: (0.0, 0.0)}
@@ -35,8 +35,17 @@ class TiltCompensation:
         parameters: GaitParameters,
         dt: float,
     ) -> BodyTargets:
-        """The targets with turned feet; support: +1 left or -1 right; tilt: roll and pitch [rad] of
-        the torso beyond what was wanted, at the time of the targets.
+        """The targets with rotated feet.
+
+        Args:
+            targets: Targets of the body.
+            support: Supporting leg, LEFT or RIGHT.
+            tilt: Unwanted roll and pitch of the torso at the time of the targets [rad].
+            parameters: Parameters of the gait.
+            dt: Time since the last tick [s].
+
+        Returns:
+            The corrected targets.
         """
         p = parameters
         roll, pitch = _beyond(tilt[0], p.tilt_deadband), _beyond(tilt[1], p.tilt_deadband)
@@ -70,7 +79,7 @@ def _approach(turn: Turn, wanted: Turn, share: float) -> Turn:
 
 
 def _rise(swing: SoleTarget, stance: SoleTarget, turn: Turn) -> float:
-    """[m] by which the swing sole goes up when it is turned about the stance sole."""
+    """Height that the swing sole gains by a rotation about the stance sole [m]."""
     roll, pitch = turn
     return (swing.y - stance.y) * roll - (swing.x - stance.x) * pitch
 

@@ -1,9 +1,9 @@
-"""Analytic inverse kinematics of legs whose uppermost joint turns them about the up axis.
+"""Analytic inverse kinematics of legs with a yaw joint at the top of each hip.
 
-Six joints, six wanted numbers: position, normal and turn of the sole are all met. Seen from the
-sole, the ankle's roll brings the hip into the plane in which hip pitch, knee and ankle pitch move;
-the knee follows from the distance, the ankle's pitch from the direction, and the three angles of
-the hip from the rotation that is left:
+Six joints meet six wanted values: position, normal and rotation of the sole. Seen from the sole,
+the ankle roll puts the hip into the plane in which hip pitch, knee and ankle pitch move. The knee
+follows from the distance, the ankle pitch from the direction, and the three hip angles from the
+remaining rotation:
 
     R_sole = Rz(yaw) Rx(roll) Ry(hip pitch + knee + ankle pitch) Rx(ankle roll)
 """
@@ -16,11 +16,15 @@ from nao_lipm_gait.whole_body.body_model import SolePose
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
 
 SINGULAR = 1e-9
-"""Below it an angle cannot be told: of the leg turned sideways, yaw and pitch are one."""
+"""Length below which a direction is undefined; a leg turned sideways has one yaw-pitch axis."""
 
 
 class YawHipLegs:
-    """Both legs of a robot with a yaw joint in each hip; lengths come from the URDF."""
+    """Both legs of a robot with a yaw joint in each hip.
+
+    Args:
+        robot: The robot; link lengths come from its URDF.
+    """
 
     def __init__(self, robot: RobotDescription):
         geometry = read_leg_geometry(robot)
@@ -31,13 +35,13 @@ class YawHipLegs:
         self._right_hip = geometry.right_hip
 
     def solve(self, left: SolePose, right: SolePose, *, again: bool = False) -> LegSolution:
-        """See LegKinematics; the turn of each sole is met too."""
+        """See `LegKinematics`; the rotation of each sole about its normal is exact too."""
         left_angles, left_reach = self._leg(left, self._left_hip)
         right_angles, right_reach = self._leg(right, self._right_hip)
         return LegSolution(left_angles, right_angles, 0.0, 0.0, max(left_reach, right_reach))
 
     def _leg(self, sole: SolePose, hip: Point3) -> tuple[LegAngles, float]:
-        """Angles of one leg, and the distance [m] by which the ankle is out of its reach."""
+        """Angles of one leg, and the distance by which the ankle is out of reach [m]."""
         px, py, pz = sole.position
         fx, fy, fz = sole.forward
         nx, ny, nz = sole.normal
@@ -51,14 +55,14 @@ class YawHipLegs:
         x = fx * hx + fy * hy + fz * hz
         y = lx * hx + ly * hy + lz * hz
         z = nx * hx + ny * hy + nz * hz
-        # An ankle rolls by less than a quarter turn, also where a deep knee puts the hip below it.
+        # The ankle rolls by less than a quarter turn, even if a deep knee puts the hip below it.
         up = hypot(y, z) if z >= 0.0 else -hypot(y, z)
         ankle_roll = atan2(y / up, z / up) if abs(up) > SINGULAR else 0.0
         knee, reach_error = self._knee(hypot(x, up))
         shin = atan2(-self._thigh * sin(knee), self._tibia + self._thigh * cos(knee))
         ankle_pitch = _wrapped(shin - atan2(x, up))
 
-        # What is left is the hip's: R = R_sole Rx(-ankle roll) Ry(-(knee + ankle pitch)).
+        # The hip makes the remaining rotation, R_sole Rx(-ankle roll) Ry(-(knee + ankle pitch)).
         c, s = cos(ankle_roll), sin(ankle_roll)
         # Columns after Rx(-ankle roll): f, c l - s n, s l + c n.
         mx, my, mz = c * lx - s * nx, c * ly - s * ny, c * lz - s * nz
@@ -77,7 +81,7 @@ class YawHipLegs:
         return angles, reach_error
 
     def _knee(self, reach: float) -> tuple[float, float]:
-        """Knee angle for a distance of hip and ankle [m], and by how much it is out of reach."""
+        """Knee angle [rad] for a distance of hip and ankle [m], and how far it is out of reach."""
         thigh, tibia = self._thigh, self._tibia
         if reach > thigh + tibia:
             return 0.0, reach - thigh - tibia

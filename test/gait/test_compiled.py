@@ -1,36 +1,17 @@
-"""The compiled gait: records spelled out line by line, and the same walks bit for bit."""
+"""The compiled gait: the same walks to the bit, and never one of other sources."""
 
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
 from gait_lab import compiled
 from gait_lab.compiled import build
-from gait_lab.compiled.records import spelled_out
 from nao_lipm_gait.errors import NaoGaitError
-
-SOURCE = '''\
-from typing import NamedTuple
-
-class Other:
-    pass
-
-class Reach(NamedTuple):
-    """How far
-    it goes."""
-
-    x: float
-    """[m]"""
-    y: float = 0.5
-
-    def doubled(self) -> "Reach":
-        return Reach(2.0 * self.x, 2.0 * self.y)
-'''
 
 WALKS = """
 import hashlib, sys
@@ -60,13 +41,13 @@ print("compiled" if is_compiled() else "as Python", file=sys.stderr)
 """
 
 
-class Seen(NamedTuple):
-    said: str
+class Output(NamedTuple):
+    kind: str
     walks: list[str]
 
 
 def run(*arguments: str, folders: tuple[Path, ...]) -> subprocess.CompletedProcess[str]:
-    """A Python that finds the gait in the first of these folders."""
+    """Run Python with the gait in the first of these folders."""
     path = os.pathsep.join(map(str, (*folders, compiled.SOURCE.parent)))
     return subprocess.run(
         [sys.executable, *arguments], cwd=compiled.SOURCE.parent / "test",
@@ -74,9 +55,9 @@ def run(*arguments: str, folders: tuple[Path, ...]) -> subprocess.CompletedProce
     )  # fmt: skip
 
 
-def walked(*folders: Path) -> Seen:
+def walked(*folders: Path) -> Output:
     done = run("-c", WALKS, folders=folders)
-    return Seen(done.stderr.strip().splitlines()[-1], done.stdout.splitlines())
+    return Output(done.stderr.strip().splitlines()[-1], done.stdout.splitlines())
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +71,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.xdist_group("compiled")
-def test_the_compiled_gait_walks_the_same_bit_for_bit(folder: Path) -> None:
+def test_the_compiled_gait_walks_the_same_to_the_bit(folder: Path) -> None:
     source, machine_code = walked(), walked(folder)
-    assert (source.said, machine_code.said) == ("as Python", "compiled")
+    assert (source.kind, machine_code.kind) == ("as Python", "compiled")
     assert len(source.walks) == 7
     assert source.walks == machine_code.walks
 
@@ -117,7 +98,7 @@ def test_a_compiled_gait_of_other_sources_is_refused(folder: Path) -> None:
 
 
 @pytest.mark.xdist_group("compiled")
-def test_what_is_there_is_not_compiled_again(folder: Path) -> None:
+def test_an_up_to_date_gait_is_not_compiled_again(folder: Path) -> None:
     said: list[str] = []
     before = (folder / compiled.MADE_OF).stat().st_mtime_ns
     build.compile_gait(folder, said.append, optimise=False)
@@ -125,35 +106,8 @@ def test_what_is_there_is_not_compiled_again(folder: Path) -> None:
     assert (folder / compiled.MADE_OF).stat().st_mtime_ns == before
 
 
-def test_a_record_becomes_a_class_on_the_same_lines() -> None:
-    text = spelled_out(SOURCE)
-    assert text.count("\n") == SOURCE.count("\n")
-    for line in ("    x: float", "class Other:", "    def doubled(self) -> \"Reach\":"):
-        assert text.split("\n").index(line) == SOURCE.split("\n").index(line)
-    space: dict[str, Any] = {}
-    exec(text, space)
-    reach = space["Reach"](1.5)
-    assert (reach.x, reach.y) == (1.5, 0.5)
-    assert not isinstance(reach, tuple)
-    assert reach.doubled().y == 1.0
-
-
-@pytest.mark.parametrize(
-    "record",
-    [
-        "\nclass Arm(NamedTuple):\n    x: float\n",
-        "x = 1\nclass Arm(NamedTuple):\n    'An arm.'\n    x: float\n",
-        "\nclass Arm(NamedTuple):\n    'An arm.'\n    x: float = max(\n    1.0, 2.0)\n",
-        "\nclass Arm(\n    NamedTuple\n):\n    'An arm.'\n    x: float\n",
-    ],
-)
-def test_a_record_that_cannot_be_spelled_out_is_named(record: str) -> None:
-    with pytest.raises(NaoGaitError, match="arms.py: record Arm"):
-        spelled_out(record, "arms.py")
-
-
 @pytest.mark.parametrize("name", ["letters", "nao_lipm_gait"])
-def test_a_folder_of_somebody_else_is_not_emptied(tmp_path: Path, name: str) -> None:
+def test_a_folder_with_other_content_is_not_emptied(tmp_path: Path, name: str) -> None:
     (tmp_path / name).mkdir()
     with pytest.raises(NaoGaitError, match="folder"):
         build.compile_gait(tmp_path, lambda text: None)
@@ -165,7 +119,9 @@ def test_a_folder_of_somebody_else_is_not_emptied(tmp_path: Path, name: str) -> 
     assert file.read_text() == "mine"
 
 
-def test_what_the_compiler_says_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_shows_the_output_of_the_compiler(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     script = tmp_path / "extension.py"
     script.write_text("raise SystemExit('no compiler here')")
     monkeypatch.setattr(build, "__file__", str(tmp_path / "build.py"))
@@ -174,6 +130,6 @@ def test_what_the_compiler_says_is_told(tmp_path: Path, monkeypatch: pytest.Monk
     assert not (tmp_path / "new").exists()
 
 
-def test_these_tests_walk_with_the_source() -> None:
+def test_the_tests_use_the_source() -> None:
     assert not compiled.is_compiled()
     compiled.check_fresh()

@@ -6,7 +6,7 @@ import pytest
 from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.robot import LegJoints, RobotDescription
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
-from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.joint_limits import JointLimits
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles
@@ -20,6 +20,18 @@ def body(robot: RobotDescription) -> BodyModel:
 
 def leg_columns(robot: RobotDescription, leg: LegJoints) -> list[int]:
     return [robot.index(name) for name in leg.names]
+
+
+def values(*legs: LegAngles) -> list[float]:
+    """Joint angles from the hips down."""
+    return [
+        angle
+        for leg in legs
+        for angle in (
+            leg.hip_yaw, leg.hip_roll, leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch,
+            leg.ankle_roll,
+        )
+    ]  # fmt: skip
 
 
 def random_legs(robot: RobotDescription, rng: np.random.Generator) -> np.ndarray:
@@ -44,7 +56,7 @@ def test_inverse_of_pinocchio_over_random_reachable_poses(
         body.set_joints(position)
         body.com_in_torso()
         solution = legs.solve(body.sole_in_torso(1), body.sole_in_torso(-1))
-        got = np.array(solution.left + solution.right)
+        got = np.array(values(solution.left, solution.right))
         columns = leg_columns(robot, robot.left_leg) + leg_columns(robot, robot.right_leg)
         np.testing.assert_allclose(got, position[columns], atol=1e-4)
         assert solution.reach_error == 0.0
@@ -59,11 +71,12 @@ def test_position_and_normal_are_exact_even_where_the_yaw_is_not(
     body.com_in_torso()
     left, right = body.sole_in_torso(1), body.sole_in_torso(-1)
     # Turn the left sole alone: one shared joint cannot turn one foot without the other.
-    turned = left._replace(forward=(np.cos(0.4), np.sin(0.4), 0.0), normal=(0.0, 0.0, 1.0))
-    level = right._replace(forward=(1.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0))
+    up = (0.0, 0.0, 1.0)
+    turned = SolePose(left.position, (np.cos(0.4), np.sin(0.4), 0.0), up)
+    level = SolePose(right.position, (1.0, 0.0, 0.0), up)
     solution = legs.solve(turned, level)
-    position[leg_columns(robot, robot.left_leg)] = solution.left
-    position[leg_columns(robot, robot.right_leg)] = solution.right
+    position[leg_columns(robot, robot.left_leg)] = values(solution.left)
+    position[leg_columns(robot, robot.right_leg)] = values(solution.right)
     body.set_joints(position)
     body.com_in_torso()
     for side, wanted in ((1, turned), (-1, level)):
@@ -80,7 +93,8 @@ def test_out_of_reach_is_reported_and_points_the_right_way(
     body.set_joints(np.array(robot.stand_pose))
     body.com_in_torso()
     left, right = body.sole_in_torso(1), body.sole_in_torso(-1)
-    far = left._replace(position=(left.position[0], left.position[1], left.position[2] - 0.05))
+    x, y, z = left.position
+    far = SolePose((x, y, z - 0.05), left.forward, left.normal)
     solution = make_legs(robot).solve(far, right)
     straight = 0.1 + 0.1029
     assert solution.reach_error == pytest.approx(
@@ -106,7 +120,7 @@ def test_mirrored_soles_give_mirrored_joints(robot: RobotDescription) -> None:
     placement = ComPlacement(robot, BodyModel(robot), make_legs(robot))
     for _ in range(5):
         b = placement.place(mirrored).position
-    signs = LegAngles(1.0, -1.0, 1.0, 1.0, 1.0, -1.0)
+    signs = (1.0, -1.0, 1.0, 1.0, 1.0, -1.0)
     left_columns, right_columns = (
         leg_columns(robot, robot.left_leg),
         leg_columns(robot, robot.right_leg),
