@@ -1,1 +1,7 @@
-"""The stand-in for the robot: physics, motors, sensors and their delay behind ROS 2 topics."""
+"""A simulated robot in place of a real one.
+
+`world` holds robots and a ball on a floor and steps a physics engine of `engines`; `ros` puts one
+robot behind the topics of a real one. Of the gait's package it uses the robot description, types,
+geometry, errors, resources and schema, and what every node needs: message conversion, parameters,
+log throttling and the life of a process. It knows nothing of how the robot walks.
+"""

@@ -296,7 +296,7 @@ class SimulatedRobot:
         self._record(time, state)
 
     def new_faults(self) -> tuple[FloatArray, float | None] | None:
-        """(n,) torque shares and sole friction; None if they have not changed since the last call."""
+        """(n,) torque shares and sole friction; None if unchanged since the last call."""
         if not self._faults_changed:
             return None
         self._faults_changed = False

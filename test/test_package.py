@@ -147,6 +147,28 @@ def test_core_knows_no_ros_and_no_physics():
             assert not names & ros, path
 
 
+SHARED_WITH_THE_BRIDGE = {
+    f"nao_lipm_gait.{name}"
+    for name in (
+        "errors", "geometry", "resources", "robot", "schema", "types", "ros.messages",
+        "ros.parameters", "ros.process", "runtime.diagnostics", "runtime.inputs",
+    )
+}  # fmt: skip
+
+
+def test_bridge_uses_only_what_it_shares_with_the_gait():
+    """The stand-in of a robot knows the robot and the plumbing of a node, not the walk."""
+    for path in (ROOT / "sim_bridge").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                module, names = node.module, {alias.name for alias in node.names}
+                if module == "nao_lipm_gait":
+                    assert {f"{module}.{name}" for name in names} <= SHARED_WITH_THE_BRIDGE, path
+                elif module.startswith("nao_lipm_gait."):
+                    assert module in SHARED_WITH_THE_BRIDGE, path
+                assert not module.startswith("gait_lab"), path
+
+
 def _literal(module: str, name: str) -> list:
     """A table of a file that cannot be imported here: types stand as their names."""
     tree = ast.parse(Path(module).read_text(encoding="utf-8"))

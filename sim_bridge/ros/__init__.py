@@ -1,1 +1,1 @@
-"""The node around the world."""
+"""The ROS 2 node around the simulated world."""

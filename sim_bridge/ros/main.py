@@ -9,10 +9,10 @@ DESCRIPTION = "Simulate a robot: joint_command in; joint_states, imu/data and gr
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the node until Ctrl-C or SIGTERM; the exit status."""
+    """Run the node until Ctrl-C or SIGTERM; returns the exit status."""
     stop = StopRequest()
     stop.install()
-    # Late, because these imports take a second in which Ctrl-C shall be clean too.
+    # After `install`: these imports take about a second, and Ctrl-C must end them quietly too.
     from nao_lipm_gait.ros.process import run
     from sim_bridge.ros.node import BridgeNode
     from sim_bridge.ros.stepping import drive

@@ -1,4 +1,7 @@
-"""Readings and ground truth as ROS messages. Each message object is used again and again."""
+"""Readings and ground truth as ROS messages.
+
+Each writer reuses its message objects: publish one before the next call.
+"""
 
 from collections.abc import Sequence
 
@@ -15,16 +18,17 @@ from sim_bridge.robot import GroundTruth, Reading
 
 WORLD = "world"
 _UNKNOWN = 1e6
-"""[(rad/s)^2] Variance of a gyro axis that does not exist."""
+"""[(rad/s)^2] variance of a gyro axis that the robot does not have."""
 
 
 class ReadingWriter:
-    """One delayed reading; every message carries the stamp of the sampling."""
+    """Messages of one delayed reading, with the stamp of its sampling."""
 
     def __init__(self, robot: RobotDescription, sensors: Sensors) -> None:
+        """Prepare the messages: names and frames of `robot`, covariances of `sensors`."""
         self._joints = JointState(name=list(robot.joint_names))
         self._imu = Imu()
-        # The data are given along the axes of the torso.
+        # Readings are given along the axes of the torso, whatever the IMU's mounting.
         self._imu.header.frame_id = robot.torso_frame
         self._imu.orientation_covariance[0] = -1.0  # REP-145: no orientation
         gyro, accel = sensors.gyro_noise**2, sensors.accel_noise**2
@@ -36,6 +40,7 @@ class ReadingWriter:
             wrench.header.frame_id = frame
 
     def imu(self, reading: Reading) -> Imu:
+        """`imu/data`."""
         message = self._imu
         message.header.stamp = to_time(reading.frame.stamp)
         _fill(message.angular_velocity, reading.frame.angular_velocity)
@@ -43,6 +48,7 @@ class ReadingWriter:
         return message
 
     def joints(self, reading: Reading) -> JointState:
+        """`joint_states`."""
         message = self._joints
         message.header.stamp = to_time(reading.frame.stamp)
         message.position = to_doubles(reading.frame.joint_position)
@@ -51,7 +57,7 @@ class ReadingWriter:
         return message
 
     def wrench(self, reading: Reading, side: int) -> WrenchStamped:
-        """side: 0 left, 1 right."""
+        """Wrench of the floor on a sole; side 0 = left, 1 = right."""
         message = self._wrenches[side]
         message.header.stamp = to_time(reading.frame.stamp)
         _fill(message.wrench.force, reading.sole_wrench[side][:3])
@@ -60,9 +66,10 @@ class ReadingWriter:
 
 
 class TruthWriter:
-    """What really is, stamped now."""
+    """Messages of the ground truth, without delay."""
 
     def __init__(self, robot: RobotDescription) -> None:
+        """Prepare the messages with the frames of `robot`."""
         self._clock = Clock()
         self._odometry = Odometry()
         self._odometry.header.frame_id = WORLD
@@ -71,11 +78,12 @@ class TruthWriter:
         self._com.header.frame_id = WORLD
 
     def clock(self, stamp: int) -> Clock:
+        """`/clock` at `stamp` [ns]."""
         self._clock.clock = to_time(stamp)
         return self._clock
 
     def odometry(self, truth: GroundTruth) -> Odometry:
-        """Pose of the torso in the world; twist in the torso frame."""
+        """`ground_truth/odom`: pose of the torso in the world, twist in the torso frame."""
         message = self._odometry
         message.header.stamp = to_time(truth.stamp)
         pose, twist = message.pose.pose, message.twist.twist
@@ -89,10 +97,11 @@ class TruthWriter:
         return message
 
     def com(self, truth: GroundTruth) -> PointStamped:
+        """`ground_truth/com`."""
         return self.point(truth.stamp, truth.com)
 
     def point(self, stamp: int, position: FloatArray) -> PointStamped:
-        """(3,) [m] in the world."""
+        """A point (3,) [m] in the world at `stamp` [ns]."""
         message = self._com
         message.header.stamp = to_time(stamp)
         message.point.x, message.point.y, message.point.z = position.tolist()

@@ -1,4 +1,4 @@
-"""The parameters of the node `sim_bridge`."""
+"""Parameters of the node `sim_bridge`."""
 
 from nao_lipm_gait.ros.parameters import node_parameter
 from sim_bridge.engines.registry import ENGINES
@@ -14,17 +14,20 @@ SENSOR_DELAY = node_parameter(
     "sensor_delay", 0.04, "age of the sensors when published; default: the plant's", "s", 0.0, 1.0
 )
 REAL_TIME_FACTOR = node_parameter(
-    "real_time_factor", 1.0, "simulated per wall second; 0 = as fast as possible", "", 0.0, 100.0
-)
+    "real_time_factor", 1.0, "simulated seconds per wall second; 0 = as fast as possible",
+    minimum=0.0, maximum=100.0,
+)  # fmt: skip
 LOCKSTEP = node_parameter(
     "lockstep", False, "physics waits for the joint_command that answers the last joint_states"
 )
 GUI = node_parameter("gui", False, "open the window of the physics engine")
-START_STATE = node_parameter("start_state", "stand", "how the robot starts", choices=START_STATES)
-PUSH_DURATION = node_parameter(
-    "push_duration", 0.1, "how long a push acts (simulated time)", "s", 0.002, 10.0
+START_STATE = node_parameter(
+    "start_state", "stand", "pose of the robot at the start", choices=START_STATES
 )
-BALL = node_parameter("ball", False, "a ball on the floor, 0.5 m ahead of the robot's start")
+PUSH_DURATION = node_parameter(
+    "push_duration", 0.1, "duration of a push (simulated time)", "s", 0.002, 10.0
+)
+BALL = node_parameter("ball", False, "a ball on the floor, 0.5 m in front of the start")
 NODE_PARAMETERS = (
     URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
     PUSH_DURATION, BALL,

@@ -1,60 +1,187 @@
-"""The loop of the bridge: when physics steps, in real time, as fast as possible or in lockstep."""
+"""When physics takes its next step: in real time, as fast as possible, or in lockstep."""
 
 import time
+from collections.abc import Callable
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from nao_lipm_gait.ros.process import StopRequest
 from sim_bridge.ros.node import BridgeNode
-from sim_bridge.ros.pacing import Pacer
 
+BACKLOG = 0.2
+"""[s] of wall time by which steps may be late and still catch up; steps do not make up for more."""
 RESEND = 0.25
-"""[s] wall time until lockstep sends an unanswered reading again: sensors are best effort."""
-COMPLAIN = 3.0
-"""[s] wall time until lockstep complains about a missing answer, and again."""
+"""[s] of wall time after which lockstep sends an unanswered reading again, because subscribers may
+be best effort and lose one."""
+RELEASE = 1.0
+"""[s] of wall time without an answer after which lockstep accepts another gait. Simulated time
+stands still meanwhile, so a rule in simulated time cannot decide this."""
+REPORT = 3.0
+"""[s] of wall time without an answer after which lockstep logs a warning; each next one comes after
+ten times as long."""
+WINDOW = 2.0
+"""[s] of wall time over which the speed of the simulation is measured."""
+_SECOND = 1_000_000_000
+
+
+class Pacer:
+    """Holds simulated time to the wall clock.
+
+    A step is due at the start time plus its number of periods, so rounding errors do not add up.
+
+    Attributes:
+        lost: [ns] wall time given up so far because steps were too late to catch up.
+    """
+
+    def __init__(
+        self, period: int, factor: float, clock: Callable[[], int] = time.monotonic_ns
+    ) -> None:
+        """Start now.
+
+        Args:
+            period: simulated time of one step [ns].
+            factor: simulated seconds per wall second; 0 = as fast as possible.
+            clock: monotonic time [ns].
+        """
+        self._wall_period = period / factor if factor else 0.0
+        self._clock = clock
+        self._steps = 0
+        self._start = clock()
+        self.lost = 0
+
+    def wait(self) -> float:
+        """[s] of wall time until the next step is due; 0 or less when it is."""
+        if not self._wall_period:
+            return 0.0
+        return (self._due() - self._clock()) * 1e-9
+
+    def stepped(self) -> None:
+        """Count a step; give up the wall time beyond the backlog."""
+        self._steps += 1
+        if not self._wall_period:
+            return
+        excess = self._clock() - self._due() - round(BACKLOG * _SECOND)
+        if excess > 0:
+            self._start += excess
+            self.lost += excess
+
+    def restart(self) -> None:
+        """Start again now; the wall time until now does not count."""
+        self._start = self._clock()
+        self._steps = 0
+
+    def _due(self) -> int:
+        return self._start + round(self._steps * self._wall_period)
+
+
+class SpeedMonitor:
+    """Reports when the simulation becomes slower than asked, much slower, and fast enough again."""
+
+    SLOW, WORSE, RECOVERED = 0.95, 0.7, 0.99
+    """Share of the speed below which it is slow; share of the reported share below which it is
+    reported again; share from which on it has recovered, after `CALM` windows."""
+    CALM = 3
+
+    def __init__(self, factor: float, now: int) -> None:
+        """Start at `now` [ns] of wall time; `factor` is the speed that is asked for."""
+        self._factor = factor
+        self._window_start = now
+        self._lost = 0
+        self._reported: float | None = None
+        self._slow_since = now
+        self._calm_windows = 0
+
+    def update(self, now: int, lost: int) -> str | None:
+        """A message if the speed has changed.
+
+        Args:
+            now: wall time [ns].
+            lost: [ns] of wall time given up so far, as of `Pacer`.
+        """
+        elapsed = now - self._window_start
+        if elapsed < WINDOW * _SECOND:
+            return None
+        share = 1.0 - (lost - self._lost) / elapsed
+        self._window_start, self._lost = now, lost
+        if self._reported is None:
+            if share >= self.SLOW:
+                return None
+            self._reported, self._slow_since, self._calm_windows = share, now - elapsed, 0
+            return self._text(share)
+        if share < self.WORSE * self._reported:
+            self._reported, self._calm_windows = share, 0
+            return self._text(share)
+        self._calm_windows = self._calm_windows + 1 if share >= self.RECOVERED else 0
+        if self._calm_windows < self.CALM:
+            return None
+        self._reported = None
+        slow = (now - self._slow_since) * 1e-9
+        return f"real_time_factor {self._factor:g} is reached again, after {slow:.0f} s"
+
+    def _text(self, share: float) -> str:
+        reached = share * self._factor
+        return f"slower than real_time_factor {self._factor:g}: {reached:.2g} is reached"
 
 
 def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:
-    """Step physics when it is due, and serve callbacks in between, until a stop is asked for."""
+    """Step physics when it is due and serve callbacks in between, until a stop is requested."""
     if not isinstance(node, BridgeNode):
         raise TypeError(type(node).__name__)
     pacer = Pacer(node.control_period, node.factor)
-    lost = 0
+    speed = SpeedMonitor(node.factor, time.monotonic_ns())
     while not stop:
-        if not _served(node, executor, stop, pacer):
+        if not serve_until_due(node, executor, stop, pacer):
             return
         node.advance()
         pacer.stepped()
-        if pacer.lost > lost:
-            lost = pacer.lost
-            node.fall_behind(lost * 1e-9)
+        message = speed.update(time.monotonic_ns(), pacer.lost)
+        if message is not None:
+            node.get_logger().warning(message)
 
 
-def _served(
-    node: BridgeNode, executor: SingleThreadedExecutor, stop: StopRequest, pacer: Pacer
+def serve_until_due(
+    node: BridgeNode,
+    executor: SingleThreadedExecutor,
+    stop: StopRequest,
+    pacer: Pacer,
+    clock: Callable[[], float] = time.monotonic,
 ) -> bool:
-    """Serve callbacks until the next step may be taken; False when a stop was asked for."""
-    begin = resent = complained = time.monotonic()
-    spun = False  # once at least: also a bridge that is late has to listen
+    """Serve callbacks until the next step is due, at least once.
+
+    A step is due when the pacer says so and, in lockstep, the last reading has been answered.
+
+    Args:
+        node: the bridge.
+        executor: serves its callbacks.
+        stop: becomes true when a stop is requested.
+        pacer: holds the steps to the wall clock.
+        clock: monotonic time [s].
+
+    Returns:
+        False if a stop was requested.
+    """
+    begin = clock()
+    resend_at, report_at, waited = RESEND, REPORT, 0.0
+    served = False
     while not stop:
         wait = pacer.wait()
-        waits_for_answer = node.lockstep and node.awaited is not None
-        if not waits_for_answer:
-            if wait <= 0.0 and spun:
-                return True
-            executor.spin_once(timeout_sec=min(max(wait, 0.0), 0.1))
-            spun = True
+        if not node.waits_for_answer and wait <= 0.0 and served:
+            if report_at > REPORT:
+                node.get_logger().info(f"lockstep: goes on after {waited:.0f} s")
+            return True
+        executor.spin_once(timeout_sec=0.05 if node.waits_for_answer else min(max(wait, 0.0), 0.1))
+        served = True
+        waited = clock() - begin
+        if not node.waits_for_answer:
             continue
-        spun = True
-        executor.spin_once(timeout_sec=0.05)
-        now = time.monotonic()
-        if node.awaited is not None and now - resent > RESEND:
-            resent = now
-            node.resend()
-        if node.awaited is not None and now - complained > COMPLAIN:
-            complained = now
-            node.complain(now - begin)
-        if now - begin > RESEND:
+        if waited > resend_at:
+            resend_at = waited + RESEND
             pacer.restart()
+            node.resend()
+        if waited > RELEASE:
+            node.release_control()
+        if waited > report_at:
+            report_at *= 10.0
+            node.report_wait(waited)
     return False
