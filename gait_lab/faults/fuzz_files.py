@@ -39,7 +39,7 @@ def _load_plant(path: Path) -> Any:
 
 
 YAML_FILES: tuple[tuple[str, str, Load], ...] = (
-    ("preset", "config/gait/default.yaml", load_preset),
+    ("preset", "config/gait/paper.yaml", load_preset),
     ("plant", "config/plants/reference.yaml", _load_plant),
     ("plant", "config/plants/worn.yaml", _load_plant),
     ("robot", "config/robots/nao_h21.yaml", _load_robot),

@@ -130,7 +130,7 @@ def make_gait(spec: TrialSpec) -> Gait:
 
 def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
     motors = {
-        name: replace(motor, stall_torque=robot.limits[name].effort)
+        name: motor.replace(stall_torque=robot.limits[name].effort)
         for name, motor in robot.motors.items()
     }
     return replace(robot, motors=motors)

@@ -1,106 +1,128 @@
 """What is known of a robot: names, limits, motors, soles, stand pose."""
 
-import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import attrs
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.schema import Settings, number, text
 from nao_lipm_gait.types import FloatArray, Point2
 
 
-@dataclass(frozen=True, slots=True)
-class Motor:
-    """A motor behind its gear, as felt at the joint."""
+@attrs.frozen
+class Motor(Settings):
+    """A motor behind its gear, as it acts on the joint."""
 
-    stall_torque: float
-    """[N m], without losses in the gear."""
-    no_load_speed: float
-    """[rad/s]"""
-    reflected_inertia: float
-    """[kg m^2]"""
+    stall_torque: float = number(
+        minimum=1e-9, unit="N m", meaning="Stall torque, without losses in the gear."
+    )
+    no_load_speed: float = number(minimum=1e-9, unit="rad/s", meaning="No-load speed.")
+    reflected_inertia: float = number(
+        minimum=1e-12, unit="kg m^2", meaning="Inertia of the rotor, reflected through the gear."
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class JointLimit:
-    """Limits of a joint from the URDF."""
+    """Limits of a joint from the URDF.
+
+    Attributes:
+        lower: [rad]
+        upper: [rad]
+        velocity: [rad/s]
+        effort: [N m]
+    """
 
     lower: float
-    """[rad]"""
     upper: float
-    """[rad]"""
     velocity: float
-    """[rad/s]"""
     effort: float
-    """[N m]"""
 
 
-@dataclass(frozen=True, slots=True)
-class LegJoints:
+@attrs.frozen
+class LegJoints(Settings):
     """Names of the joints of one leg, from the hip down."""
 
-    hip_yaw: str
-    hip_roll: str
-    hip_pitch: str
-    knee_pitch: str
-    ankle_pitch: str
-    ankle_roll: str
+    hip_yaw: str = text()
+    hip_roll: str = text()
+    hip_pitch: str = text()
+    knee_pitch: str = text()
+    ankle_pitch: str = text()
+    ankle_roll: str = text()
 
     @property
     def names(self) -> tuple[str, ...]:
-        return dataclasses.astuple(self)
+        """All names, from the hip down."""
+        return tuple(self.as_dict().values())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotDescription:
-    """One robot. Joint arrays are (n,) in the order of `joint_names`; the arrays are read-only."""
+    """One robot. Joint arrays are (n,) in the order of `joint_names` and read-only.
+
+    Attributes:
+        name: Its name.
+        urdf_path: File of the URDF.
+        urdf: Text of the URDF.
+        joint_names: The joints.
+        left_leg: Joints of the left leg.
+        right_leg: Joints of the right leg.
+        hip: `shared_yaw_pitch` (one motor, tilted axes) or `yaw` (a vertical axis for each leg).
+        coupled_joints: (leader, follower) pairs that one motor turns to the same angle.
+        shoulder_pitch: Left and right joint that swings the arm; positive swings it back.
+        shoulder_roll: Left and right joint that spreads the arm, about x; None without them.
+        waist_pitch: Joint that pitches the upper body on the hips; None without it.
+        preset: Gait preset of this robot.
+        gyro_axes: 3 for a robot with a yaw gyro; None = as in the plant.
+        encoder_bits: Counts of an encoder per turn = 2^bits; None = as in the plant.
+        base_frame: Link of the base.
+        torso_frame: Link of the torso.
+        imu_frame: Link of the IMU.
+        sole_frames: Left and right link below the ankle axes, in the ground plane of a flat foot.
+        stand_pose: (n,) [rad], inside the limits.
+        sole_outline: [m] Convex hull of the left sole in its frame, counter-clockwise; the right
+            one has y mirrored.
+        sole_corners: [m] Four points of that outline: front inner, front outer, rear outer, rear
+            inner.
+        ankle_limits: `left`, `right` -> rows (AnklePitch, lowest AnkleRoll, highest AnkleRoll)
+            [rad] of rising pitch.
+        motors: Motor by joint.
+        limits: Limits by joint.
+        lower: (n,) [rad]
+        upper: (n,) [rad]
+        velocity_limit: (n,) [rad/s]
+    """
 
     name: str
     urdf_path: Path
     urdf: str
-    """The text of the URDF."""
     joint_names: tuple[str, ...]
     left_leg: LegJoints
     right_leg: LegJoints
     hip: str
-    """`shared_yaw_pitch` (one motor, tilted axes) or `yaw` (a vertical axis each)."""
     coupled_joints: tuple[tuple[str, str], ...]
-    """(leader, follower) pairs that one motor turns to the same angle."""
     shoulder_pitch: tuple[str, str]
-    """Left, right: the joints that swing the arms; positive swings an arm back."""
     shoulder_roll: tuple[str, str] | None
-    """Left, right: the joints that spread the arms, about x; None without them."""
     waist_pitch: str | None
-    """The joint that leans the upper body over the hips; None without it."""
     preset: str
-    """The gait preset that was made for this robot."""
     gyro_axes: int | None
-    """3 where the robot has a yaw gyro; None = as in the plant."""
     encoder_bits: int | None
-    """Counts of an encoder per turn = 2^bits; None = as in the plant."""
     base_frame: str
     torso_frame: str
     imu_frame: str
     sole_frames: tuple[str, str]
-    """Left, right: below the ankle axes, on the ground plane of a flat foot."""
     stand_pose: FloatArray
-    """(n,) [rad], inside the limits."""
     sole_outline: tuple[Point2, ...]
-    """Convex hull of the left sole in its sole frame, counter-clockwise [m]; right: y mirrored."""
     sole_corners: tuple[Point2, ...]
-    """Four points of the left outline: front inner, front outer, rear outer, rear inner."""
     ankle_limits: Mapping[str, tuple[tuple[float, float, float], ...]]
-    """`left`, `right` -> rows (AnklePitch, lowest AnkleRoll, highest AnkleRoll), pitch rising."""
     motors: Mapping[str, Motor]
     limits: Mapping[str, JointLimit]
     lower: FloatArray = field(init=False)
-    """(n,) [rad]"""
     upper: FloatArray = field(init=False)
-    """(n,) [rad]"""
     velocity_limit: FloatArray = field(init=False)
-    """(n,) [rad/s]"""
 
     def __post_init__(self) -> None:
         limits = [self.limits[name] for name in self.joint_names]
@@ -112,7 +134,7 @@ class RobotDescription:
             object.__setattr__(self, name, read_only(values))
 
     def index(self, joint: str) -> int:
-        """Where `joint` stands in a joint array."""
+        """Index of a joint in a joint array; NaoGaitError if it is unknown."""
         try:
             return self.joint_names.index(joint)
         except ValueError:
@@ -120,7 +142,7 @@ class RobotDescription:
 
 
 def read_only(values: Iterable[float]) -> FloatArray:
-    """(n,) An array that nobody changes by mistake."""
+    """A read-only array (n,)."""
     array = np.array(tuple(values), dtype=np.float64)
     array.setflags(write=False)
     return array

@@ -1,207 +1,140 @@
-"""The parameter file of a robot (config/robots): what its URDF cannot say."""
+"""The parameter file of a robot (config/robots): the facts that its URDF does not hold."""
 
-import dataclasses
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
+import attrs
 
-from nao_lipm_gait.errors import NaoGaitError, is_number
+from nao_lipm_gait import schema
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.description import LegJoints, Motor
-from nao_lipm_gait.robot.text_file import read_text
-from nao_lipm_gait.robot.urdf_model import UrdfModel
+from nao_lipm_gait.schema import (
+    Number,
+    Sequence,
+    Settings,
+    Table,
+    Text,
+    choice,
+    group,
+    number,
+    text,
+)
 from nao_lipm_gait.types import Point2
 
-_KEYS = tuple(
-    ["name", "joints", "hip", "left_leg", "right_leg", "coupled_joints", "shoulder_pitch", "frames", "stand_pose", "sole_outline", "sole_corners", "ankle_limits", "motors"]
-)
-_OPTIONAL_KEYS = ("shoulder_roll", "waist_pitch", "preset", "gyro_axes", "encoder_bits")
-_FRAMES = ("base", "torso", "imu", "left_sole", "right_sole")
+HIPS = ("shared_yaw_pitch", "yaw")
 
 
-class RobotFile:
-    """A robot file, read with every value checked."""
+def _names(minimum: int, maximum: float = math.inf, default: Any = schema.REQUIRED) -> Any:
+    """A list of names, each one once."""
+    return schema.field(Sequence(Text(), minimum, maximum, unique=True), default)
 
-    def __init__(self, path: Path, values: Mapping[str, Any]) -> None:
-        self._path = path
-        self._values = values
 
-    @classmethod
-    def load(cls, path: Path) -> "RobotFile":
-        try:
-            values = yaml.safe_load(read_text(path, "robot file"))
-        except yaml.YAMLError as error:
-            reason = " ".join(str(error).split())
-            raise NaoGaitError(f"robot file {path}", reason, "a readable YAML file") from error
-        robot_file = cls(path, {})
-        robot_file._values = robot_file._mapping("robot file", values, _KEYS, _OPTIONAL_KEYS)
-        return robot_file
+def _rows(length: int, minimum: int) -> Any:
+    """A list of rows of numbers."""
+    return schema.field(Sequence(Sequence(Number(), length, length), minimum))
 
-    def pair(self, key: str, joint_names: tuple[str, ...]) -> tuple[str, str]:
-        """Two joints: left, right."""
-        value = self._values[key]
-        if (
-            not isinstance(value, list)
-            or len(value) != 2
-            or any(name not in joint_names for name in value)
-        ):
-            raise NaoGaitError(self.where(key), value, "two names of `joints`: left, right")
-        return value[0], value[1]
 
-    def where(self, key: str) -> str:
-        return f"{key} in {self._path}"
+@attrs.frozen
+class Frames(Settings):
+    """Links by role; the first name of a role that the URDF has is used."""
 
-    def optional_pair(self, key: str, joint_names: tuple[str, ...]) -> tuple[str, str] | None:
-        return None if self._values.get(key) is None else self.pair(key, joint_names)
+    base: tuple[str, ...] = _names(1)
+    torso: tuple[str, ...] = _names(1)
+    imu: tuple[str, ...] = _names(1)
+    left_sole: tuple[str, ...] = _names(1)
+    right_sole: tuple[str, ...] = _names(1)
 
-    def optional_joint(self, key: str, joint_names: tuple[str, ...]) -> str | None:
-        value = self._values.get(key)
-        return None if value is None else self._joint(key, value, joint_names)
 
-    def optional_whole(self, key: str, low: int, high: int) -> int | None:
-        value = self._values.get(key)
-        if value is None:
-            return None
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise NaoGaitError(self.where(key), value, f"a whole number from {low} to {high}")
-        return value
+@attrs.frozen
+class MotorEntry(Motor):
+    """A kind of motor and the joints that have it."""
 
-    def preset(self) -> str:
-        return self.text("preset") if "preset" in self._values else "default"
+    joints: tuple[str, ...] = _names(1)
 
-    def has_joints_of(self, model: UrdfModel) -> bool:
-        """Whether the URDF knows every joint of this file."""
-        return all(model.has_joint(name) for name in self.joint_names())
 
-    def _mapping(
-        self, key: str, value: object, keys: tuple[str, ...], optional: tuple[str, ...] = ()
-    ) -> Mapping[str, Any]:
-        """A mapping with exactly these keys, and perhaps some of the optional ones."""
-        allowed = f"a mapping of {', '.join(keys)}"
-        if not isinstance(value, dict):
-            raise NaoGaitError(self.where(key), type(value).__name__, allowed)
-        for name in value:
-            if name not in keys and name not in optional:
-                raise NaoGaitError(self.where(key), f"unknown key {name}", allowed)
-        for name in keys:
-            if name not in value:
-                raise NaoGaitError(self.where(key), f"no {name}", allowed)
-        return value
+@attrs.frozen
+class RobotFile(Settings):
+    """A robot file. Rows of `ankle_limits` are AnklePitch, lowest and highest AnkleRoll [rad]."""
 
-    def _numbers(self, key: str, value: object, count: int) -> tuple[float, ...]:
-        if (
-            not isinstance(value, list)
-            or len(value) != count
-            or not all(is_number(item) for item in value)
-        ):
-            raise NaoGaitError(self.where(key), value, f"{count} numbers")
-        return tuple(float(item) for item in value)
+    name: str = text()
+    joints: tuple[str, ...] = _names(1)
+    hip: str = choice(HIPS, default=schema.REQUIRED)
+    left_leg: LegJoints = group(LegJoints)
+    right_leg: LegJoints = group(LegJoints)
+    coupled_joints: tuple[tuple[str, str], ...] = schema.field(
+        Sequence(Sequence(Text(), 2, 2, unique=True)), meaning="[leader, follower] pairs."
+    )
+    shoulder_pitch: tuple[str, str] = _names(2, 2)
+    frames: Frames = group(Frames)
+    stand_pose: dict[str, float] = schema.field(Table(Number(unit="rad")))
+    sole_outline: tuple[Point2, ...] = _rows(2, 3)
+    sole_corners: tuple[Point2, ...] = _rows(2, 4)
+    ankle_limits: tuple[tuple[float, float, float], ...] = _rows(3, 1)
+    motors: tuple[MotorEntry, ...] = schema.field(Sequence(schema.Group(MotorEntry)))
+    shoulder_roll: tuple[str, str] | None = _names(2, 2, None)
+    waist_pitch: str | None = text(None)
+    preset: str = text("default")
+    gyro_axes: int | None = number(None, 2, 3, whole=True)
+    encoder_bits: int | None = number(None, 1, 24, whole=True)
 
-    def _list(self, key: str) -> list[Any]:
-        value = self._values[key]
-        if not isinstance(value, list):
-            raise NaoGaitError(self.where(key), value, "a list")
-        return value
+    def motor_of(self) -> Mapping[str, Motor]:
+        """The motor of each joint."""
+        return {
+            joint: Motor(entry.stall_torque, entry.no_load_speed, entry.reflected_inertia)
+            for entry in self.motors
+            for joint in entry.joints
+        }
 
-    def _joint(self, key: str, value: object, joint_names: tuple[str, ...]) -> str:
-        if not isinstance(value, str) or value not in joint_names:
-            raise NaoGaitError(self.where(key), value, f"one of joints: {', '.join(joint_names)}")
-        return value
 
-    def text(self, key: str) -> str:
-        value = self._values[key]
-        if not isinstance(value, str) or not value:
-            raise NaoGaitError(self.where(key), value, "a text")
-        return value
+def load_robot_file(path: Path) -> RobotFile:
+    """Load a robot file; NaoGaitError names the file, the key, its value and what is allowed."""
+    where = f"robot file {path}: "
+    file = RobotFile.from_mapping(schema.read_yaml(path, "robot file"), where)
+    for key, joint in _joint_references(file):
+        if joint not in file.joints:
+            raise NaoGaitError(f"{where}{key}", joint, f"one of joints: {', '.join(file.joints)}")
+    used = [joint for entry in file.motors for joint in entry.joints]
+    for joint in used:
+        if used.count(joint) > 1:
+            raise NaoGaitError(f"{where}motors", joint, "each joint once")
+    missing = [joint for joint in file.joints if joint not in used]
+    if missing:
+        raise NaoGaitError(f"{where}motors", f"none for {', '.join(missing)}", "all joints")
+    _check_sole(where, file.sole_outline, file.sole_corners)
+    last = -math.inf
+    for pitch, low, high in file.ankle_limits:
+        if low > high or pitch <= last:
+            allowed = "rows of rising pitch, lowest roll <= highest roll"
+            raise NaoGaitError(f"{where}ankle_limits", [pitch, low, high], allowed)
+        last = pitch
+    return file
 
-    def choice(self, key: str, choices: tuple[str, ...]) -> str:
-        value = self._values[key]
-        if value not in choices:
-            raise NaoGaitError(self.where(key), value, f"one of {', '.join(choices)}")
-        return str(value)
 
-    def joint_names(self) -> tuple[str, ...]:
-        names = self._list("joints")
-        if not names or not all(isinstance(name, str) and name for name in names):
-            raise NaoGaitError(self.where("joints"), names, "a list of joint names")
-        if len(set(names)) != len(names):
-            raise NaoGaitError(self.where("joints"), names, "each joint once")
-        return tuple(names)
+def _joint_references(file: RobotFile) -> Iterator[tuple[str, str]]:
+    """Every key that names joints, with each joint."""
+    for key in ("left_leg", "right_leg"):
+        for role, joint in getattr(file, key).as_dict().items():
+            yield f"{key}.{role}", joint
+    for pair in file.coupled_joints:
+        yield from (("coupled_joints", joint) for joint in pair)
+    yield from (("shoulder_pitch", joint) for joint in file.shoulder_pitch)
+    yield from (("shoulder_roll", joint) for joint in file.shoulder_roll or ())
+    if file.waist_pitch is not None:
+        yield "waist_pitch", file.waist_pitch
+    yield from (("stand_pose", joint) for joint in file.stand_pose)
+    for number_, entry in enumerate(file.motors, start=1):
+        yield from ((f"motors[{number_}].joints", joint) for joint in entry.joints)
 
-    def leg(self, key: str, joint_names: tuple[str, ...]) -> LegJoints:
-        roles = tuple(role.name for role in dataclasses.fields(LegJoints))
-        row = self._mapping(key, self._values[key], roles)
-        return LegJoints(
-            **{role: self._joint(f"{key}: {role}", row[role], joint_names) for role in roles}
-        )
 
-    def coupled(self, joint_names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-        pairs = []
-        for pair in self._list("coupled_joints"):
-            if not isinstance(pair, list) or len(pair) != 2 or pair[0] == pair[1]:
-                raise NaoGaitError(self.where("coupled_joints"), pair, "[leader, follower]")
-            leader, follower = (self._joint("coupled_joints", name, joint_names) for name in pair)
-            pairs.append((leader, follower))
-        return tuple(pairs)
-
-    def frame(self, role: str) -> tuple[str, ...]:
-        names = self._mapping("frames", self._values["frames"], _FRAMES)[role]
-        if (
-            not isinstance(names, list)
-            or not names
-            or not all(isinstance(name, str) for name in names)
-        ):
-            raise NaoGaitError(self.where(f"frames: {role}"), names, "a list of link names")
-        return tuple(names)
-
-    def stand_pose(self, joint_names: tuple[str, ...]) -> Mapping[str, float]:
-        pose = self._values["stand_pose"]
-        if not isinstance(pose, dict):
-            raise NaoGaitError(self.where("stand_pose"), pose, "a mapping of joints to angles")
-        for name, angle in pose.items():
-            self._joint("stand_pose", name, joint_names)
-            if not is_number(angle):
-                raise NaoGaitError(self.where(f"stand_pose: {name}"), angle, "an angle in rad")
-        return {name: float(angle) for name, angle in pose.items()}
-
-    def points(self, key: str) -> tuple[Point2, ...]:
-        points = []
-        for point in self._list(key):
-            x, y = self._numbers(key, point, 2)
-            points.append((x, y))
-        return tuple(points)
-
-    def ankle_rows(self) -> tuple[tuple[float, float, float], ...]:
-        rows: list[tuple[float, float, float]] = []
-        for row in self._list("ankle_limits"):
-            pitch, low, high = self._numbers("ankle_limits", row, 3)
-            if low > high or (rows and pitch <= rows[-1][0]):
-                raise NaoGaitError(
-                    self.where("ankle_limits"), row, "rows of rising pitch, lowest roll <= highest"
-                )
-            rows.append((pitch, low, high))
-        if not rows:
-            raise NaoGaitError(self.where("ankle_limits"), rows, "at least one row")
-        return tuple(rows)
-
-    def motors(self, joint_names: tuple[str, ...]) -> Mapping[str, Motor]:
-        numbers = tuple(number.name for number in dataclasses.fields(Motor))
-        motors: dict[str, Motor] = {}
-        for entry in self._list("motors"):
-            row = self._mapping("motors", entry, ("joints", *numbers))
-            for number in numbers:
-                if not is_number(row[number]) or row[number] <= 0.0:
-                    where = self.where(f"motors: {number}")
-                    raise NaoGaitError(where, row[number], "a number over 0")
-            if not isinstance(row["joints"], list):
-                raise NaoGaitError(self.where("motors: joints"), row["joints"], "a list of joints")
-            for value in row["joints"]:
-                joint = self._joint("motors: joints", value, joint_names)
-                if joint in motors:
-                    raise NaoGaitError(self.where("motors"), joint, "each joint once")
-                motors[joint] = Motor(**{number: float(row[number]) for number in numbers})
-        missing = [name for name in joint_names if name not in motors]
-        if missing:
-            raise NaoGaitError(self.where("motors"), f"none for {', '.join(missing)}", "all joints")
-        return motors
+def _check_sole(where: str, outline: tuple[Point2, ...], corners: tuple[Point2, ...]) -> None:
+    """The outline is convex and counter-clockwise, the corners are four of its points."""
+    for index, (x1, y1) in enumerate(outline):
+        x0, y0 = outline[index - 1]
+        x2, y2 = outline[(index + 1) % len(outline)]
+        if (x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1) <= 0.0:
+            allowed = "points of a convex outline, counter-clockwise"
+            raise NaoGaitError(f"{where}sole_outline", (x1, y1), allowed)
+    if len(corners) != 4 or not set(corners) <= set(outline):
+        raise NaoGaitError(f"{where}sole_corners", corners, "four points of sole_outline")

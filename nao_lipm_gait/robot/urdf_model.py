@@ -1,4 +1,4 @@
-"""The part of a URDF that matters to a gait: which links and joints there are, and the limits."""
+"""Links, joints and joint limits of a URDF."""
 
 import dataclasses
 import math
@@ -10,7 +10,7 @@ from nao_lipm_gait.robot.description import JointLimit, LegJoints
 
 
 class UrdfModel:
-    """Links and joints of one URDF; what is missing or makes no sense is refused by name."""
+    """Links and joints of one URDF; a missing or invalid one is refused by name."""
 
     def __init__(self, path: Path, links: set[str], joints: dict[str, ET.Element]) -> None:
         self._path = path
@@ -19,8 +19,9 @@ class UrdfModel:
 
     @classmethod
     def parse(cls, text: str, path: Path) -> "UrdfModel":
+        """Parse the text of a URDF; `path` is for error messages."""
         where = f"URDF {path}"
-        if "<!DOCTYPE" in text or "<!ENTITY" in text:  # entities can be made to fill the memory
+        if "<!DOCTYPE" in text or "<!ENTITY" in text:  # entities could fill the memory
             raise NaoGaitError(where, "a document type declaration", "plain XML without one")
         try:
             root = ET.fromstring(text)
@@ -38,16 +39,18 @@ class UrdfModel:
         return cls(path, links, joints)
 
     def frame(self, names: tuple[str, ...]) -> str:
-        """The first of these links that there is."""
+        """The first of these links that the URDF has."""
         for name in names:
             if name in self._links:
                 return name
         raise NaoGaitError(f"link {' or '.join(names)} in {self._path}", "missing", "a link")
 
     def has_joint(self, name: str) -> bool:
+        """True if the URDF has this joint."""
         return name in self._joints
 
     def limit(self, name: str) -> JointLimit:
+        """The limits of a revolute joint."""
         where = f"joint {name} in {self._path}"
         allowed = "a revolute joint with finite limits, lower < upper, velocity and effort over 0"
         joint = self._joints.get(name)
@@ -60,7 +63,7 @@ class UrdfModel:
             raise NaoGaitError(where, "no <limit>", allowed)
         try:
             limit = JointLimit(
-                # The URDF standard lets a missing bound be 0, and demands the other two.
+                # In a URDF a missing bound is 0; velocity and effort are required.
                 lower=float(element.get("lower", "0")),
                 upper=float(element.get("upper", "0")),
                 velocity=float(element.get("velocity", "")),
@@ -74,7 +77,7 @@ class UrdfModel:
         return limit
 
     def check_leg(self, torso: str, sole: str, leg: LegJoints) -> None:
-        """Refuses a leg whose joints do not lead from the torso to the sole in this order."""
+        """Refuse a leg whose joints do not lead from the torso to the sole in this order."""
         above: dict[str, tuple[str, str]] = {}
         for name, joint in self._joints.items():
             parent, child = joint.find("parent"), joint.find("child")

@@ -1,4 +1,4 @@
-"""What of a robot file is refused, with the place and the remedy."""
+"""Robot files that are refused, with the path of the key and what is allowed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Settings = dict[str, Any]
 
 
 def put(*keys: str | int, value: object) -> Callable[[Settings], None]:
-    """Sets a value of the robot file, by its keys."""
+    """An edit that sets a value of the robot file."""
 
     def edit(settings: Any) -> None:
         for key in keys[:-1]:
@@ -29,6 +29,8 @@ def put(*keys: str | int, value: object) -> Callable[[Settings], None]:
 
 
 def drop(*keys: str | int) -> Callable[[Settings], None]:
+    """An edit that removes a key of the robot file."""
+
     def edit(settings: Any) -> None:
         for key in keys[:-1]:
             settings = settings[key]
@@ -45,48 +47,48 @@ def settings() -> Settings:
 @pytest.mark.parametrize(
     ("edit", "said"),
     [
-        (put("colour", value="red"), "unknown key colour"),
-        (drop("motors"), "no motors"),
-        (put("name", value=7), "name in "),
+        (put("colour", value="red"), ": colour: got 'red'"),
+        (drop("motors"), ": motors: got 'nothing'"),
+        (put("name", value=7), ": name: got 7"),
         (put("hip", value="ball"), "shared_yaw_pitch, yaw"),
-        (put("joints", value="HeadYaw"), "joints in "),
-        (put("joints", 3, value="HeadYaw"), "each joint once"),
-        (put("joints", 3, value=None), "a list of joint names"),
-        (put("left_leg", "knee_pitch", value="LKnee"), "left_leg: knee_pitch"),
-        (put("left_leg", "toe", value="LToe"), "unknown key toe"),
-        (drop("right_leg", "hip_roll"), "no hip_roll"),
-        (put("right_leg", value="legs"), "right_leg in "),
-        (put("coupled_joints", value=[["LHipYawPitch"]]), "leader, follower"),
-        (put("coupled_joints", value=[["HeadYaw", "HeadYaw"]]), "leader, follower"),
+        (put("joints", value="HeadYaw"), ": joints: got"),
+        (put("joints", 3, value="HeadYaw"), "each item once"),
+        (put("joints", 3, value=None), ": joints[4]: got None"),
+        (put("left_leg", "knee_pitch", value="LKnee"), "left_leg.knee_pitch: got 'LKnee'"),
+        (put("left_leg", "toe", value="LToe"), "left_leg.toe: got"),
+        (drop("right_leg", "hip_roll"), "right_leg.hip_roll: got 'nothing'"),
+        (put("right_leg", value="legs"), ": right_leg: got 'legs'"),
+        (put("coupled_joints", value=[["LHipYawPitch"]]), "coupled_joints[1]: got"),
+        (put("coupled_joints", value=[["HeadYaw", "HeadYaw"]]), "coupled_joints[1]: got"),
         (put("coupled_joints", value=[["HeadYaw", "Tail"]]), "got 'Tail'"),
-        (put("shoulder_pitch", value=["LShoulderPitch"]), "shoulder_pitch in "),
+        (put("shoulder_pitch", value=["LShoulderPitch"]), "shoulder_pitch: got"),
         (put("shoulder_pitch", value=["LShoulderPitch", "Wing"]), "'Wing'"),
-        (put("frames", "left_sole", value="l_sole"), "frames: left_sole"),
+        (put("frames", "left_sole", value="l_sole"), "frames.left_sole: got"),
         (put("frames", "left_sole", value=["l_foot", "l_toe"]), "link l_foot or l_toe"),
-        (put("frames", "tail", value=["tail"]), "unknown key tail"),
+        (put("frames", "tail", value=["tail"]), "frames.tail: got"),
         (put("stand_pose", "LWristYaw", value=0.1), "got 'LWristYaw'"),
-        (put("stand_pose", "LHipRoll", value="straight"), "stand_pose: LHipRoll"),
-        (put("stand_pose", "LHipRoll", value=True), "stand_pose: LHipRoll"),
-        (put("stand_pose", "LHipRoll", value=float("nan")), "stand_pose: LHipRoll"),
+        (put("stand_pose", "LHipRoll", value="straight"), "stand_pose.LHipRoll: got"),
+        (put("stand_pose", "LHipRoll", value=True), "stand_pose.LHipRoll: got"),
+        (put("stand_pose", "LHipRoll", value=float("nan")), "stand_pose.LHipRoll: got"),
         (put("stand_pose", "LHipRoll", value=1.5), "stand_pose of LHipRoll"),
-        (put("sole_outline", value=[[0, 0], [1, 0]]), "at least 3 points"),
-        (put("sole_outline", 1, value=[0.0, 0.0, 0.0]), "2 numbers"),
+        (put("sole_outline", value=[[0, 0], [1, 0]]), "at least 3 items"),
+        (put("sole_outline", 1, value=[0.0, 0.0, 0.0]), "sole_outline[2]: got"),
         (put("sole_outline", 1, value=[-0.01, 0.0]), "counter-clockwise"),
         (put("sole_corners", 0, value=[0.2, 0.0]), "four points of sole_outline"),
-        (drop("sole_corners", 0), "four points of sole_outline"),
-        (put("ankle_limits", value=[]), "at least one row"),
+        (drop("sole_corners", 0), "at least 4 items"),
+        (put("ankle_limits", value=[]), "at least 1 item"),
         (put("ankle_limits", 1, value=[-2.0, -0.1, 0.1]), "rising pitch"),
         (put("ankle_limits", 1, value=[-0.9, 0.1, -0.1]), "lowest roll"),
-        (put("motors", 0, "stall_torque", value=0.0), "motors: stall_torque"),
-        (put("motors", 0, "stall_torque", value="strong"), "motors: stall_torque"),
-        (put("motors", 0, "gear", value=1.0), "unknown key gear"),
+        (put("motors", 0, "stall_torque", value=0.0), "motors[1].stall_torque: got"),
+        (put("motors", 0, "stall_torque", value="strong"), "motors[1].stall_torque: got"),
+        (put("motors", 0, "gear", value=1.0), "motors[1].gear: got"),
         (drop("motors", 1), "none for HeadPitch"),
-        (put("motors", 1, "joints", value="HeadPitch"), "motors: joints"),
+        (put("motors", 1, "joints", value="HeadPitch"), "motors[2].joints: got"),
         (put("motors", 1, "joints", 0, value="HeadYaw"), "each joint once"),
         (put("motors", 1, "joints", 0, value="Tail"), "got 'Tail'"),
     ],
 )
-def test_robot_file_refused(
+def test_a_bad_robot_file_is_refused(
     tmp_path: Path, settings: Settings, edit: Callable[[Settings], None], said: str
 ) -> None:
     changed = copy.deepcopy(settings)
@@ -111,7 +113,7 @@ def test_robot_file_refused(
         ("!!python/object/apply:os.getcwd []", "readable YAML"),
     ],
 )
-def test_what_is_no_robot_file_is_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_a_file_that_is_no_robot_file_is_refused(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "bad.yaml"
     path.write_text(text)
     with pytest.raises(NaoGaitError, match=said) as refused:
