@@ -8,7 +8,7 @@ that it changed nothing, and a figure can say which walk it was measured on.
 
 import hashlib
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from typing import Any
@@ -77,6 +77,8 @@ STARTS = {
     Posture.LYING_BACK: "lying_back",
 }
 """Start states of the simulation by the posture that a motion begins from."""
+PLACE_TOLERANCE, TURN_TOLERANCE = 0.02, math.radians(2.0)
+"""[m] and [rad] between two ends of the same walk on other processors."""
 MOTION_AT, MOTION_REST = 1.5, 1.0
 """[s] when a motion is asked for, and for how long the robot is watched after it."""
 
@@ -115,6 +117,21 @@ class Fingerprint:
     digest: str
     pose: tuple[float, float, float]
 
+    def as_list(self) -> list[str | float]:
+        """Digest and end pose, for a JSON file."""
+        return [self.digest, *(round(value, 4) for value in self.pose)]
+
+    def is_same_walk(self, stored: Sequence[Any]) -> bool:
+        """Whether an earlier `as_list` is of the same walk.
+
+        The digest is of exact bits, which differ between processors with other vector units: there
+        the same walk ends within `PLACE_TOLERANCE` and `TURN_TOLERANCE` of the earlier pose.
+        """
+        digest, x, y, yaw = stored
+        off = math.hypot(self.pose[0] - x, self.pose[1] - y)
+        turned = abs(math.remainder(self.pose[2] - yaw, math.tau))
+        return digest == self.digest or (off <= PLACE_TOLERANCE and turned <= TURN_TOLERANCE)
+
 
 def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
     """All reference rollouts in these engines."""
@@ -152,6 +169,17 @@ def fingerprints(
     """All of them, over all cores."""
     label = "reference rollouts"
     return parallel_map(fingerprint, cases(engines), jobs=jobs, label=label, show=show)
+
+
+def fingerprints_of(
+    keys: Iterable[str], jobs: int | None = None, show: bool = True
+) -> dict[str, Fingerprint]:
+    """Only the reference rollouts of these keys, by key; unknown keys are left out."""
+    wanted = set(keys)
+    chosen = [case for case in cases() if case.key in wanted]
+    label = "reference rollouts"
+    found = parallel_map(fingerprint, chosen, jobs=jobs, label=label, show=show)
+    return {each.key: each for each in found}
 
 
 def _bytes(truth: GroundTruth, status: GaitStatus | None) -> bytes:

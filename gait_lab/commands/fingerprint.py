@@ -16,10 +16,8 @@ def run(arguments: argparse.Namespace) -> int:
     found = {each.key: each for each in fingerprints(engines, arguments.jobs)}
     if arguments.compare is None:
         json.dump(
-            {key: [each.digest, *(round(value, 4) for value in each.pose)]
-             for key, each in sorted(found.items())},
-            sys.stdout, indent=0,
-        )  # fmt: skip
+            {key: each.as_list() for key, each in sorted(found.items())}, sys.stdout, indent=0
+        )
         say("")
         return EXIT_OK
     before = json.load(arguments.compare)

@@ -1,0 +1,406 @@
+"""`nao_gait results`: docs/results.md and docs/results/*.json, measured on one commit.
+
+A section is one run of a suite. Its file holds the commit, the command, the rows, the tables and
+the fingerprints of the walks that the figures depend on. A finished section of the same commit,
+command and fingerprints is not run again, so an interrupted run goes on where it stopped. The page
+is written from the files alone.
+"""
+
+import hashlib
+import json
+import subprocess
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import gait_lab
+from gait_lab.bench.figures import crossing_figure, push_figure, speed_figure
+from gait_lab.bench.fingerprint import Fingerprint, fingerprints_of
+from gait_lab.bench.published import PUBLISHED_NOTE
+from gait_lab.bench.result import Column, Table
+from gait_lab.bench.suite import Run, find_suite, plan
+from gait_lab.bench.suites.rough import WALKERS as CROSSING_ROBOTS
+from gait_lab.trials.crossing import CrossingSpec
+from gait_lab.trials.trial import loaded_robot
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.presets import preset_for
+
+ROOT = Path(gait_lab.__file__).resolve().parents[1]
+CODE = ("config", "gait_lab", "nao_lipm_gait", "sim_bridge", "urdf")
+"""What the figures depend on; other files may change without making a result old."""
+REPORTED = {"robots": 20, "seed": 40, "engine": "mujoco"}
+"""Robots 40 to 59. The parameters were chosen on robots 0 to 39."""
+WALK = "mujoco/walk/default"
+Values = Mapping[str, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One run of a suite on the page.
+
+    Attributes:
+        name: Of its file, and for `--only`.
+        title: Heading.
+        suite: Name of the suite.
+        full: Its options, besides `REPORTED`.
+        quick: What differs in the quick form.
+        walks: Keys of the reference rollouts that the figures depend on.
+        figure: Draws values of metrics to a file; None without a figure.
+        picture: Name of a file in images/, and what draws it after the run.
+        caption: Of the figure or picture.
+        of_this_machine: The figures depend on the machine.
+    """
+
+    name: str
+    title: str
+    suite: str
+    full: Mapping[str, Any] = field(default_factory=dict)
+    quick: Mapping[str, Any] = field(default_factory=dict)
+    walks: tuple[str, ...] = (WALK,)
+    figure: Callable[[Values, Path], Path | None] | None = None
+    picture: tuple[str, Callable[[Path], object]] | None = None
+    caption: str = ""
+    of_this_machine: bool = False
+
+    def plan(self, quick: bool, placo_python: str | None = None, jobs: int | None = None) -> Run:
+        """The run of this section; raises NaoGaitError if its input is bad."""
+        taken = find_suite(self.suite).taken
+        given = {name: value for name, value in REPORTED.items() if name in taken}
+        given |= {**self.full, **(self.quick if quick else {})}
+        given |= {"jobs": jobs} if jobs is not None else {}
+        if "placo_python" in taken:
+            given["placo_python"] = placo_python
+        (run,) = plan(self.suite, given)
+        return run
+
+
+def _cross_a_field(path: Path) -> None:
+    robot = next(each for each in CROSSING_ROBOTS if each.name == "bruno_fast")
+    parameters = preset_for(loaded_robot(robot.urdf), robot.preset)
+    spec = CrossingSpec(robot, parameters=parameters, robot_seed=50, engine="mujoco")
+    crossing_figure(spec, path)
+
+
+_FEW = {"robots": 4, "window": 4.0}
+_ONE_LOOP = {"open_loop": "off"}
+_PUSH = "Largest impulse that is survived, by the direction of the push; ahead is up."
+SECTIONS = (
+    Section("speed", "Speed", "speed", quick={"robots": 6, "window": 5.0}, figure=speed_figure,
+            caption="Bars: median of the robots. The line ends at the worst one."),
+    Section("speed_pybullet", "Speed in PyBullet", "speed", {"engine": "pybullet"},
+            {**_FEW, **_ONE_LOOP, "half_speed": False}, ("pybullet/walk/default",)),
+    Section("speed_worn", "Speed on worn joints", "speed", {"plant": "worn"},
+            {"robots": 6, "window": 5.0, "half_speed": False, **_ONE_LOOP}),
+    Section("error", "Error of the centre of mass", "error", quick={"robots": 3, "window": 5.0}),
+    Section("push_spot", "Pushes on the spot", "push", {"robots": 10, "tasks": ("spot",)},
+            {"robots": 4, "phases": 4, "directions": ("forward", "left", "back", "right")},
+            figure=push_figure, caption=_PUSH),
+    Section("push_walking", "Pushes while walking", "push",
+            {"robots": 10, "tasks": ("forward=20",)},
+            {"robots": 4, "phases": 4, "impulses": (1.25,)}),
+    Section("start", "Starts and stops", "start", quick={"robots": 6, **_ONE_LOOP}),
+    Section("endurance", "Endurance", "endurance", quick={"robots": 8, "metres": 5.0}),
+    Section("robust", "Harder plants", "robust", quick={"robots": 6, "window": 5.0, **_ONE_LOOP}),
+    Section("delay", "Late sensors", "delay", {"robots": 4},
+            {**_FEW, "tasks": ("forward=20",), **_ONE_LOOP}),
+    Section("loss", "Lost messages", "loss", quick={"robots": 3, "window": 10.0},
+            walks=(WALK, "mujoco/fault/loss")),
+    Section("faults", "Faults in the middle of a walk", "faults", {"runs": 2000},
+            {"runs": 56}, (WALK, "mujoco/fault/imu_outage", "mujoco/fault/frozen")),
+    Section("ablation", "One extension at a time", "ablation", {"robots": 10},
+            {"robots": 2, "window": 4.0, "phases": 2, "tasks": ("forward",)},
+            (WALK, "mujoco/walk/paper")),
+    Section("posture", "Posture control of Bruno", "posture", {},
+            {"robots": 2, "window": 5.0}, ("mujoco/walk/bruno",)),
+    Section("getup", "Getting up", "getup", quick={"robots": 6, "attempts": 1},
+            walks=(WALK, "mujoco/motion/nao_h21_v33/get_up_back",
+                   "mujoco/motion/nao_h21_v33/get_up_front")),
+    Section("kick", "Kicks", "kick", quick={"robots": 6},
+            walks=("mujoco/motion/nao_h21_v33/kick_front_right",
+                   "mujoco/motion/nao_h21_v33/kick_side_right")),
+    Section("rough", "Rough ground", "rough", quick={"robots": 8, **_ONE_LOOP},
+            picture=("rough_fast.png", _cross_a_field), caption="The walk bruno fast of robot 50.",
+            walks=("mujoco/walk/rough_fast", "mujoco/walk/rough_slow", "mujoco/walk/bruno", WALK)),
+    Section("compute", "Cost of control", "compute", {}, {"window": 10.0},
+            of_this_machine=True),
+    Section("peers", "Other walks on the same robots", "peers", {},
+            {"robots": 2, "window": 4.0, "phases": 2},
+            (WALK, "mujoco/walk/paper", "mujoco/walk/zmp", "mujoco/walk/preview")),
+)  # fmt: skip
+INTRODUCTION = """\
+# Results
+
+Written by `nao_gait results` from the files in [results/](results). Each table is followed by the
+command that measures it again. {form}
+
+- A *robot* is an individual drawn from the plant: joint zero errors, sensor biases, masses,
+  friction, motor strength ([plants.md](plants.md)). Worst and median are over the robots. The
+  parameters were chosen on robots 0 to 39; the robots here are others.
+- *Closed* is the gait with its feedback. *Open* is the same gait with the same parameters on the
+  same robots without feedback (`feedback: false`).
+- A speed *counts* only if no robot falls, at most 5 % of the ticks are without a loaded foot, the
+  loaded sole slips at most 3 cm/s, and the legs do not touch.
+- A *fall* is a torso tilt over 45 deg or a torso below half of its standing height. The gait
+  *detects* a fall when its own state says so; the lead is 0 for a fall that it did not detect
+  before. A detection relaxes the joints and thereby causes the fall, so few false alarms do not yet
+  prove a good detection.
+- {published}
+"""
+STALE = "**Measured on an earlier walk.** The walk has changed since; these figures are kept until "
+STALE += "they are measured again."
+
+
+@dataclass(frozen=True, slots=True)
+class CodeState:
+    """The version of the code.
+
+    Attributes:
+        commit: Last commit that changed something in `CODE`.
+        changes: Hash of what is not committed in there; empty if nothing is.
+    """
+
+    commit: str
+    changes: str
+
+    @classmethod
+    def of(cls, root: Path = ROOT) -> "CodeState":
+        """The state of a git checkout; raises NaoGaitError if it is none."""
+        commit = _git(root, "log", "-1", "--format=%H", "--", *CODE).decode().strip()
+        changed = _git(root, "diff", "HEAD", "--", *CODE)
+        new = _git(root, "ls-files", "-z", "--others", "--exclude-standard", "--", *CODE)
+        for name in filter(None, new.decode().split("\0")):
+            changed += name.encode() + (root / name).read_bytes()
+        return cls(commit, hashlib.sha256(changed).hexdigest()[:12] if changed else "")
+
+
+def _git(root: Path, *arguments: str) -> bytes:
+    command = ["git", "-C", str(root), *arguments]
+    try:
+        return subprocess.run(command, capture_output=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise NaoGaitError("results", str(root), "a git checkout with a commit") from error
+
+
+@dataclass(frozen=True, slots=True)
+class ResultsOptions:
+    """What `nao_gait results` is asked for.
+
+    Attributes:
+        docs: Folder of results.md, results/ and images/.
+        only: Names of sections; empty for all.
+        quick: Few robots and short windows.
+        allow_dirty: Measure although `CODE` has changes that are not committed.
+        placo_python: Python of an environment with placo; without it the section `peers` is left
+            out.
+        jobs: Processes; None for all cores.
+    """
+
+    docs: Path = ROOT / "docs"
+    only: tuple[str, ...] = ()
+    quick: bool = False
+    allow_dirty: bool = False
+    placo_python: str | None = None
+    jobs: int | None = None
+
+    @property
+    def sections(self) -> tuple[Section, ...]:
+        """The sections to run; raises NaoGaitError for an unknown name."""
+        names = [section.name for section in SECTIONS]
+        for name in self.only:
+            if name not in names:
+                raise NaoGaitError("only", name, f"one of {', '.join(names)}")
+        if "peers" in self.only and self.placo_python is None:
+            raise NaoGaitError("placo-python", "", "needed by the section peers")
+        left_out = () if self.placo_python else ("peers",)
+        wanted = self.only or [name for name in names if name not in left_out]
+        return tuple(section for section in SECTIONS if section.name in wanted)
+
+
+def measure(options: ResultsOptions, out: Callable[[str], None] = print) -> None:
+    """Run the sections that are not finished, write their files and the page.
+
+    Args:
+        options: What to run.
+        out: Prints a text.
+
+    Raises:
+        NaoGaitError: There are changes that are not committed, or the input is bad.
+    """
+    code = CodeState.of()
+    if code.changes and not (options.quick or options.allow_dirty):
+        raise NaoGaitError(
+            "results", f"uncommitted changes in {', '.join(CODE)}",
+            "a committed state, --quick or --allow-dirty",
+        )  # fmt: skip
+    sections = options.sections
+    runs = [each.plan(options.quick, options.placo_python, options.jobs) for each in sections]
+    keys = dict.fromkeys(key for section in sections for key in section.walks)
+    found = fingerprints_of(keys, options.jobs)
+    times = []
+    for number, (section, run) in enumerate(zip(sections, runs, strict=True), 1):
+        command = run.command
+        if options.placo_python is not None:
+            command = command.replace(options.placo_python, "placo-env/bin/python")
+        head: dict[str, Any] = {
+            "section": section.name, "title": section.title, "commit": code.commit,
+            "changes": code.changes, "command": command, "quick": options.quick, "stale": False,
+            "fingerprints": {key: found[key].as_list() for key in section.walks},
+        }  # fmt: skip
+        file = options.docs / "results" / f"{section.name}.json"
+        label = f"[{number}/{len(sections)}] {section.name}"
+        if _is_finished(file, head, found):
+            out(f"{label}: finished before")
+            continue
+        out(f"{label}: {command}")
+        began = time.monotonic()
+        result = run.suite.measure(run.options)
+        took = time.monotonic() - began
+        times.append((section.name, took))
+        content = {
+            **head, "title_of_run": result.title, "of_this_machine": section.of_this_machine,
+            "tables": [table.as_dict() for table in result.tables], "notes": list(result.notes),
+            "rows": result.as_rows(run.suite.name, run.options),
+        }  # fmt: skip
+        _write_json(file, content)
+        if section.picture is not None:
+            name, draw = section.picture
+            draw(_images(options.docs) / name)
+        write_page(options.docs)
+        out(f"{result.text}\n{section.name}: took {took:.0f} s\n")
+    write_page(options.docs)
+    if times:
+        rows = [*times, ("all", sum(took for _, took in times))]
+        out(Table((Column("section"), Column("took", "s", 0)), rows).text())
+    out(f"wrote {options.docs / 'results.md'}")
+
+
+def _is_finished(file: Path, head: Mapping[str, Any], found: Mapping[str, Fingerprint]) -> bool:
+    if not file.is_file():
+        return False
+    before = load(file)
+    same = all(before[key] == head[key] for key in ("commit", "changes", "command", "stale"))
+    return same and is_current(before, found)
+
+
+def load(file: Path) -> dict[str, Any]:
+    """The content of a results file; raises NaoGaitError if it is none."""
+    try:
+        content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        content["commit"], content["fingerprints"], content["rows"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise NaoGaitError("results", str(file), f"a file of nao_gait results ({error})") from error
+    return content
+
+
+def is_current(content: Mapping[str, Any], found: Mapping[str, Fingerprint]) -> bool:
+    """Whether the walks of a results file are those of the present code."""
+    stored: Mapping[str, Sequence[Any]] = content["fingerprints"]
+    return all(key in found and found[key].is_same_walk(each) for key, each in stored.items())
+
+
+def outdated(files: Iterable[Path], jobs: int | None = None, show: bool = True) -> list[Path]:
+    """The results files whose walks have changed and that are not marked as stale.
+
+    Args:
+        files: Results files.
+        jobs: Processes; None for all cores.
+        show: Show a progress bar.
+
+    Returns:
+        Those that have to be measured again, or marked.
+    """
+    contents = {file: load(file) for file in files}
+    contents = {file: content for file, content in contents.items() if not content["stale"]}
+    keys = dict.fromkeys(key for each in contents.values() for key in each["fingerprints"])
+    found = fingerprints_of(keys, jobs, show)
+    return [file for file, content in contents.items() if not is_current(content, found)]
+
+
+def mark_stale(options: ResultsOptions, out: Callable[[str], None] = print) -> None:
+    """Mark the results whose walks have changed, with a visible note on the page.
+
+    Args:
+        options: The folder; `only` limits the files.
+        out: Prints a text.
+    """
+    files = sorted((options.docs / "results").glob("*.json"))
+    files = [file for file in files if not options.only or file.stem in options.only]
+    marked = outdated(files, options.jobs)
+    for file in marked:
+        _write_json(file, {**load(file), "stale": True})
+        out(f"stale: {file}")
+    write_page(options.docs)
+    out(f"{len(files)} results, {len(marked)} newly marked as stale")
+
+
+def write_page(docs: Path) -> Path:
+    """Write results.md and its figures from the files in results/; the path of the page."""
+    files = (docs / "results" / f"{section.name}.json" for section in SECTIONS)
+    contents = {file.stem: load(file) for file in files if file.is_file()}
+    form = "All of it is of commit {}." if _one_commit(contents.values()) else "Newest commit: {}."
+    commits = [_commit(content) for content in contents.values() if not content["stale"]]
+    form = form.format(f"`{commits[0]}`") if commits else ""
+    if any(content["quick"] for content in contents.values()):
+        form += " This is the quick form: few robots, short windows."
+    parts = [INTRODUCTION.format(form=form.strip(), published=PUBLISHED_NOTE)]
+    for section in SECTIONS:
+        if section.name in contents:
+            parts += _section(section, contents[section.name], docs, commits[:1])
+    page = docs / "results.md"
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text("\n".join(parts), encoding="utf-8")
+    return page
+
+
+def _section(
+    section: Section, content: Mapping[str, Any], docs: Path, commit: Sequence[str]
+) -> list[str]:
+    parts = [f"## {section.title}\n"]
+    if content["stale"]:
+        parts.append(f"> {STALE} Commit `{_commit(content)}`.\n")
+    elif _commit(content) not in commit:
+        parts.append(f"> Measured at commit `{_commit(content)}`.\n")
+    if section.of_this_machine:
+        parts.append("These times depend on the machine.\n")
+    drawn = None
+    if section.figure is not None:
+        values = {row["metric"]: row["value"] for row in content["rows"]}
+        drawn = section.figure(values, _images(docs) / f"bench_{section.suite}.png")
+    elif section.picture is not None:
+        drawn = _images(docs) / section.picture[0]
+    if drawn is not None and drawn.is_file():
+        parts.append(f"![{section.caption}](images/{drawn.name})\n\n{section.caption}\n")
+    parts.append(f"{content['title_of_run']}.\n")
+    parts += [Table.of(table).text(markdown=True) + "\n" for table in content["tables"]]
+    notes = (note for note in content["notes"] if note != PUBLISHED_NOTE)
+    parts += [f"- {note.replace('<', '&lt;')}" for note in notes]
+    parts.append(f"\n```\n{content['command']}\n```\n")
+    return parts
+
+
+def _images(docs: Path) -> Path:
+    folder = docs / "images"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _commit(content: Mapping[str, Any]) -> str:
+    changed = " with uncommitted changes" if content["changes"] else ""
+    return f"{content['commit'][:12]}{changed}"
+
+
+def _one_commit(contents: Iterable[Mapping[str, Any]]) -> bool:
+    return len({_commit(content) for content in contents}) <= 1
+
+
+def _write_json(file: Path, content: Mapping[str, Any]) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        # In one step: an interrupted run leaves no half file.
+        new = file.with_suffix(".new")
+        new.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        new.replace(file)
+    except OSError as error:
+        raise NaoGaitError("results", str(file), f"a file that can be written ({error})") from error

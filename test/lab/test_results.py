@@ -1,0 +1,187 @@
+"""The results in docs/: of the present walk and of one commit, or marked as old."""
+
+import json
+import math
+import subprocess
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gait_lab.bench import Column, Measurement, SuiteResult, Table, results
+from gait_lab.bench.fingerprint import Fingerprint
+from gait_lab.bench.results import SECTIONS, WALK, CodeState, ResultsOptions, Section
+from gait_lab.bench.suite import Suite, suites
+from nao_lipm_gait.errors import NaoGaitError
+
+SHIPPED = sorted((results.ROOT / "docs" / "results").glob("*.json"))
+FOUND = Fingerprint(WALK, "0123456789abcdef", (1.0, 0.2, 0.1))
+CODE = CodeState("a" * 40, "")
+
+
+@pytest.mark.skipif(not SHIPPED, reason="docs/results/ is empty: run nao_gait results")
+def test_the_shipped_results_are_of_the_present_walk() -> None:
+    pytest.importorskip("mujoco")
+    old = results.outdated(SHIPPED, show=False)
+    assert not old, (
+        f"measured on an earlier walk: {', '.join(file.name for file in old)}; run "
+        "nao_gait results, or nao_gait results --mark-stale"
+    )
+
+
+@pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.name)
+def test_every_section_can_be_planned_in_both_forms(section: Section) -> None:
+    for quick in (False, True):
+        run = section.plan(quick)
+        assert run.command.startswith(f"nao_gait bench {section.suite}")
+        if "robots" in run.suite.taken:
+            assert run.options.seed == 40
+    assert len({section.name for section in SECTIONS}) == len(SECTIONS)
+
+
+def test_a_walk_is_known_by_its_hash_or_by_its_end() -> None:
+    digest, x, y, yaw = FOUND.as_list()
+    assert FOUND.is_same_walk([digest, 9.0, y, yaw])
+    assert FOUND.is_same_walk(["other", x + 0.015, y, yaw + math.radians(1.5)])  # type: ignore[operator]
+    assert FOUND.is_same_walk(["other", x, y, yaw + math.tau])  # type: ignore[operator]
+    assert not FOUND.is_same_walk(["other", x + 0.03, y, yaw])  # type: ignore[operator]
+    assert not FOUND.is_same_walk(["other", x, y, yaw + math.radians(3.0)])  # type: ignore[operator]
+
+
+# -- measuring -------------------------------------------------------------------------------------
+
+
+class Bench:
+    """Two sections whose suites only count how often they run."""
+
+    def __init__(self) -> None:
+        self.ran: list[str] = []
+        self.code = CODE
+        self.found = FOUND
+
+    def measure(self, name: str) -> SuiteResult:
+        """One number in a table."""
+        self.ran.append(name)
+        table = Table((Column("speed", "cm/s"),), [(40.04,)])
+        return SuiteResult((Measurement("speed", "cm/s", 40.04),), "A run", (table,), ("|a| < b",))
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
+    """The results with two sections of a stand-in suite, one walk and one commit."""
+    made = Bench()
+    names = ("one", "two")
+    fakes = {
+        name: Suite(name, name, name, lambda options, name=name: made.measure(name))
+        for name in names
+    }
+    monkeypatch.setattr("gait_lab.bench.suite.suites", lambda: {**suites(), **fakes})
+    monkeypatch.setattr(results, "SECTIONS", tuple(Section(n, n.title(), n) for n in names))
+    monkeypatch.setattr(CodeState, "of", classmethod(lambda cls: made.code))
+
+    def fingerprints_of(keys: Iterable[str], *_: object) -> dict[str, Fingerprint]:
+        return {key: made.found for key in keys}
+
+    monkeypatch.setattr(results, "fingerprints_of", fingerprints_of)
+    return made
+
+
+def run(docs: Path, **options: Any) -> str:
+    """Measure into a folder; the text that was printed."""
+    printed: list[str] = []
+    results.measure(ResultsOptions(docs, **options), printed.append)
+    return "\n".join(printed)
+
+
+def test_each_file_and_the_page_say_how_they_came_about(bench: Bench, tmp_path: Path) -> None:
+    assert "one: took" in run(tmp_path)
+    content = json.loads((tmp_path / "results" / "one.json").read_text())
+    assert content["commit"] == CODE.commit
+    assert content["command"] == "nao_gait bench one --seed 40 --engine mujoco"
+    assert content["fingerprints"] == {WALK: FOUND.as_list()}
+    assert content["rows"][0]["value"] == 40.04
+    page = (tmp_path / "results.md").read_text()
+    assert f"All of it is of commit `{CODE.commit[:12]}`" in page
+    assert "| 40.0 |" in " ".join(page.split())
+    assert "- |a| &lt; b" in page
+    assert page.index("## One") < page.index("nao_gait bench one") < page.index("## Two")
+
+
+def test_a_finished_section_is_not_run_again(bench: Bench, tmp_path: Path) -> None:
+    run(tmp_path, only=("two",))
+    assert bench.ran == ["two"]
+    assert "two: finished before" in run(tmp_path)
+    assert bench.ran == ["two", "one"]
+    bench.code = replace(CODE, commit="b" * 40)
+    run(tmp_path, only=("one",))
+    assert bench.ran == ["two", "one", "one"]
+    page = (tmp_path / "results.md").read_text()
+    assert "Measured at commit `aaaaaaaaaaaa`" in page, "two is still of the other commit"
+
+
+def test_another_walk_makes_results_old_until_they_are_marked(bench: Bench, tmp_path: Path) -> None:
+    run(tmp_path)
+    files = sorted((tmp_path / "results").glob("*.json"))
+    assert results.outdated(files) == []
+    bench.found = replace(FOUND, digest="other", pose=(2.0, 0.0, 0.0))
+    assert results.outdated(files) == files
+    results.mark_stale(ResultsOptions(tmp_path, only=("one",)), lambda _: None)
+    assert [file.stem for file in results.outdated(files)] == ["two"]
+    page = (tmp_path / "results.md").read_text()
+    assert page.count("Measured on an earlier walk") == 1
+    run(tmp_path)
+    assert bench.ran == ["one", "two"] * 2
+    assert "earlier walk" not in (tmp_path / "results.md").read_text()
+
+
+def test_uncommitted_changes_are_refused_unless_asked_for(bench: Bench, tmp_path: Path) -> None:
+    bench.code = replace(CODE, changes="0123456789ab")
+    with pytest.raises(NaoGaitError, match=r"uncommitted changes.*--allow-dirty"):
+        run(tmp_path)
+    run(tmp_path, allow_dirty=True)
+    assert "with uncommitted changes" in (tmp_path / "results.md").read_text()
+    run(tmp_path, quick=True)
+    assert bench.ran == ["one", "two"], "the same command on the same changes"
+
+
+def test_unknown_sections_and_broken_files_are_refused(bench: Bench, tmp_path: Path) -> None:
+    with pytest.raises(NaoGaitError, match="only: got 'three'; allowed: one of one, two"):
+        run(tmp_path, only=("three",))
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "one.json").write_text("{}")
+    with pytest.raises(NaoGaitError, match=r"one\.json"):
+        run(tmp_path)
+
+
+# -- the state of the code -------------------------------------------------------------------------
+
+
+def git(folder: Path, *arguments: str) -> None:
+    """Run git as somebody."""
+    who = ("-c", "user.name=a", "-c", "user.email=a@b.invalid", "-c", "commit.gpgsign=false")
+    subprocess.run(["git", "-C", str(folder), *who, *arguments], check=True, capture_output=True)
+
+
+def test_only_changes_of_the_code_count(tmp_path: Path) -> None:
+    with pytest.raises(NaoGaitError, match="a git checkout"):
+        CodeState.of(tmp_path)
+    for folder in ("config", "docs", "gait_lab"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "file").write_text("1")
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    first = CodeState.of(tmp_path)
+    assert len(first.commit) == 40
+    assert first.changes == ""
+    (tmp_path / "docs" / "file").write_text("2")
+    git(tmp_path, "commit", "-qam", "documents")
+    assert CodeState.of(tmp_path) == first
+    (tmp_path / "config" / "file").write_text("2")
+    changed = CodeState.of(tmp_path)
+    assert changed.commit == first.commit
+    assert changed.changes
+    (tmp_path / "gait_lab" / "new").write_text("3")
+    assert CodeState.of(tmp_path).changes not in ("", changed.changes)
