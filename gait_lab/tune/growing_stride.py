@@ -13,6 +13,7 @@ from gait_lab.analysis.metrics import Metrics, measure
 from gait_lab.analysis.trace import Trace
 from gait_lab.tune.measures import Measures, excess_of
 from gait_lab.tune.walker import Setting, walk
+from nao_lipm_gait.geometry import yaw_of_quaternion
 from nao_lipm_gait.types import STANDSTILL, GaitState, GaitStatus, VelocityCommand
 
 MEASURES = {
@@ -113,8 +114,7 @@ def distance(trace: Trace, end: float | None) -> float:
     """[m] from the start to `end` [s] along the heading at the start."""
     row = len(trace) - 1 if end is None else int(np.searchsorted(trace.time, end - 1e-9))
     row = min(row, len(trace) - 1)
-    x, y, z, w = trace.torso_quaternion[0]
-    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    heading = yaw_of_quaternion(*trace.torso_quaternion[0].tolist())
     moved = trace.torso_position[row] - trace.torso_position[0]
     return float(math.cos(heading) * moved[0] + math.sin(heading) * moved[1])
 
