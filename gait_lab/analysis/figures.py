@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.demo.tour import Phase
+from gait_lab.demo.tour import TourPhase
 from gait_lab.record.recording import Recording
 from nao_lipm_gait.types import FloatArray
 
@@ -46,7 +46,7 @@ _pyplot = pyplot
 
 
 def draw_demo(
-    recording: Recording, tour: Sequence[Phase], tour_began: float, out: Path, urdf: str
+    recording: Recording, tour: Sequence[TourPhase], tour_began: float, out: Path, urdf: str
 ) -> list[Path]:
     """All figures of a demo; `tour_began` [s] of simulated time, `urdf`: the robot that walked."""
     begins = tour_began + np.cumsum([0.0, *(phase.duration for phase in tour)])
@@ -81,7 +81,7 @@ def com_figure(recording: Recording, start: float, path: Path) -> Path:
 
 
 def path_figure(
-    recording: Recording, tour: Sequence[Phase], begins: FloatArray, path: Path
+    recording: Recording, tour: Sequence[TourPhase], begins: FloatArray, path: Path
 ) -> Path:
     """The way from above, in the robot's start frame, with where the feet stood."""
     plt = pyplot()
@@ -137,7 +137,7 @@ def _sole_outline(x: float, y: float, yaw: float) -> tuple[FloatArray, FloatArra
 
 
 def speed_figure(
-    recording: Recording, tour: Sequence[Phase], begins: FloatArray, path: Path
+    recording: Recording, tour: Sequence[TourPhase], begins: FloatArray, path: Path
 ) -> Path:
     """Commanded and achieved velocity over the tour."""
     plt = pyplot()
@@ -184,10 +184,10 @@ def _smoothed(values: FloatArray, window: int) -> FloatArray:
 
 
 def frames_figure(
-    recording: Recording, tour: Sequence[Phase], begins: FloatArray, path: Path, urdf: str
+    recording: Recording, tour: Sequence[TourPhase], begins: FloatArray, path: Path, urdf: str
 ) -> Path:
     """A contact sheet: the robot as it was, drawn from the recorded poses."""
-    from gait_lab.analysis.render import Harness
+    from gait_lab.analysis.render import Renderer
     from nao_lipm_gait.robot import load_robot
     from sim_bridge.individual import draw_individual
     from sim_bridge.plant import load_plant
@@ -198,7 +198,7 @@ def frames_figure(
     truth, joints = recording.truth, recording.joints
     row_of = {round(1e3 * time): row for row, time in enumerate(joints.time.tolist())}
     figure, panels = plt.subplots(2, FRAMES // 2, figsize=(13, 5.2), layout="constrained")
-    with Harness(robot, draw_individual(load_plant("ideal"), robot, -1)) as stage:
+    with Renderer(robot, draw_individual(load_plant("ideal"), robot, -1)) as stage:
         times = np.linspace(begins[1] + 1.0, begins[-1] - 0.5, FRAMES)
         for panel, time in zip(panels.flat, times, strict=True):
             panel.axis("off")

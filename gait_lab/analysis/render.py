@@ -23,6 +23,8 @@ _FLOOR = (0.93, 0.93, 0.91, 1.0)
 _TILE = (0.80, 0.82, 0.84, 1.0)
 _TILE_SIZE = 0.25
 """[m]: progress can be read off the floor."""
+TILE_PERIOD = 2.0 * _TILE_SIZE
+"""Period of the pattern of the floor along x and y [m]."""
 _TILES = 14
 """Tiles along each side of the floor."""
 
@@ -44,7 +46,7 @@ class Camera:
     height: float = 0.22
 
 
-class Harness:
+class Renderer:
     """A robot without physics, posed and photographed."""
 
     def __init__(self, robot: RobotDescription, individual: Individual) -> None:
@@ -135,7 +137,7 @@ class Harness:
         """Free the engine."""
         self._bullet.disconnect(physicsClientId=self._client)
 
-    def __enter__(self) -> "Harness":
+    def __enter__(self) -> "Renderer":
         return self
 
     def __exit__(self, *_: object) -> None:

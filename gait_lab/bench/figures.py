@@ -120,7 +120,7 @@ def crossing_figure(spec: CrossingSpec, path: Path, frames: int = 4) -> Crossing
     Returns:
         The result of the crossing.
     """
-    from gait_lab.analysis.render import Camera, Harness
+    from gait_lab.analysis.render import Camera, Renderer
 
     camera = Camera(distance=1.25, yaw=35.0, pitch=-28.0, height=0.16)
     ticks: list[Tick] = []
@@ -129,7 +129,7 @@ def crossing_figure(spec: CrossingSpec, path: Path, frames: int = 4) -> Crossing
     figure, panels = pyplot().subplots(
         1, frames, figsize=(3.3 * frames, 3.7), layout="constrained", squeeze=False
     )
-    with Harness(robot, draw_individual(plant, robot, spec.robot_seed)) as stage:
+    with Renderer(robot, draw_individual(plant, robot, spec.robot_seed)) as stage:
         stage.lay_floor((plant.terrain.start + plant.terrain.length / 2.0, 0.0))
         stage.lay_terrain(prisms(plant.terrain, spec.robot_seed))
         for number, panel in enumerate(panels.flat):

@@ -7,7 +7,7 @@ from gait_lab.commands.terminal import EXIT_OK, say
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
+    """Run the command; return the exit status."""
     from gait_lab.tune import run as tune
 
     options = tune.TuneOptions(
@@ -29,25 +29,25 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Add the arguments of the command."""
     parser.add_argument("study", help="shipped name (speed, com_error, omni) or YAML file")
-    parser.add_argument("--method", default="surrogate", metavar="M",
-                        help="surrogate (Gaussian process, default), pso or cma")  # fmt: skip
+    parser.add_argument("--method", metavar="M",
+                        help="surrogate (Gaussian process), pso, cma (the study's)")  # fmt: skip
     parser.add_argument("--trials", type=int, metavar="N", help="trials (the study's own)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (all cores)")
     parser.add_argument("--backend", default="loky", metavar="B",
                         help="loky: this machine (default); ray or dask: a cluster")  # fmt: skip
-    parser.add_argument("--address", metavar="A", help="of a running Ray or Dask cluster; "
-                        "without it a local one is started")  # fmt: skip
+    parser.add_argument("--address", metavar="A", help="of a running Ray or Dask cluster "
+                        "(one is started here)")  # fmt: skip
     parser.add_argument("--resume", action="store_true",
-                        help="go on with the study that is in --out")  # fmt: skip
+                        help="continue the study in --out")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="DIR",
                         help="trials, preset, figures, report (out/tune/STUDY)")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the method (0)")
     parser.add_argument("--engine", metavar="E", help="physics engine of the search (the study's)")
     parser.add_argument("--no-confirm", action="store_false", dest="confirm",
-                        help="do not walk the winner on unseen robots")  # fmt: skip
+                        help="do not confirm the winner on unseen robots")  # fmt: skip
     parser.add_argument("--confirm-on", action="append", default=[], metavar="ENGINE/PLANT",
-                        help="where it walks there instead of the study's places; may be given "
-                        "often")  # fmt: skip
+                        help="where to confirm it instead of the study's places; may be "
+                        "repeated")  # fmt: skip
     parser.set_defaults(run=run)

@@ -7,9 +7,9 @@ from gait_lab.commands.terminal import EXIT_OK, say
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it; the exit status."""
-    from gait_lab.view import command
+    from gait_lab.view import viewer
 
-    command.run(
+    viewer.run(
         port=arguments.port,
         namespace=arguments.namespace,
         stamped=arguments.stamped,

@@ -1,41 +1,54 @@
-"""`nao_gait demo`: both nodes as processes, a tour by `cmd_vel`, a bag, a table, figures."""
+"""`nao_gait demo`: both nodes as processes, a tour by `cmd_vel`, a bag, a table and pictures."""
 
+import json
 import math
 import os
+import shutil
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.demo.node_processes import NodeProcesses
-from gait_lab.demo.tour import TOURS, Phase, PhaseResult, duration, evaluate, fall_time, phase_at
-from gait_lab.record.recorder import TopicRecorder
+from gait_lab.demo.tour import (
+    SETTLE,
+    TOURS,
+    TourPhase,
+    TourPhaseResult,
+    duration,
+    evaluate,
+    fall_time,
+)
+from gait_lab.demo.tour_driver import TourDriver, TourError
 from gait_lab.record.recording import Recording
+from gait_lab.ros_session import ros_node
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from nao_lipm_gait.ros.process import DomainClaim, stop_on_signal
+from nao_lipm_gait.types import VelocityCommand
 
-START_TIMEOUT = 60.0
-"""[s] of wall time for both nodes to come up and the robot to stand."""
-STALL_TIMEOUT = 20.0
-"""[s] of wall time without a tick of the clock after which the demo gives up."""
-COMMAND_PERIOD = 0.1
-"""[s] of simulated time between two velocity commands."""
-STAND_UP = 1.2
-"""[s] of simulated time that the gait has for its stand before the tour begins."""
-RECORD_ON = 0.2
-"""[s] of simulated time that is still recorded after the end of the tour."""
-SHOW_PERIOD = 0.25 if sys.stdout.isatty() else 10.0
-"""[s] of wall time between two looks of the progress bar; in a log it gets a line now and then."""
 EXIT_FAILED = 1
+REST_SPEED = 0.02
+"""Speed [m/s] above which a robot does not stand."""
 
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
-    """What to show and where to put it."""
+    """Options of the demo.
+
+    Attributes:
+        out: Folder for the bag, the table and the pictures.
+        gui: Whether to open a window with the robot.
+        real_time: Whether to run in real time instead of in lockstep.
+        tour: Name of the tour.
+        engine: Physics engine.
+        plant: Name or file of the plant.
+        robot_seed: Seed of the individual robot; -1 is the nominal robot.
+        preset: Name or file of the gait preset.
+        urdf: Name or file of the robot.
+        pictures: Whether to draw figures and the moving picture.
+    """
 
     out: Path = Path("out/demo")
     gui: bool = False
@@ -46,7 +59,7 @@ class DemoOptions:
     robot_seed: int = 0
     preset: str = "default"
     urdf: str = "nao_h21_v33"
-    figures: bool = True
+    pictures: bool = True
 
     def __post_init__(self) -> None:
         if self.tour not in TOURS:
@@ -55,27 +68,61 @@ class DemoOptions:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """What happened."""
+    """Result of a tour.
 
-    phases: tuple[PhaseResult, ...]
+    Attributes:
+        phases: Results of the phases that were walked to their end.
+        fallen_at: Time of the fall [s since the tour began]; None without one.
+        problems: Everything that keeps the tour from being a success.
+    """
+
+    phases: tuple[TourPhaseResult, ...]
     fallen_at: float | None
-    """[s since the tour began]"""
     problems: tuple[str, ...]
 
     @property
     def succeeded(self) -> bool:
+        """Whether the whole tour was walked upright at the required speeds."""
         return not self.problems
 
 
 def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
-    """Walk the tour; the exit status is 0 only if the robot walked all of it upright."""
+    """Walk the tour and evaluate its bag.
+
+    Args:
+        options: Options of the demo.
+        say: Prints a line.
+
+    Returns:
+        The exit status: 0 only if the robot walked the whole tour upright.
+    """
     # Before anything is started: the ROS wheels restart the interpreter at their first import.
-    import rclpy
-    from rclpy.signals import SignalHandlerOptions
+    import rclpy  # noqa: F401
 
     began = time.monotonic()
-    out = _fresh(options.out)
+    out = _empty_folder(options.out)
+    tour_began, problems = _walk(options, out, say)
+    walked = time.monotonic() - began
+    result = _evaluate(out, options, tour_began, problems)
+    _print_table(result, options, walked, say)
+    _write_json(result, options, out)
+    if options.pictures and tour_began is not None:
+        _draw(out, options, tour_began, say)
+    say(f"Everything is in {out} (bag: {out / 'bag'}); {time.monotonic() - began:.0f} s in all.")
+    if result.succeeded:
+        say("The tour was completed upright.")
+        return 0
+    for problem in result.problems:
+        sys.stderr.write(f"nao_gait demo: {problem}\n")
+    return EXIT_FAILED
+
+
+def _walk(
+    options: DemoOptions, out: Path, say: Callable[[str], None]
+) -> tuple[float | None, list[str]]:
+    """Run both nodes and the tour; return the simulated time of its begin [s], and problems."""
     problems: list[str] = []
+    tour_began: float | None = None
     with (
         stop_on_signal() as stop,
         DomainClaim() as domain,
@@ -88,53 +135,31 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
         )
         nodes.start("sim_bridge", _bridge_parameters(options))
         nodes.start("gait", {"preset": options.preset, "urdf": options.urdf})
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        tour_began: float | None = None
-        try:
-            with BagWriter(out / "bag") as writer:
-                guide = _Guide(TOURS[options.tour], writer, stop)
-                try:
-                    tour_began = guide.walk(nodes, say)
-                except _DemoError as error:
-                    problems.append(str(error))
-                    tour_began = guide.tour_began
-                finally:
-                    guide.close()
-        finally:
-            rclpy.try_shutdown()
+        with ros_node("nao_gait_demo") as node, BagWriter(out / "bag") as writer:
+            driver = TourDriver(node, TOURS[options.tour], writer, stop, nodes)
+            try:
+                driver.run()
+            except TourError as error:
+                problems.append(str(error))
+            finally:
+                tour_began = driver.tour_began
+                driver.close()
         statuses = nodes.stop()
         problems += [
             f"{name} ended with status {status}" for name, status in statuses.items() if status != 0
         ]
         if problems:
-            problems += list(nodes.last_words())
-    walked = time.monotonic() - began
-    result = _judge(out, options, tour_began, problems)
-    _report(result, options, out, walked, say)
-    if options.figures and tour_began is not None:
-        _draw(out, options, tour_began, result, say)
-    say(f"Everything is in {out} (bag: {out / 'bag'}); {time.monotonic() - began:.0f} s in all.")
-    if result.succeeded:
-        say("The tour was completed upright.")
-        return 0
-    for problem in result.problems:
-        sys.stderr.write(f"nao_gait demo: {problem}\n")
-    return EXIT_FAILED
+            problems += nodes.log_tails()
+    return tour_began, problems
 
 
-class _DemoError(Exception):
-    """The tour could not be walked to its end."""
-
-
-def _fresh(out: Path) -> Path:
-    """The folder for the results; what an earlier demo left there is replaced."""
-    import shutil
-
+def _empty_folder(out: Path) -> Path:
+    """Create the folder for the results, and delete the results of an earlier demo."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         if (out / "bag").is_dir():
             shutil.rmtree(out / "bag")
-        for pattern in ("*.png", "*.log", "result.json"):
+        for pattern in ("*.png", "*.gif", "*.log", "result.json"):
             for old in out.glob(pattern):
                 old.unlink()
     except OSError as error:
@@ -154,125 +179,10 @@ def _bridge_parameters(options: DemoOptions) -> dict[str, object]:
     }
 
 
-class _Guide:
-    """Listens to the clock, leads the robot through the tour and records everything."""
-
-    def __init__(self, tour: tuple[Phase, ...], writer: BagWriter, stop: StopRequest) -> None:
-        import rclpy
-        from geometry_msgs.msg import Twist
-        from nav_msgs.msg import Odometry
-        from rclpy.executors import SingleThreadedExecutor
-        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-        from rosgraph_msgs.msg import Clock
-        from std_msgs.msg import String
-
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._tour = tour
-        self._stop = stop
-        self._node = rclpy.create_node("nao_gait_demo")
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self._node)
-        self._recorder = TopicRecorder(self._node, writer)
-        self._twist = Twist
-        self._publisher = self._node.create_publisher(Twist, "cmd_vel", 10)
-        self._node.create_subscription(Clock, "/clock", self._on_clock, qos_profile_sensor_data)
-        self._node.create_subscription(
-            Odometry, "ground_truth/odom", self._on_truth, qos_profile_sensor_data
-        )
-        self._node.create_subscription(String, "gait/support", self._on_support, latched)
-        self._now = 0.0
-        self._ticked = time.monotonic()
-        self._next_command = 0.0
-        self._support = ""
-        self._speed = 0.0
-        self._up = 1.0
-        self.tour_began: float | None = None
-
-    def walk(self, nodes: NodeProcesses, say: Callable[[str], None]) -> float:
-        """Lead the whole tour; the simulated time [s] at which it began."""
-        self._wait_for_stand(nodes)
-        self.tour_began = self._now
-        total = duration(self._tour)
-        shown = 0.0
-        with _progress(total) as bar:
-            while (elapsed := self._now - self.tour_began) < total:
-                self._spin(nodes, STALL_TIMEOUT)
-                if time.monotonic() >= shown + SHOW_PERIOD:
-                    shown = time.monotonic()
-                    phase = phase_at(self._tour, elapsed)
-                    bar.n = min(total, round(elapsed, 1))
-                    bar.set_description(phase.name if phase else "done", refresh=False)
-                    bar.set_postfix_str(f"{100 * self._speed:3.0f} cm/s, {self._support}")
-                if self._up < 0.5:
-                    raise _DemoError(f"the robot fell {elapsed:.1f} s into the tour")
-            bar.n = total
-            bar.refresh()
-        # On a busy machine the recorder is behind: the end of the tour has to be in the bag.
-        while self._recorder.now < self.tour_began + total + RECORD_ON:
-            self._spin(nodes, STALL_TIMEOUT)
-        return self.tour_began
-
-    def _wait_for_stand(self, nodes: NodeProcesses) -> None:
-        deadline = time.monotonic() + START_TIMEOUT
-        while self._now < STAND_UP or not self._support or len(self._recorder.topics) < 12:
-            self._recorder.add_new_topics()
-            self._spin(nodes, max(1.0, deadline - time.monotonic()))
-            if time.monotonic() > deadline:
-                raise _DemoError(f"the nodes did not come up within {START_TIMEOUT:.0f} s")
-
-    def _spin(self, nodes: NodeProcesses, stall: float) -> None:
-        self._executor.spin_once(timeout_sec=0.1)
-        if self._stop:
-            raise KeyboardInterrupt
-        if (ended := nodes.ended()) is not None:
-            raise _DemoError(ended)
-        if time.monotonic() - self._ticked > stall:
-            raise _DemoError(f"the clock stood still for {stall:.0f} s")
-
-    def _on_clock(self, message: Any) -> None:
-        self._now = message.clock.sec + 1e-9 * message.clock.nanosec
-        self._ticked = time.monotonic()
-        if self._now >= self._next_command:
-            self._next_command = self._now + COMMAND_PERIOD
-            self._publish(self._command())
-
-    def _command(self) -> VelocityCommand:
-        if self.tour_began is None:
-            return STANDSTILL
-        phase = phase_at(self._tour, self._now - self.tour_began)
-        return phase.command if phase else STANDSTILL
-
-    def _publish(self, command: VelocityCommand) -> None:
-        message = self._twist()
-        message.linear.x, message.linear.y = command.x, command.y
-        message.angular.z = command.yaw
-        self._publisher.publish(message)
-
-    def _on_truth(self, message: Any) -> None:
-        q = message.pose.pose.orientation
-        self._up = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
-        v = message.twist.twist.linear
-        self._speed += 0.05 * (math.hypot(v.x, v.y) - self._speed)
-
-    def _on_support(self, message: Any) -> None:
-        self._support = message.data
-
-    def close(self) -> None:
-        self._recorder.close()
-        self._node.destroy_node()
-
-
-def _progress(total: float) -> Any:
-    from tqdm import tqdm
-
-    layout = "{desc:12s}|{bar:30}| {n:4.1f}/{total:.0f} s simulated, {elapsed}{postfix}"
-    return tqdm(total=total, bar_format=layout, mininterval=SHOW_PERIOD, file=sys.stdout)
-
-
-def _judge(
+def _evaluate(
     out: Path, options: DemoOptions, tour_began: float | None, problems: list[str]
 ) -> DemoResult:
-    """Score the bag, not what was seen on the way."""
+    """Evaluate the recorded bag."""
     if tour_began is None:
         return DemoResult((), None, (*problems, "the tour did not begin"))
     recording = Recording(out / "bag")
@@ -292,19 +202,14 @@ def _judge(
     return DemoResult(phases, None if fallen is None else fallen - tour_began, tuple(problems))
 
 
-def _still_moves(result: PhaseResult) -> bool:
-    return math.hypot(result.achieved.x, result.achieved.y) > 0.02
+def _still_moves(result: TourPhaseResult) -> bool:
+    return math.hypot(result.achieved.x, result.achieved.y) > REST_SPEED
 
 
-def _report(
-    result: DemoResult,
-    options: DemoOptions,
-    out: Path,
-    seconds: float,
-    say: Callable[[str], None],
+def _print_table(
+    result: DemoResult, options: DemoOptions, seconds: float, say: Callable[[str], None]
 ) -> None:
-    import json
-
+    """Print commanded against achieved; `seconds`: wall time of the walk."""
     say("")
     say("phase          commanded x, y, yaw         achieved x, y, yaw          CoM y    flight")
     say("               cm/s  cm/s  deg/s           cm/s  cm/s  deg/s           mm       %")
@@ -321,6 +226,13 @@ def _report(
     )
     falls = "none" if result.fallen_at is None else f"at {result.fallen_at:.1f} s"
     say(f"Falls: {falls}. Tour of {duration(TOURS[options.tour]):.0f} s walked in {seconds:.0f} s.")
+
+
+def _triple(v: VelocityCommand) -> str:
+    return f"{100 * v.x:7.1f} {100 * v.y:5.1f} {math.degrees(v.yaw):6.1f}     "
+
+
+def _write_json(result: DemoResult, options: DemoOptions, out: Path) -> None:
     rows = [
         {
             "phase": row.phase.name,
@@ -331,33 +243,35 @@ def _report(
         }
         for row in result.phases
     ]
-    text = json.dumps(
-        {
-            "succeeded": result.succeeded,
-            "problems": list(result.problems),
-            "urdf": options.urdf,
-            "engine": options.engine,
-            "plant": options.plant,
-            "robot_seed": options.robot_seed,
-            "phases": rows,
-        },
-        indent=1,
-    )
-    (out / "result.json").write_text(text + "\n", encoding="utf-8")
+    document = {
+        "succeeded": result.succeeded,
+        "problems": list(result.problems),
+        "urdf": options.urdf,
+        "engine": options.engine,
+        "plant": options.plant,
+        "robot_seed": options.robot_seed,
+        "phases": rows,
+    }
+    (out / "result.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def _triple(v: VelocityCommand) -> str:
-    return f"{100 * v.x:7.1f} {100 * v.y:5.1f} {math.degrees(v.yaw):6.1f}     "
-
-
-def _draw(
-    out: Path,
-    options: DemoOptions,
-    tour_began: float,
-    result: DemoResult,
-    say: Callable[[str], None],
-) -> None:
+def _draw(out: Path, options: DemoOptions, tour_began: float, say: Callable[[str], None]) -> None:
+    """Draw the figures, and the moving picture of the fastest phase forward."""
     from gait_lab.analysis.figures import draw_demo
+    from gait_lab.demo.picture import write_walk_gif
 
-    written = draw_demo(Recording(out / "bag"), TOURS[options.tour], tour_began, out, options.urdf)
-    say("Figures: " + ", ".join(path.name for path in written))
+    recording, tour = Recording(out / "bag"), TOURS[options.tour]
+    written = draw_demo(recording, tour, tour_began, out, options.urdf)
+    phase, begin = _forward_phase(tour)
+    start = tour_began + begin + SETTLE
+    end = tour_began + begin + phase.duration
+    picture = write_walk_gif(recording, options.urdf, start, end, out / "walk.gif")
+    if picture is not None:
+        written = [*written, picture]
+    say("Pictures: " + ", ".join(path.name for path in written))
+
+
+def _forward_phase(tour: tuple[TourPhase, ...]) -> tuple[TourPhase, float]:
+    """Return the fastest phase forward and its begin [s since the tour began]."""
+    fastest = max(tour, key=lambda phase: phase.command.x)
+    return fastest, duration(tour[: tour.index(fastest)])

@@ -1,4 +1,4 @@
-"""Both nodes as processes of this run, ended with it whatever happens."""
+"""Both nodes as child processes that end with this process, however it ends."""
 
 import contextlib
 import ctypes
@@ -13,18 +13,23 @@ from types import TracebackType
 
 MODULES = {"sim_bridge": "sim_bridge.ros.main", "gait": "nao_lipm_gait.ros.main"}
 END_TIME = 8.0
-"""[s] that a node has to end by itself."""
+"""Time [s] that a node gets to end after SIGINT, before it is killed."""
 _PR_SET_PDEATHSIG = 1
 
 
 def _end_with_parent() -> None:
-    """Linux: a killed parent takes its children along. Elsewhere only a clean end does."""
+    """On Linux, have the kernel end this child when its parent is killed."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 class NodeProcesses:
-    """The nodes `sim_bridge` and `gait`; their logs go to files."""
+    """The nodes `sim_bridge` and `gait`, with their output in log files.
+
+    Args:
+        environment: Environment of the nodes.
+        logs: Folder of the log files.
+    """
 
     def __init__(self, environment: Mapping[str, str], logs: Path) -> None:
         self._environment = dict(environment)
@@ -32,7 +37,7 @@ class NodeProcesses:
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str, parameters: Mapping[str, object]) -> None:
-        """Start a node with ROS parameters."""
+        """Start a node with the given ROS parameters."""
         arguments: list[str] = []
         for key, value in parameters.items():
             text = str(value).lower() if isinstance(value, bool) else str(value)
@@ -49,10 +54,11 @@ class NodeProcesses:
             )
 
     def log(self, name: str) -> Path:
+        """Return the log file of a node."""
         return self._logs / f"{name}.log"
 
     def ended(self) -> str | None:
-        """Name and status of a node that ended by itself, None while all run."""
+        """Return the name and status of a node that has ended; None while all run."""
         for name, process in self._processes.items():
             status = process.poll()
             if status is not None:
@@ -60,7 +66,7 @@ class NodeProcesses:
         return None
 
     def stop(self) -> dict[str, int]:
-        """End all nodes as Ctrl-C would, then harder; their exit statuses."""
+        """End all nodes with SIGINT, then with SIGKILL; return their exit statuses."""
         for process in self._processes.values():
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
@@ -76,14 +82,14 @@ class NodeProcesses:
         self._processes.clear()
         return statuses
 
-    def last_words(self, lines: int = 5) -> Sequence[str]:
-        """The last lines of every log."""
-        words = []
+    def log_tails(self, lines: int = 5) -> Sequence[str]:
+        """Return the last lines of every log."""
+        tails = []
         for name in MODULES:
             if self.log(name).is_file():
                 text = self.log(name).read_text(errors="replace").splitlines()
-                words += [f"[{name}] {line}" for line in text[-lines:]]
-        return words
+                tails += [f"[{name}] {line}" for line in text[-lines:]]
+        return tails
 
     def __enter__(self) -> "NodeProcesses":
         return self

@@ -1,6 +1,6 @@
-"""Teach-in: poses of the robot, moved by hand, become a motion file; a file is played by the gait.
+"""Teach-in: poses of the robot, moved by hand, become a motion file; the gait plays such a file.
 
-The pure part is `Lesson`; `record` and `play` put it between a terminal and the running nodes.
+`Lesson` is the part without ROS; `record` and `play` connect it to a terminal and to the nodes.
 """
 
 import math
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
+from gait_lab.ros_session import ros_node
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.check import fastest
 from nao_lipm_gait.motion.joints import HEAD, joint_groups
@@ -21,7 +22,7 @@ from nao_lipm_gait.motion.keyframes import Interpolation, Motion, Posture
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.motion.motion_file import STAND, load_motions
 from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.ros.process import stay_local, stop_on_signal
+from nao_lipm_gait.ros.process import stop_on_signal
 from nao_lipm_gait.schema import is_name
 from nao_lipm_gait.types import FloatArray
 from nao_lipm_gait.whole_body.joint_limits import JointLimits
@@ -29,12 +30,12 @@ from nao_lipm_gait.whole_body.joint_limits import JointLimits
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-TIME = 1.0
-"""[s] to a pose, unless the teacher says otherwise."""
-WAIT = 10.0
-"""[s] of wall time for a first answer of the running nodes."""
+POSE_TIME = 1.0
+"""Default time to a pose [s]."""
+ANSWER_TIMEOUT = 10.0
+"""Wall time [s] for the first message from the running nodes."""
 PLAY_FACTOR = 20.0
-"""A motion may take this many times its own time on the wall clock."""
+"""Limit of the wall time of a motion, as a multiple of its duration."""
 HELP = """\
 Move the robot and press Enter for each pose:   [NAME] [SECONDS]
   an empty line: the next pose, 1 s after the one before; q: write the file and end"""
@@ -42,34 +43,58 @@ Move the robot and press Enter for each pose:   [NAME] [SECONDS]
 
 @dataclass(slots=True)
 class Lesson:
-    """The poses that were shown so far."""
+    """The poses that were taught so far.
+
+    Attributes:
+        robot: The robot.
+        with_head: Whether the motion moves the head.
+        poses: Joint angles (n,) [rad] by the name of the pose.
+        order: Names of the poses in their order, with the time to each [s].
+    """
 
     robot: RobotDescription
     with_head: bool = False
     poses: dict[str, FloatArray] = field(default_factory=dict)
-    """Name -> (n,) [rad]."""
     order: list[tuple[str, float]] = field(default_factory=list)
-    """Names with the time [s] to get there."""
 
     def show(self, line: str, position: FloatArray) -> str:
-        """Take a pose (n,) [rad], under what the line says; what was understood, in words.
+        """Add a pose.
 
-        A name that was shown before is shown anew: one pose, twice in the motion.
+        A name that was used before replaces that pose; the motion then contains it twice.
+
+        Args:
+            line: Optional name and optional time [s], as typed.
+            position: Joint angles (n,) [rad].
+
+        Returns:
+            A confirmation with name and time.
+
+        Raises:
+            NaoGaitError: If the line is not understood.
         """
         words = line.split()
-        name, seconds = f"pose_{len(self.order) + 1}", TIME
+        name, seconds = f"pose_{len(self.order) + 1}", POSE_TIME
         if words and not _is_number(words[0]):
             name = words.pop(0)
         if words:
             seconds = float(words.pop(0)) if _is_number(words[0]) else math.nan
         if words or not is_name(name) or name == STAND or not 0.02 <= seconds <= 60.0:
             raise NaoGaitError("pose", line, "[a name of small letters] [seconds, 0.02 to 60]")
-        self.poses[name] = self._possible(position)
+        self.poses[name] = self._within_limits(position)
         self.order.append((name, seconds))
         return f"{name}, {seconds:g} s"
 
     def document(self, meaning: str, starts: Posture, ends: Posture) -> str:
-        """The motion file; times that are too short for a joint are made long enough."""
+        """Return the text of the motion file, with times long enough for every joint.
+
+        Args:
+            meaning: What the motion is for.
+            starts: Posture before the motion.
+            ends: Posture after the motion.
+
+        Raises:
+            NaoGaitError: If no pose was taught.
+        """
         if not self.order:
             raise NaoGaitError("poses", "none", "at least one pose")
         rows: list[dict[str, Any]] = []
@@ -82,7 +107,7 @@ class Lesson:
             rows.append({"pose": name, "time": round(seconds, 2)})
             before = pose
         if ends is Posture.STANDING:
-            rows.append({"pose": STAND, "time": TIME})
+            rows.append({"pose": STAND, "time": POSE_TIME})
         head = {"meaning": meaning, "starts": starts.value, "ends": ends.value}
         poses = {name: self._named(pose) for name, pose in self.poses.items()}
         return yaml.safe_dump(
@@ -90,8 +115,8 @@ class Lesson:
             default_flow_style=None, width=100,
         )  # fmt: skip
 
-    def _possible(self, position: FloatArray) -> FloatArray:
-        """Encoders may say a little more than a limit allows, and two legs of one motor differ."""
+    def _within_limits(self, position: FloatArray) -> FloatArray:
+        """Clip to the joint limits, which encoders may exceed; one angle for a shared motor."""
         robot = self.robot
         pose = np.clip(np.asarray(position, dtype=float), robot.lower, robot.upper)
         inwards = pose > 0.5 * (robot.lower + robot.upper)
@@ -117,7 +142,7 @@ def _is_number(text: str) -> bool:
 
 
 def listing(urdf: str) -> str:
-    """All shipped motions of a robot."""
+    """Return a list of all shipped motions of a robot."""
     robot = load_robot(urdf)
     motions = shipped_library(robot).motions
     lines = [f"motions of {robot.name}:"]
@@ -129,14 +154,14 @@ def listing(urdf: str) -> str:
 
 
 def check(path: Path, urdf: str) -> tuple[Motion, ...]:
-    """The motions of a file; NaoGaitError if it could not run."""
+    """Return the motions of a file; NaoGaitError if the robot cannot execute them."""
     return load_motions(path, load_robot(urdf))
 
 
 # -- with the running nodes ------------------------------------------------------------------------
 
 
-class _Link:
+class _RobotClient:
     """Joint states and the gait's state in, requests out."""
 
     def __init__(self, node: "Node", robot: RobotDescription) -> None:
@@ -166,6 +191,7 @@ class _Link:
         self.states.append(self.state)
 
     def spin_until(self, done: Callable[[], bool], seconds: float) -> bool:
+        """Process messages until `done`, for at most `seconds` of wall time; return `done`."""
         import rclpy
 
         end = time.monotonic() + seconds
@@ -177,31 +203,18 @@ class _Link:
         return done()
 
     def relax(self) -> None:
+        """Take the torque off the joints."""
         client = self._node.create_client(self._trigger, "gait/relax")
-        if not self.spin_until(client.service_is_ready, WAIT):
+        if not self.spin_until(client.service_is_ready, ANSWER_TIMEOUT):
             raise NaoGaitError("gait/relax", "no answer", "a running gait")
         future = client.call_async(self._trigger.Request())
-        self.spin_until(future.done, WAIT)
+        self.spin_until(future.done, ANSWER_TIMEOUT)
 
     def ask_for(self, motion: str) -> None:
-        if not self.spin_until(lambda: self._motion.get_subscription_count() > 0, WAIT):
+        """Request a motion by name or file."""
+        if not self.spin_until(lambda: self._motion.get_subscription_count() > 0, ANSWER_TIMEOUT):
             raise NaoGaitError("gait/motion", "no subscriber", "a running gait")
         self._motion.publish(self._text(data=motion))
-
-
-def _with_nodes(namespace: str, urdf: str, work: Callable[[_Link], None]) -> None:
-    import rclpy
-    from rclpy.signals import SignalHandlerOptions
-
-    from gait_lab.drive.ros_names import checked_namespace
-
-    stay_local()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        node = rclpy.create_node("nao_gait_teach", namespace=checked_namespace(namespace))
-        work(_Link(node, load_robot(urdf)))
-    finally:
-        rclpy.try_shutdown()
 
 
 def record(
@@ -217,26 +230,43 @@ def record(
     lines: Iterable[str] = sys.stdin,
     say: Callable[[str], None] = print,
 ) -> None:
-    """Show poses until q or the end of the input, and write them as a motion."""
+    """Teach poses until q or the end of the input, and write them as a motion.
+
+    Args:
+        path: File to write, named as the motion.
+        urdf: Name or file of the robot.
+        meaning: What the motion is for.
+        starts: Posture before the motion.
+        ends: Posture after the motion.
+        stiff: Whether the joints stay stiff; by default the robot is relaxed.
+        head: Whether the motion moves the head.
+        namespace: Namespace of the robot; "" for none.
+        lines: Input, one line per pose.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: If the name of the file or a posture is invalid, if no robot answers, or if
+            the motion cannot be executed.
+    """
     if not is_name(path.stem) or path.suffix != ".yaml":
         raise NaoGaitError("file", str(path), "a name of small letters, digits and _ with .yaml")
     postures = _posture("starts", starts), _posture("ends", ends)
-
-    def work(link: _Link) -> None:
+    with ros_node("nao_gait_teach", namespace) as node:
+        client = _RobotClient(node, load_robot(urdf))
         lesson = Lesson(load_robot(urdf), with_head=head)
-        if not link.spin_until(lambda: link.position is not None, WAIT):
+        if not client.spin_until(lambda: client.position is not None, ANSWER_TIMEOUT):
             raise NaoGaitError("joint_states", "none", f"all joints of {lesson.robot.name}")
         if not stiff:
-            link.relax()
+            client.relax()
             say("The robot is limp: hold it.")
         say(HELP)
         for line in lines:
             if line.strip() == "q":
                 break
-            link.spin_until(lambda: False, 0.2)  # what lies in the queue is older than the pose
+            client.spin_until(lambda: False, 0.2)  # queued messages are older than the pose
             try:
-                if link.position is not None:
-                    say(lesson.show(line, link.position))
+                if client.position is not None:
+                    say(lesson.show(line, client.position))
             except NaoGaitError as error:
                 say(str(error))
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -244,8 +274,6 @@ def record(
         path.write_text(text, encoding="utf-8")
         check(path, urdf)
         say(f"wrote {path}: {len(lesson.order)} poses")
-
-    _with_nodes(namespace, urdf, work)
 
 
 def play(
@@ -255,34 +283,44 @@ def play(
     namespace: str = "",
     say: Callable[[str], None] = print,
 ) -> None:
-    """Check a file, have the running gait play it, and wait until it is over."""
-    motion = check(path, urdf)[0]
+    """Check a file, have the running gait play it, and wait for its end.
 
-    def work(link: _Link) -> None:
-        if not link.spin_until(lambda: bool(link.state), WAIT):
+    Args:
+        path: The motion file.
+        urdf: Name or file of the robot.
+        namespace: Namespace of the robot; "" for none.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: If the file is invalid, if no gait answers, or if the gait refuses the motion,
+            does not end it in time, or falls.
+    """
+    motion = check(path, urdf)[0]
+    with ros_node("nao_gait_teach", namespace) as node:
+        client = _RobotClient(node, load_robot(urdf))
+        if not client.spin_until(lambda: bool(client.state), ANSWER_TIMEOUT):
             raise NaoGaitError("gait/support", "nothing", "a running gait with sensors")
-        link.states.clear()
-        link.ask_for(str(path.resolve()))
+        client.states.clear()
+        client.ask_for(str(path.resolve()))
         moving = ("motion", "getting_up")
-        if not link.spin_until(lambda: any(s in moving for s in link.states), WAIT):
+        if not client.spin_until(lambda: any(s in moving for s in client.states), ANSWER_TIMEOUT):
             raise NaoGaitError(
                 "motion", motion.name, f"one that starts {motion.starts} (the gait is in "
-                f"{link.state}; its log says why)",
+                f"{client.state}; its log says why)",
             )  # fmt: skip
         say(f"{motion.name}: {motion.time:.1f} s ...")
         held = motion.ends is Posture.SITTING
 
         def over() -> bool:
-            return link.state not in moving
+            return client.state not in moving
 
-        ended = link.spin_until(over, motion.time if held else PLAY_FACTOR * motion.time + WAIT)
+        limit = motion.time if held else PLAY_FACTOR * motion.time + ANSWER_TIMEOUT
+        ended = client.spin_until(over, limit)
         if not (ended or held):
             raise NaoGaitError("motion", motion.name, "an end in time")
-        if link.state == "fallen":
+        if client.state == "fallen":
             raise NaoGaitError("motion", motion.name, "a robot that does not fall")
-        say(f"{motion.name}: done, the gait is in {link.state}")
-
-    _with_nodes(namespace, urdf, work)
+        say(f"{motion.name}: done, the gait is in {client.state}")
 
 
 def _posture(name: str, text: str) -> Posture:

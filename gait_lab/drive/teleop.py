@@ -1,4 +1,4 @@
-"""Drive the robot from the keyboard: keys become `cmd_vel`, the gait's state comes back."""
+"""Drive the robot from the keyboard: keys become `cmd_vel`; the state of the gait is shown."""
 
 import math
 import os
@@ -11,18 +11,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TextIO
 
+from gait_lab.ros_session import VelocityPublisher, ros_node
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.process import StopRequest, stay_local, stop_on_signal
+from nao_lipm_gait.ros.process import StopRequest, stop_on_signal
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-FULL_SPEED = {"forward": 0.25, "back": 0.20, "side": 0.09, "turn": math.radians(45.0)}
-"""Speed at level 9 [m/s, rad/s]."""
+FULL_SPEED = {"forward": 0.40, "back": 0.33, "side": 0.20, "turn": math.radians(100.0)}
+"""Commanded speed at level 9 [m/s, rad/s]."""
 LEVELS = 9
 PERIOD = 0.1
-"""Seconds of wall time between two commands."""
+"""Wall time between two commands [s]."""
+STOP_COMMANDS = 3
+"""Number of stop commands at the end; DDS sends in the background."""
 
 HELP = """\
    q   w   e      w / s  forward, back        1-9    speed, 9 is full
@@ -34,17 +37,22 @@ HELP = """\
 
 @dataclass(frozen=True, slots=True)
 class Driver:
-    """What the keys have asked for so far; `press` gives the next one."""
+    """The command that the keys have set; `press` returns the next state.
+
+    Attributes:
+        x: 1 forward, -1 back, 0 neither.
+        y: 1 left, -1 right, 0 neither.
+        yaw: 1 counter-clockwise, -1 clockwise, 0 neither.
+        level: Speed, 1 to 9.
+    """
 
     x: int = 0
-    """1 forward, -1 back, 0 neither; likewise left and counter-clockwise."""
     y: int = 0
     yaw: int = 0
     level: int = 5
-    """Speed, 1 to 9."""
 
     def press(self, key: str) -> "Driver":
-        """The state after a key; unknown keys change nothing."""
+        """Return the state after a key; unknown keys change nothing."""
         key = key.lower()
         if key == " ":
             return replace(self, x=0, y=0, yaw=0)
@@ -54,12 +62,12 @@ class Driver:
         if not axis:
             return self
         now = getattr(self, axis)
-        # The opposite key brakes first: nobody wants to reverse at full speed by one key.
+        # The opposite key stops first, so that one key does not reverse at full speed.
         return replace(self, **{axis: 0 if now == -sign else sign})
 
     @property
     def command(self) -> VelocityCommand:
-        """[m/s, m/s, rad/s]."""
+        """The commanded velocity [m/s, m/s, rad/s]."""
         if not (self.x or self.y or self.yaw):
             return STANDSTILL
         share = self.level / LEVELS
@@ -77,12 +85,21 @@ _KEYS = {
 
 @contextmanager
 def raw_terminal(stream: TextIO) -> Iterator[int]:
-    """Keys come at once and unseen; the terminal is always put back. Yields the descriptor.
+    """Read keys without Return and without echo; restore the terminal at the end.
 
-    Ctrl-C still interrupts. Raises NaoGaitError if the stream is no terminal.
+    Ctrl-C still interrupts.
+
+    Args:
+        stream: The terminal.
+
+    Yields:
+        Its file descriptor.
+
+    Raises:
+        NaoGaitError: If the stream is not a terminal.
     """
     if not stream.isatty():
-        raise NaoGaitError("standard input", "no terminal", "a terminal, to read the keys from")
+        raise NaoGaitError("standard input", "no terminal", "a terminal, to read keys from")
     import termios
     import tty
 
@@ -96,103 +113,77 @@ def raw_terminal(stream: TextIO) -> Iterator[int]:
 
 
 _ESCAPES = re.compile(r"\x1b(\[[0-9;]*[A-Za-z~]?|O[A-Za-z]?)?")
-"""Arrow and function keys arrive as ESC [ ... or ESC O ...: their letters are no commands."""
+"""Arrow and function keys send ESC [ ... or ESC O ...; their letters are not commands."""
 
 
 def read_keys(descriptor: int, timeout: float) -> str:
-    """The keys pressed within `timeout` s, without escape sequences; "" if none, "x" at the end."""
+    """Return the keys of the next `timeout` s, without escape sequences; "x" if the input ended."""
     ready, _, _ = select.select([descriptor], [], [], timeout)
     if not ready:
         return ""
     data = os.read(descriptor, 64)
     if not data:
-        return "x"  # the terminal is gone
+        return "x"  # the terminal was closed
     text = data.decode("utf-8", "ignore")
     return _ESCAPES.sub("", text)
 
 
 def status_line(driver: Driver, state: str) -> str:
-    """One line: what is asked and what the gait does."""
+    """Return one line with the command and the state of the gait."""
     command = driver.command
-    asked = (
+    velocity = (
         f"x {command.x * 100:+5.1f} cm/s  y {command.y * 100:+5.1f} cm/s  "
         f"turn {math.degrees(command.yaw):+6.1f} deg/s"
     )
-    return f"{asked}   speed {driver.level}/{LEVELS}   gait: {state}"
+    return f"{velocity}   speed {driver.level}/{LEVELS}   gait: {state}"
 
 
-class _Link:
-    """The ROS side: cmd_vel out, the gait's state in, a reset on demand."""
+class _RobotClient:
+    """Commands the robot, resets it, and receives the state of the gait."""
 
     def __init__(self, node: "Node", *, stamped: bool) -> None:
-        from geometry_msgs.msg import Twist, TwistStamped
-        from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+        from rclpy.qos import DurabilityPolicy, QoSProfile
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
 
-        self._node = node
-        self._stamped = stamped
-        self._message = TwistStamped if stamped else Twist
-        self._publisher = node.create_publisher(self._message, "cmd_vel", 10)
-        latched = QoSProfile(
-            depth=1,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL,
-            reliability=ReliabilityPolicy.RELIABLE,
-        )
+        self.velocity = VelocityPublisher(node, stamped=stamped)
+        self.state = "not received yet"
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(String, "gait/support", self._on_state, latched)
         self._request = Trigger.Request
         self._reset = node.create_client(Trigger, "sim_bridge/reset")
-        self.state = "not heard of yet"
-
-    def _on_state(self, message: Any) -> None:
-        self.state = message.data
-
-    def send(self, command: VelocityCommand) -> None:
-        message = self._message()
-        twist = message
-        if self._stamped:
-            message.header.stamp = self._node.get_clock().now().to_msg()
-            message.header.frame_id = "base_footprint"
-            twist = message.twist
-        twist.linear.x, twist.linear.y, twist.angular.z = command.x, command.y, command.yaw
-        self._publisher.publish(message)
 
     def reset(self) -> None:
         if self._reset.service_is_ready():
             self._reset.call_async(self._request())
 
+    def _on_state(self, message: Any) -> None:
+        self.state = message.data
+
 
 def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = False) -> None:
-    """Drive until x or Ctrl-C; the robot is told to stop on the way out."""
-    with raw_terminal(sys.stdin) as descriptor:
-        import rclpy
-        from rclpy.parameter import Parameter
-        from rclpy.signals import SignalHandlerOptions
+    """Drive until x or Ctrl-C; then the robot is commanded to stop.
 
-        from gait_lab.drive.ros_names import checked_namespace
-
-        # Ctrl-C must not close the context before the stop command is out.
-        stay_local()
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    Args:
+        namespace: Namespace of the robot; "" for none.
+        stamped: Whether to publish TwistStamped.
+        use_sim_time: Whether to stamp with `/clock`.
+    """
+    with (
+        raw_terminal(sys.stdin) as descriptor,
+        ros_node("nao_gait_teleop", namespace, use_sim_time) as node,
+        stop_on_signal() as stop,
+    ):
+        robot = _RobotClient(node, stamped=stamped)
         try:
-            node = rclpy.create_node(
-                "nao_gait_teleop",
-                namespace=checked_namespace(namespace),
-                parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
-            )
-            link = _Link(node, stamped=stamped)
-            with stop_on_signal() as stop:
-                try:
-                    _drive(node, link, descriptor, stop)
-                finally:
-                    for _ in range(3):
-                        link.send(STANDSTILL)
-                        time.sleep(0.02)  # DDS sends in the background; the process ends next
+            _drive(node, robot, descriptor, stop)
         finally:
-            rclpy.try_shutdown()
+            for _ in range(STOP_COMMANDS):
+                robot.velocity.publish(STANDSTILL)
+                time.sleep(0.02)
 
 
-def _drive(node: "Node", link: _Link, descriptor: int, stop: StopRequest) -> None:
+def _drive(node: "Node", robot: _RobotClient, descriptor: int, stop: StopRequest) -> None:
     import rclpy
 
     sys.stdout.write(HELP + "\n")
@@ -207,12 +198,12 @@ def _drive(node: "Node", link: _Link, descriptor: int, stop: StopRequest) -> Non
                 sys.stdout.write("\r\033[K" + HELP + "\n")
             elif key in "rR":
                 driver = driver.press(" ")
-                link.reset()
+                robot.reset()
             driver = driver.press(key)
         if time.monotonic() >= due:
             due += PERIOD
-            link.send(driver.command)
+            robot.velocity.publish(driver.command)
             for _ in range(20):
                 rclpy.spin_once(node, timeout_sec=0.0)
-            sys.stdout.write("\r\033[K" + status_line(driver, link.state))
+            sys.stdout.write("\r\033[K" + status_line(driver, robot.state))
             sys.stdout.flush()

@@ -8,17 +8,17 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from gait_lab.analysis.metrics import has_fallen
 from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.gait_process import GaitProcess
 from gait_lab.faults.invariants import Invariants
+from gait_lab.trials.trial import Tick, run_controller
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import Settings
 from nao_lipm_gait.runtime.diagnostics import PublisherCounts
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
-from nao_lipm_gait.types import JointTargets, VelocityCommand
+from nao_lipm_gait.types import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.command_input import CommandInput
 from sim_bridge.robot import GroundTruth, Reading
 from sim_bridge.world import World
@@ -102,16 +102,18 @@ class TemporaryFault(Fault):
 class Harness:
     """Steps the robot, its gaits, the operator and a fault by one control period at a time.
 
+    It is the `Controller` of a trial: see `run_controller`.
+
     Args:
-        simulation: The robot. The caller closes it.
+        world: The world with the robot. The caller closes it.
         parameters: Parameters of each gait.
         fault: The fault to inject.
         command: Velocity that the operator commands.
         walk_start: Time of the first velocity command [s].
 
     Attributes:
-        simulation: The simulated robot.
-        robot: Its description.
+        world: The world with the simulated robot.
+        robot: Description of the robot.
         parameters: Parameters of each gait that starts.
         fault: The injected fault.
         command: Velocity that the operator commands; may be replaced at any time.
@@ -123,23 +125,25 @@ class Harness:
         height: Height of the torso over the floor while standing [m].
         invariants: Checks of what must never happen.
         obeyed: Name of the gait whose command the robot executed last.
+        targets: Targets of the motors for the next tick; None holds the last ones.
+        status: Status of the oldest gait; None without one.
     """
 
     def __init__(
         self,
-        simulation: World,
+        world: World,
         parameters: GaitParameters,
         fault: Fault,
         command: VelocityCommand,
         walk_start: float = 1.0,
     ) -> None:
-        self.simulation = simulation
-        self.robot: RobotDescription = simulation.robot.description
+        self.world = world
+        self.robot: RobotDescription = world.robot.description
         self.parameters = parameters
         self.fault = fault
         self.command = command
         self.tick = 0
-        self.truth: GroundTruth = simulation.robot.truth()
+        self.truth: GroundTruth = world.robot.truth()
         self.gaits: list[GaitProcess] = []
         self.publishers = PublisherCounts()
         self.fallen = False
@@ -150,12 +154,17 @@ class Harness:
         self._started_gaits = 0
         self._joint_names = list(self.robot.joint_names)
         self._command_input = CommandInput(self.robot)
-        self._targets: JointTargets | None = None
+        self.targets: JointTargets | None = None
+        self.status: GaitStatus | None = None
         self._published: Reading | None = None
         self._silent_until = 0
         self._to_gait: Channel[Message] = Channel()
         self._to_robot: Channel[Command] = Channel()
         self.start_gait()
+        self._ticks = run_controller(
+            world, self, lambda _world, _tick: self.fault.before_physics(self), past_falls=True
+        )
+        next(self._ticks)
 
     def seconds(self) -> float:
         """Time since the start [s]."""
@@ -179,9 +188,9 @@ class Harness:
 
     def reset_robot(self) -> None:
         """Reset the robot as the service of the bridge does: the clock goes on."""
-        self.simulation.reset()
-        self._command_input.reset(self.simulation.time)
-        self._targets = self._published = None
+        self.world.reset()
+        self._command_input.reset(self.world.time)
+        self.targets = self._published = None
         self._silent_until = self.tick + RESET_SILENCE
         self.fallen = False
         self.invariants.robot_was_reset()
@@ -194,7 +203,7 @@ class Harness:
 
     def push_robot(self, force: np.ndarray) -> None:
         """Apply a force (3,) [N] in the world frame to the torso during the next tick."""
-        self.simulation.robot.push(force, PERIOD)
+        self.world.robot.push(force, PERIOD)
 
     # -- one tick ----------------------------------------------------------------------------------
 
@@ -206,9 +215,15 @@ class Harness:
     def step(self) -> None:
         """Advance everything by one control period."""
         self.tick += 1
-        self.fault.before_physics(self)
-        self.simulation.robot.command(self._targets)
-        self.simulation.step()
+        state = next(self._ticks)
+        self.truth, self.fallen = state.truth, state.fallen
+        self._run_timers()
+        asked_to_walk = self.seconds() > self._walk_start and not self.command.is_zero
+        controllers = [gait.controller for gait in self.gaits]
+        self.invariants.check_tick(self.fallen, controllers, asked_to_walk)
+
+    def respond(self, tick: Tick) -> bool:
+        """Deliver the messages of a tick to the gaits, and their commands to the robot."""
         self._publish_sensors()
         self._publish_velocity()
         for message in self._to_gait.receive(self.tick):
@@ -220,17 +235,11 @@ class Harness:
                     self._to_robot.send(self.tick + delay, command)
         for command in self._to_robot.receive(self.tick):
             self._execute(command)
-        self.truth = self.simulation.robot.truth()
-        self.fallen = has_fallen(
-            self.truth.torso_position, self.truth.torso_quaternion, self.height
-        )
-        self._run_timers()
-        asked_to_walk = self.seconds() > self._walk_start and not self.command.is_zero
-        controllers = [gait.controller for gait in self.gaits]
-        self.invariants.check_tick(self.fallen, controllers, asked_to_walk)
+        self.status = self.gaits[0].controller.last_status if self.gaits else None
+        return True
 
     def _publish_sensors(self) -> None:
-        reading = self.simulation.robot.read()
+        reading = self.world.robot.read()
         if reading is None or reading is self._published or self.tick < self._silent_until:
             return
         self._published = reading
@@ -262,7 +271,7 @@ class Harness:
         except NaoGaitError:
             return  # the bridge warns and goes on
         if accepted is not None:
-            self._targets = accepted
+            self.targets = accepted
             self.obeyed = command.sender
 
     def _run_timers(self) -> None:

@@ -65,7 +65,7 @@ class BridgeRestart(Fault):
     def before_physics(self, harness: Harness) -> None:
         """Restart the bridge once."""
         if self.active(harness) and self._restarted_at is None:
-            self._restarted_at = harness.simulation.time
+            self._restarted_at = harness.world.time
             harness.restart_robot(self._silence)
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:

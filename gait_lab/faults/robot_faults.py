@@ -36,7 +36,7 @@ class WeakMotor(Fault):
         """Weaken the motor once."""
         if self.active(harness) and not self._done:
             self._done = True
-            harness.simulation.robot.weaken(motor_of(harness.robot, self._leg_joint), self._share)
+            harness.world.robot.weaken(motor_of(harness.robot, self._leg_joint), self._share)
 
 
 class LimpMotor(WeakMotor):
@@ -64,7 +64,7 @@ class SlipperyPatch(TemporaryFault):
         slippery = self.active(harness)
         if slippery != self._slippery:
             self._slippery = slippery
-            harness.simulation.robot.set_friction(self._friction if slippery else None)
+            harness.world.robot.set_friction(self._friction if slippery else None)
 
 
 class PickedUp(TemporaryFault):
@@ -100,7 +100,7 @@ class PickedUp(TemporaryFault):
         wanted[2] = harness.height + self.LIFT * share
         turn = rotation_matrix(harness.truth.torso_quaternion)
         velocity = turn @ harness.truth.torso_linear_velocity_in_torso
-        mass = sum(link.mass for link in harness.simulation.robot.body.links)
+        mass = sum(link.mass for link in harness.world.robot.body.links)
         hold = mass * (150.0 * (wanted - position) - 24.0 * velocity)
         hold[2] += mass * 9.81 * share
         harness.push_robot(hold)

@@ -1,24 +1,229 @@
-"""What a set of parameters is tried on: named protocols with checked options.
+"""Protocols: how a set of parameters is tried on one robot, and what is measured.
 
-A protocol lets one robot walk and returns `Measures`. Add one by a function and a row in
-`PROTOCOLS`.
+Add a protocol by a function that returns `Measures`, and by an entry in `PROTOCOLS`.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
-from gait_lab.tune import com_error, growing_stride, omni
-from gait_lab.tune.measures import Measures
-from gait_lab.tune.walker import Setting
+from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics, measure
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import SPOT_TURN, Task
+from gait_lab.trials.tasks import walk as walk_task
+from gait_lab.trials.trial import (
+    CONTROL_PERIOD,
+    Push,
+    TimedCommands,
+    TrialSpec,
+    make_gait,
+    make_world,
+    run,
+)
+from gait_lab.tune import growing_stride
 from nao_lipm_gait.errors import NaoGaitError, is_number
+from nao_lipm_gait.types import VelocityCommand
+
+CONTACT_LIMIT = 0.01
+"""Share of ticks with contact of the legs that costs as much as twice the flight limit."""
+EXCESS_MAX = 3.0
+"""Upper limit of `Measures.excess`."""
+FALL_ERROR = 0.05
+"""CoM error [m] that is assumed for a robot that fell."""
 
 Options = Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
+class Measures:
+    """Result of a protocol on one robot.
+
+    Attributes:
+        robot: Seed of the robot.
+        values: Measured values by name, SI units.
+        fell: Whether the robot fell.
+        excess: Sum of the shares by which flight, slip and leg contact exceed their limits; 0 for
+            proper walking.
+    """
+
+    robot: int
+    values: Mapping[str, float]
+    fell: bool
+    excess: float = 0.0
+
+
+def excess_of(metrics: Metrics) -> float:
+    """Return the sum of the shares by which flight, slip and contact exceed their limits."""
+    contact = metrics.contact_ticks * 0.01 / metrics.duration if metrics.duration > 0.0 else 0.0
+    over = (
+        metrics.flight_share / FLIGHT_LIMIT - 1.0,
+        metrics.slip_speed / SLIP_LIMIT - 1.0,
+        contact / CONTACT_LIMIT,
+    )
+    return min(EXCESS_MAX, sum(max(0.0, each) for each in over))
+
+
+# -- com_error: the first paper's criterion --------------------------------------------------------
+
+
+def com_error(spec: TrialSpec, options: Options) -> Measures:
+    """Measure the CoM error along y of a straight walk.
+
+    The paper compares the expected CoM with the measured one. This criterion alone can be cheated:
+    an observer that trusts its sensors makes the error small and the walk slow, or even backward.
+    Therefore the same walk also gives the error against the truth and the error of the speed.
+    """
+    asked = options["speed"]
+    task = walk_task("forward", x=asked, axis="x", window=options["window"])
+    metrics = _walk_task(spec, task)
+    values = {
+        "error_measured": _if_upright(metrics, metrics.com_error_y_measured, FALL_ERROR),
+        "error_true": _if_upright(metrics, metrics.com_error_y, FALL_ERROR),
+        "speed": _if_upright(metrics, metrics.speed_x, 0.0),
+        "speed_error": _if_upright(metrics, abs(metrics.speed_x - asked), abs(asked)),
+    }
+    return Measures(spec.robot_seed, values, metrics.fell, excess_of(metrics))
+
+
+def _walk_task(spec: TrialSpec, task: Task) -> Metrics:
+    return rollout(
+        RolloutSpec(
+            task,
+            robot_seed=spec.robot_seed,
+            parameters=spec.parameters,
+            plant=spec.plant,
+            urdf=spec.urdf,
+            engine=spec.engine,
+        )
+    ).metrics
+
+
+def _if_upright(metrics: Metrics, value: float, otherwise: float) -> float:
+    return value if math.isfinite(value) and not metrics.fell else otherwise
+
+
+# -- growing_stride: the second paper's experiment -------------------------------------------------
+
+TOP_STEPS = 12
+"""Number of last steps over which the speed is measured without a hold."""
+_TAIL = 1.0
+"""Time [s] past the end of the trace, so that the window holds its last tick."""
+
+
+def growing_stride_walk(spec: TrialSpec, options: Options) -> Measures:
+    """Measure the distance until the last step or the fall, and the final speed.
+
+    The speed is the mean along the torso's heading over the hold, or over the last steps without a
+    hold; 0 for a robot that falls.
+    """
+    trace, policy, fell = growing_stride.walk_growing_stride(spec, options)
+    end = float(trace.time[-1]) + _TAIL
+    metrics = measure(trace, growing_stride.STAND_TIME, end)
+    top_from = policy.done_at if policy.done_at is not None and policy.hold > 0.0 else None
+    if top_from is None:
+        times = policy.step_times
+        top_from = times[-TOP_STEPS] if len(times) >= TOP_STEPS else growing_stride.STAND_TIME
+    top = measure(trace, top_from, end)
+    values = {
+        "distance": max(0.0, growing_stride.distance(trace, policy.done_at)),
+        "speed": 0.0 if fell else _finite(top.speed_x),
+        "steps": float(min(len(policy.step_times), policy.steps)),
+        "drift": _finite(metrics.turn_rate),
+        "flight": _finite(top.flight_share),
+        "slip": _finite(top.slip_speed),
+    }
+    return Measures(spec.robot_seed, values, fell, max(excess_of(metrics), excess_of(top)))
+
+
+def _finite(value: float) -> float:
+    return value if math.isfinite(value) else 0.0
+
+
+# -- omni: four directions, CoM error and pushes ---------------------------------------------------
+
+SPOT_TIME = 1.0
+"""Time from which the robot steps on the spot [s]."""
+PUSH_FIRST = 3.0
+"""Time of the first push [s]."""
+PUSH_EVERY = 2.63
+"""Time between two pushes [s]; not a multiple of a step, so that each meets another phase."""
+PUSH_DIRECTIONS = (math.radians(90.0), 0.0, math.radians(-90.0), math.radians(180.0))
+"""Directions of the pushes [rad], counter-clockwise from the heading of the robot."""
+
+
+def omni(spec: TrialSpec, options: Options) -> Measures:
+    """Measure four walks and a series of pushes while stepping on the spot.
+
+    Speeds are in the commanded direction. `reached` is the mean over the four of 1 minus the
+    relative error of the speed. `upright` is the share of the walks without a fall, `pushes` the
+    share of the pushes without a fall.
+    """
+    window = options["window"]
+    turn = math.radians(options["turn"])
+    tasks = (
+        walk_task("forward", x=options["forward"], axis="x", window=window),
+        walk_task("back", x=-options["back"], axis="x", window=window),
+        walk_task("side", y=options["side"], axis="y", window=window),
+        walk_task("turn", yaw=turn, axis="yaw", window=window),
+    )
+    metrics = [_walk_task(spec, task) for task in tasks]
+    forward, back, side, turning = metrics
+    errors = [_if_upright(m, m.com_error_y, FALL_ERROR) for m in metrics]
+    speeds = {
+        "forward": _if_upright(forward, forward.speed_x, 0.0),
+        "back": _if_upright(back, -back.speed_x, 0.0),
+        "side": _if_upright(side, side.speed_y, 0.0),
+        "turn": _if_upright(turning, turning.turn_rate, 0.0),
+    }
+    asked = {**options, "turn": turn}
+    off = [abs(speed - asked[name]) / asked[name] for name, speed in speeds.items()]
+    values = {
+        **speeds,
+        "reached": 1.0 - sum(off) / len(off),
+        "error_true": sum(errors) / len(errors),
+        "upright": 1.0 - sum(m.fell for m in metrics) / len(metrics),
+        "pushes": _share_of_pushes_survived(spec, options["impulse"]),
+    }
+    excess = sum(excess_of(m) for m in metrics) / len(metrics)
+    return Measures(spec.robot_seed, values, any(m.fell for m in metrics), excess)
+
+
+def _step_on_the_spot(time: float) -> VelocityCommand:
+    return VelocityCommand(0.0, 0.0, SPOT_TURN if time > SPOT_TIME else 0.0)
+
+
+def _share_of_pushes_survived(spec: TrialSpec, impulse: float) -> float:
+    """Push once in each direction with an impulse [N s], until the robot falls."""
+    pushes = [
+        Push(PUSH_FIRST + i * PUSH_EVERY, impulse, direction)
+        for i, direction in enumerate(PUSH_DIRECTIONS)
+    ]
+    ticks = round((PUSH_FIRST + len(pushes) * PUSH_EVERY) / CONTROL_PERIOD)
+    with make_world(spec) as world:
+        policy = TimedCommands(_step_on_the_spot, pushes)
+        for tick in islice(run(world, make_gait(spec), policy), ticks + 1):
+            if tick.fallen:
+                begun = sum(push.time <= world.time * 1e-9 for push in pushes)
+                return max(0, begun - 1) / len(pushes)
+    return 1.0
+
+
+# -- the protocols by name -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
 class Option:
-    """A number that a study may set."""
+    """A number that a study may set.
+
+    Attributes:
+        default: Value without a setting.
+        minimum: Smallest allowed value.
+        maximum: Largest allowed value.
+        unit: Unit; empty without one.
+        whole: Whether the number has to be an integer.
+    """
 
     default: float
     minimum: float
@@ -27,6 +232,7 @@ class Option:
     whole: bool = False
 
     def check(self, field: str, value: Any) -> float:
+        """Return the value; NaoGaitError if it is not allowed."""
         allowed = f"a number from {self.minimum:g} to {self.maximum:g} {self.unit}".rstrip()
         if not is_number(value) or not self.minimum <= value <= self.maximum:
             raise NaoGaitError(field, value, allowed)
@@ -37,16 +243,27 @@ class Option:
 
 @dataclass(frozen=True, slots=True)
 class Protocol:
-    """How parameters are tried, and what is measured."""
+    """How parameters are tried.
+
+    Attributes:
+        name: Name in a study.
+        run: Tries the parameters of a spec on its robot.
+        options: Options by name.
+        measures: Units of the measures by name.
+    """
 
     name: str
-    run: Callable[[Setting, Options], Measures]
+    run: Callable[[TrialSpec, Options], Measures]
     options: Mapping[str, Option]
     measures: Mapping[str, str]
-    """Name and unit of what it measures."""
 
     def checked(self, field: str, given: Mapping[str, Any]) -> dict[str, float]:
-        """All options, the given ones checked; NaoGaitError for an unknown or a bad one."""
+        """Return all options; NaoGaitError for an unknown or an invalid one.
+
+        Args:
+            field: Prefix of the field in an error.
+            given: Options that replace the defaults.
+        """
         for name in given:
             if name not in self.options:
                 raise NaoGaitError(f"{field}.{name}", given[name], ", ".join(self.options))
@@ -61,27 +278,34 @@ PROTOCOLS: Mapping[str, Protocol] = {
     for protocol in (
         Protocol(
             "growing_stride",
-            growing_stride.run,
+            growing_stride_walk,
             {
                 "steps": Option(52, 4, 400, "", whole=True),
                 "first": Option(0.05, 0.0, 0.4, "m"),
                 "last": Option(0.24, 0.0, 0.4, "m"),
                 "hold": Option(0.0, 0.0, 120.0, "s"),
             },
-            growing_stride.MEASURES,
+            {
+                "distance": "m",
+                "speed": "m/s",
+                "steps": "",
+                "drift": "rad/s",
+                "flight": "",
+                "slip": "m/s",
+            },
         ),
         Protocol(
             "com_error",
-            com_error.run,
+            com_error,
             {
                 "speed": Option(0.15, 0.0, 0.5, "m/s"),
                 "window": Option(8.0, 1.0, 60.0, "s"),
             },
-            com_error.MEASURES,
+            {"error_measured": "m", "error_true": "m", "speed": "m/s", "speed_error": "m/s"},
         ),
         Protocol(
             "omni",
-            omni.run,
+            omni,
             {
                 "forward": Option(0.25, 0.01, 0.6, "m/s"),
                 "back": Option(0.20, 0.01, 0.6, "m/s"),
@@ -90,13 +314,23 @@ PROTOCOLS: Mapping[str, Protocol] = {
                 "window": Option(5.0, 1.0, 60.0, "s"),
                 "impulse": Option(1.0, 0.0, 5.0, "N s"),
             },
-            omni.MEASURES,
+            {
+                "forward": "m/s",
+                "back": "m/s",
+                "side": "m/s",
+                "turn": "rad/s",
+                "reached": "",
+                "error_true": "m",
+                "upright": "",
+                "pushes": "",
+            },
         ),
     )
 }
 
 
 def find_protocol(name: Any) -> Protocol:
+    """Return a protocol by its name; NaoGaitError for an unknown one."""
     protocol = PROTOCOLS.get(name) if isinstance(name, str) else None
     if protocol is None:
         raise NaoGaitError("protocol.name", name, f"one of {', '.join(PROTOCOLS)}")

@@ -4,17 +4,13 @@ import hashlib
 import json
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gait_lab.trials.parallel import workers as worker_count
-from gait_lab.tune import pictures, report
-from gait_lab.tune.confirm import Comparison, compare
-from gait_lab.tune.finals import Candidate, finals
-from gait_lab.tune.importance import importance
+from gait_lab.tune import report
+from gait_lab.tune.confirm import Candidate, Comparison, compare, finals
 from gait_lab.tune.methods import Method, make_method
-from gait_lab.tune.preset_file import write_preset
-from gait_lab.tune.provenance import code_version
 from gait_lab.tune.search import best_of, search, window_for
 from gait_lab.tune.store import Store
 from gait_lab.tune.study import Place, Study, load_study
@@ -26,15 +22,30 @@ from sim_bridge.plant import load_plant
 from sim_bridge.world import World
 
 FIXED = ("study", "method", "seed")
-"""What a resumed study must share with the stored one."""
+"""Properties that a resumed study must have in common with the stored one."""
 
 
 @dataclass(frozen=True, slots=True)
 class TuneOptions:
-    """As given on the command line; None = the study's own or the default."""
+    """Options of the command.
+
+    Attributes:
+        study: Name or file of the study.
+        method: Search method; None for that of the study.
+        trials: Number of trials; None for that of the study.
+        workers: Number of processes; None for all cores.
+        backend: `loky`, `ray` or `dask`.
+        address: Address of a running cluster.
+        resume: Whether to continue the study in `out`.
+        out: Folder for the results; None for `out/tune/STUDY`.
+        seed: Seed of the method.
+        engine: Physics engine of the search; None for that of the study.
+        confirm: Whether to confirm the winner on unseen robots.
+        places: Where to confirm it, as ENGINE/PLANT; empty for the places of the study.
+    """
 
     study: str
-    method: str = "surrogate"
+    method: str | None = None
     trials: int | None = None
     workers: int | None = None
     backend: str = "loky"
@@ -49,29 +60,49 @@ class TuneOptions:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A finished study."""
+    """A finished study.
+
+    Attributes:
+        study: The study.
+        trials: All trials by number.
+        best: The winner.
+        candidates: Candidates of the finals, the winner first; empty without finals.
+        comparisons: Comparison with the start in each place; empty without a confirmation.
+        folder: Folder of the results.
+    """
 
     study: Study
     trials: tuple[Trial, ...]
     best: Trial
     candidates: tuple[Candidate, ...]
-    """Of the finals, the winner first; none without finals."""
     comparisons: tuple[Comparison, ...]
     folder: Path
 
 
 def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
-    """Search, confirm, write. What is wrong with the study is said before anything walks."""
+    """Search, confirm the winner, and write the results.
+
+    Args:
+        options: Options of the command.
+        say: Prints a line.
+
+    Returns:
+        The finished study.
+
+    Raises:
+        NaoGaitError: If the study or an option is invalid; raised before the first trial.
+    """
     study = load_study(options.study, options.engine, options.trials, options.places)
     count = worker_count(options.workers)
     check_backend(options.backend, options.address)
+    name = options.method or study.method
     method = make_method(
-        options.method, study.start_point, seed=options.seed, trials=study.trials
+        name, study.start_point, seed=options.seed, trials=study.trials
     )
     confirming = options.confirm and bool(study.unseen)
     _try_places(study, confirming)
     out = options.out or Path("out", "tune", study.name)
-    store = _open(study, options, out, window_for(count), say)
+    store = _open(study, replace(options, method=name), out, window_for(count), say)
     window = int(store.about["window"])
     try:
         workers = make_workers(options.backend, count, options.address)
@@ -92,7 +123,7 @@ def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
 
 
 def digest(study: Study) -> str:
-    """What the trials depend on; the number of trials may grow on resuming."""
+    """Return a hash of everything on which a trial depends; not of the number of trials."""
     relevant = (
         study.ranges, study.start, study.protocol, sorted(study.options.items()),
         sorted(study.objective.items()), study.penalty, study.robots, study.engine, study.plant,
@@ -106,11 +137,11 @@ def _open(
 ) -> Store:
     about = {
         "study": f"{study.name} {digest(study)}",
-        "method": options.method,
+        "method": str(options.method),
         "seed": str(options.seed),
         "window": str(window),
         "trials": str(study.trials),
-        "version": code_version(),
+        "version": report.code_version(),
         "robots": json.dumps(study.robots),
         "text": study.source,
     }
@@ -125,12 +156,12 @@ def _open(
                 f"resume: {key}", about[key], f"{stored[key]}, as in {out}; or another --out"
             )
     if stored["version"] != about["version"]:
-        say(f"note: the stored trials were walked by version {stored['version']}")
+        say(f"note: the stored trials are of version {stored['version']}")
     return store
 
 
 def _try_places(study: Study, confirming: bool) -> None:
-    """Build the robot once everywhere it shall walk: an engine may refuse a plant."""
+    """Build the robot once in every place, because an engine may refuse a plant."""
     places = {Place(study.engine, study.plant), *(study.confirm_places if confirming else ())}
     robot = load_robot(study.urdf)
     for place in sorted(places, key=str):
@@ -183,11 +214,11 @@ def _confirm(study: Study, best: Trial, workers: Workers) -> list[Comparison]:
 
 def _write(result: Result, about: dict[str, str], say: Callable[[str], None]) -> None:
     study, trials, best, out = result.study, result.trials, result.best, result.folder
-    found = importance(study, trials)
+    found = report.importance(study, trials)
     title = f"{study.name}, {about['method']}, seed {about['seed']}"
-    pictures.convergence_figure(study, trials, title, out / "convergence.png")
-    pictures.importance_figure(found, out / "importance.png")
-    pictures.pairs_figure(study, trials, out / "pairs.png")
+    report.convergence_figure(study, trials, title, out / "convergence.png")
+    report.importance_figure(found, out / "importance.png")
+    report.pairs_figure(study, trials, out / "pairs.png")
 
     start = trials[0]
     provenance = [
@@ -204,7 +235,7 @@ def _write(result: Result, about: dict[str, str], say: Callable[[str], None]) ->
         ),
         *(f"  {report.unseen_line(study, each)}" for each in result.comparisons),
     ]
-    preset = write_preset(
+    preset = report.write_preset(
         out / "best.yaml",
         study.parameters_at(best.point),
         study.values_at(best.point),

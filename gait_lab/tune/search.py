@@ -1,9 +1,8 @@
-"""The search: ask, walk, store, tell.
+"""The search: ask the method for points, run trials, store them, tell the method the losses.
 
-Points are told strictly in the order of asking, one before the next is asked, and at most `window`
-are under way. So what is asked depends on seed and window alone, not on which worker was quicker:
-a study that was killed asks the same again, finds the answers in its store and goes on where it
-was.
+Losses are told in the order of asking, and at most `window` trials run at a time. The points
+therefore depend on the seed and the window only, not on the speed of the workers. A study that was
+killed asks for the same points again, finds their results in its store, and continues.
 """
 
 from collections.abc import Callable
@@ -19,9 +18,10 @@ from gait_lab.tune.workers import ATTEMPTS, Workers
 
 
 def window_for(workers: int) -> int:
-    """Trials under way: one waits beside those that walk, so that no worker waits for a thought.
+    """Return the number of trials that run or wait.
 
-    A single worker gets none: each point then knows all results before it.
+    One trial more than workers, so that no worker waits for the method; for a single worker no
+    more, so that each point uses all earlier results.
     """
     return workers if workers == 1 else workers + 1
 
@@ -43,9 +43,19 @@ def search(
     note: Callable[[Trial], None] = lambda trial: None,
     evaluate: Callable[[Study, int, Point], Trial] = evaluate,
 ) -> list[Trial]:
-    """Trials until the study has all of its number; those in the store are not walked again.
+    """Run the trials of a study that are not in its store.
 
-    note: called with every trial as it ends, also with those that come from the store.
+    Args:
+        study: The study.
+        method: The search method.
+        store: The trials so far; new ones are added.
+        workers: Processes that run the trials.
+        window: Largest number of trials that run or wait.
+        note: Called with each completed trial, stored ones included.
+        evaluate: Runs one trial.
+
+    Returns:
+        All trials by number.
     """
     ended = {trial.number: trial for trial in store.trials()}
     asked: list[Point] = []
@@ -84,12 +94,12 @@ def search(
                 else:
                     reason = f"lost {ATTEMPTS} workers, {type(lost).__name__}"
                     end(failed(study, job.number, job.point, reason))
-        # What was really walked, should another version of a library ask differently now.
+        # The stored point, in case another version of a library asks for a different one.
         method.tell(ended[told].point, -ended[told].score)
         told += 1
     return [ended[number] for number in range(study.trials)]
 
 
 def best_of(trials: list[Trial]) -> Trial:
-    """The best trial; the earliest of equals."""
+    """Return the trial with the best score, the earliest of equal ones."""
     return max(trials, key=lambda trial: trial.score)

@@ -1,11 +1,11 @@
-"""The trials of one study in one SQLite file; each is on disk before the next thing happens."""
+"""The trials of a study in one SQLite file; each is on disk before the search continues."""
 
 import json
 import sqlite3
 from collections.abc import Mapping
 from pathlib import Path
 
-from gait_lab.tune.measures import Measures
+from gait_lab.tune.protocols import Measures
 from gait_lab.tune.trial import Trial
 from nao_lipm_gait.errors import NaoGaitError
 
@@ -21,7 +21,11 @@ CREATE TABLE IF NOT EXISTS trial (
 
 
 class Store:
-    """Open with `create` or `reopen`; close when done."""
+    """The database of a study; open it with `create` or `reopen`.
+
+    Args:
+        path: The database file.
+    """
 
     def __init__(self, path: Path) -> None:
         try:
@@ -34,7 +38,7 @@ class Store:
 
     @classmethod
     def create(cls, out: Path, about: Mapping[str, str]) -> "Store":
-        """A new study in a folder; refuses one that holds a study."""
+        """Create the database in a folder; NaoGaitError if the folder holds a study."""
         path = out / FILE
         if path.exists():
             raise NaoGaitError("out", str(out), "a folder without a study; or --resume this one")
@@ -47,7 +51,7 @@ class Store:
 
     @classmethod
     def reopen(cls, out: Path) -> "Store":
-        """The study of a folder, to go on with it or to read it."""
+        """Open the database of a folder; NaoGaitError if there is none."""
         path = out / FILE
         if not path.is_file():
             raise NaoGaitError("out", str(out), f"a folder with a {FILE} to resume")
@@ -55,10 +59,11 @@ class Store:
 
     @property
     def about(self) -> dict[str, str]:
+        """The properties of the study, as stored at its creation."""
         return dict(self._db.execute("SELECT key, value FROM about"))
 
     def add(self, trial: Trial) -> None:
-        """On disk when this returns."""
+        """Add a trial; it is on disk when this returns."""
         measures = [[m.robot, dict(m.values), m.fell, m.excess] for m in trial.measures]
         self._db.execute(
             "INSERT INTO trial (number, point, score, measures, seconds, error)"
@@ -68,7 +73,7 @@ class Store:
         )  # fmt: skip
 
     def trials(self) -> list[Trial]:
-        """All that ended, by number."""
+        """Return all completed trials by number."""
         rows = self._db.execute(
             "SELECT number, point, score, measures, seconds, error FROM trial ORDER BY number"
         )
@@ -85,4 +90,5 @@ class Store:
         ]
 
     def close(self) -> None:
+        """Close the database."""
         self._db.close()

@@ -10,6 +10,7 @@ from typing import Any
 
 import attrs
 
+from gait_lab.tune.methods import METHODS
 from gait_lab.tune.protocols import find_protocol
 from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
@@ -69,6 +70,7 @@ class StudyFile(Settings):
     name: str = schema.text("")
     about: str = schema.text("")
     preset: str = schema.text("default")
+    method: str = choice(METHODS, default=METHODS[0])
     start: dict[str, Any] = schema.field(
         Table(Anything()), attrs.Factory(dict), "What differs from the preset at the start."
     )
@@ -132,6 +134,7 @@ class Study:
         confirm_options: Options of the protocol for the confirmation.
         confirm_places: Where the winner is confirmed.
         preset: Preset on which `start` is based.
+        method: Search method.
         about: One sentence about the study.
         source: Text of the file.
     """
@@ -153,6 +156,7 @@ class Study:
     confirm_options: Mapping[str, float]
     confirm_places: tuple[Place, ...]
     preset: str = "default"
+    method: str = METHODS[0]
     about: str = ""
     source: str = field(default="", compare=False)
 
@@ -276,6 +280,7 @@ def parse_study(values: Any, name: str = "study", source: str = "") -> Study:
         confirm_options=protocol.checked("confirm.options", {**options, **file.confirm.options}),
         confirm_places=tuple(_place("study.confirm.places", each) for each in places),
         preset=file.preset,
+        method=file.method,
         about=" ".join(file.about.split()),
         source=source,
     )

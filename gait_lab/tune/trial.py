@@ -1,43 +1,50 @@
-"""One trial: a point of the study walked by all its robots, and the score of that."""
+"""One trial of a study: all its robots walk at one point, and the result gets a score."""
 
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gait_lab.tune.measures import Measures
+from gait_lab.trials.trial import TrialSpec
 from gait_lab.tune.methods import Point
-from gait_lab.tune.protocols import PROTOCOLS
+from gait_lab.tune.protocols import PROTOCOLS, Measures
 from gait_lab.tune.study import Place, Study
-from gait_lab.tune.walker import Setting
 from nao_lipm_gait.parameters import GaitParameters
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What came out of a point; larger scores are better."""
+    """Result of a point.
+
+    Attributes:
+        number: Number of the trial in its study.
+        point: The point, as shares of the ranges.
+        score: Mean score of the robots; larger is better.
+        measures: Measures of each robot.
+        seconds: Wall time of the walks [s].
+        error: Why the trial failed; it then scores as a robot that fell at once.
+    """
 
     number: int
     point: Point
     score: float
     measures: tuple[Measures, ...]
     seconds: float
-    """Wall time of the walks."""
     error: str | None = None
-    """Why it failed; a failed trial scores as a robot that fell where it stood."""
 
     @property
     def falls(self) -> int:
+        """Number of robots that fell."""
         return sum(m.fell for m in self.measures)
 
 
 def evaluate(study: Study, number: int, point: Point) -> Trial:
-    """Let all robots of the study walk at a point. Never raises: what goes wrong is in `error`."""
+    """Run all robots of the study at a point; an exception becomes the `error` of the trial."""
     began = time.perf_counter()
     try:
         measures = walk_all(
             study, study.parameters_at(point), study.robots, Place(study.engine, study.plant)
         )
-    except Exception as error:  # a study goes on whatever a corner of the ranges does
+    except Exception as error:  # the study continues even if a corner of the ranges fails
         reason = f"{type(error).__name__}: {error}"
         return failed(study, number, point, reason, time.perf_counter() - began)
     score = score_of(study, measures)
@@ -45,6 +52,15 @@ def evaluate(study: Study, number: int, point: Point) -> Trial:
 
 
 def failed(study: Study, number: int, point: Point, reason: str, seconds: float = 0.0) -> Trial:
+    """Return a failed trial.
+
+    Args:
+        study: The study.
+        number: Number of the trial.
+        point: Its point.
+        reason: Why it failed.
+        seconds: Wall time of the walks [s].
+    """
     return Trial(number, point, -study.penalty.fall, (), seconds, reason)
 
 
@@ -55,22 +71,42 @@ def walk_all(
     place: Place,
     confirm: bool = False,
 ) -> tuple[Measures, ...]:
-    """The study's protocol on each robot; `confirm`: with the options of the confirmation."""
+    """Run the study's protocol on each robot.
+
+    Args:
+        study: The study.
+        parameters: Parameters of the gait.
+        robots: Seeds of the robots.
+        place: Engine and plant.
+        confirm: Whether to use the options of the confirmation.
+
+    Returns:
+        The measures of each robot.
+    """
     protocol = PROTOCOLS[study.protocol]
     options = study.confirm_options if confirm else study.options
     return tuple(
-        protocol.run(Setting(parameters, seed, place.engine, place.plant, study.urdf), options)
+        protocol.run(
+            TrialSpec(
+                robot_seed=seed,
+                parameters=parameters,
+                engine=place.engine,
+                plant=place.plant,
+                urdf=study.urdf,
+            ),
+            options,
+        )
         for seed in robots
     )
 
 
 def score_of(study: Study, measures: Sequence[Measures]) -> float:
-    """Mean over the robots of the weighted measures, less the penalties."""
+    """Return the mean score of the robots."""
     return sum(robot_score(study, each) for each in measures) / len(measures)
 
 
 def robot_score(study: Study, measures: Measures) -> float:
-    """Weighted sum of one robot's measures, less what a fall and dishonest walking cost."""
+    """Return the weighted sum of one robot's measures minus the penalties."""
     score = sum(weight * measures.values[name] for name, weight in study.objective.items())
     if measures.fell:
         score -= study.penalty.fall

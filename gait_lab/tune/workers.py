@@ -1,7 +1,7 @@
-"""Worker processes for trials: on this machine (loky) or on a Dask or Ray cluster.
+"""Worker processes for trials: on this machine (loky), or on a Dask or Ray cluster.
 
-All three give a future per trial. joblib.Parallel would run on the same three, but there a worker
-that dies takes the whole call with it; a future takes one trial.
+All three return a future per trial, so that a worker that dies costs one trial. With
+`joblib.Parallel` on the same backends it would cost the whole call.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,25 +11,31 @@ from typing import Any, Protocol
 from nao_lipm_gait.errors import NaoGaitError
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-"""One simulation per process keeps a core busy; threads below it would only fight."""
+"""One simulation per process uses a whole core; more threads would compete for it."""
 ATTEMPTS = 3
-"""So often is a piece of work begun when its worker dies."""
+"""Number of attempts if a worker dies."""
 IDLE_TIME = 600
-"""[s] after which an idle local worker goes; longer than any pause between two trials."""
+"""Time [s] after which an idle local worker ends; longer than a pause between two trials."""
 
 
 class Workers(Protocol):
-    """Runs functions elsewhere. A future that raises has lost its worker."""
+    """Runs functions in other processes. A future that raises has lost its worker.
+
+    Attributes:
+        count: Number of processes.
+    """
 
     count: int
 
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]": ...
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
+        """Run a function with arguments; return its future."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """End the workers."""
 
 
 class LokyWorkers:
-    """Processes on this machine, by joblib's loky; replaced by themselves when they die."""
+    """Processes on this machine by joblib's loky, which replaces those that die."""
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -40,23 +46,30 @@ class LokyWorkers:
         except ModuleNotFoundError:  # some distributions ship joblib without its copy
             from loky import get_reusable_executor
 
-        # Gives a fresh one where the last one broke.
+        # Returns a new executor if the last one broke.
         return get_reusable_executor(max_workers=self.count, timeout=IDLE_TIME, env=ONE_THREAD)
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
+        """Run a function with arguments; return its future."""
         try:
             future: Future[Any] = self._executor().submit(function, *arguments)
-        except Exception as error:  # a worker died between the two calls: the trial is lost
+        except Exception as error:  # a worker died between the two calls: this trial is lost
             future = Future()
             future.set_exception(error)
         return future
 
     def close(self) -> None:
+        """End the workers."""
         self._executor().shutdown(wait=True, kill_workers=True)
 
 
 class DaskWorkers:
-    """A Dask cluster: the scheduler at `address`, or processes on this machine."""
+    """A Dask cluster: the scheduler at `address`, or processes on this machine.
+
+    Args:
+        count: Number of processes.
+        address: Address of a running scheduler.
+    """
 
     def __init__(self, count: int, address: str | None = None) -> None:
         from distributed import Client, LocalCluster
@@ -68,21 +81,28 @@ class DaskWorkers:
                 n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None
             )
         self._client = Client(address or self._cluster)  # type: ignore[no-untyped-call]
-        # Retries are ours to count.
+        # The search counts the attempts.
         self._pool = self._client.get_executor(pure=False, retries=0)
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
+        """Run a function with arguments; return its future."""
         future: Future[Any] = self._pool.submit(function, *arguments)
         return future
 
     def close(self) -> None:
+        """Disconnect, and end a cluster that was started here."""
         self._client.close()
         if self._cluster is not None:
             self._cluster.close()  # type: ignore[no-untyped-call]
 
 
 class RayWorkers:
-    """A Ray cluster: the one at `address`, or processes on this machine."""
+    """A Ray cluster: the one at `address`, or processes on this machine.
+
+    Args:
+        count: Number of processes.
+        address: Address of a running cluster.
+    """
 
     def __init__(self, count: int, address: str | None = None) -> None:
         import ray
@@ -96,10 +116,12 @@ class RayWorkers:
         self._call = ray.remote(max_retries=0, num_cpus=1)(_call)
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
+        """Run a function with arguments; return its future."""
         future: Future[Any] = self._call.remote(function, *arguments).future()
         return future
 
     def close(self) -> None:
+        """Disconnect, and end a cluster that was started here."""
         self._ray.shutdown()
 
 
@@ -116,9 +138,19 @@ def run_all(
     calls: Sequence[tuple[Any, ...]],
     note: Callable[[], object] = lambda: None,
 ) -> list[Any]:
-    """The function's results, in the order of the calls; begun again when a worker dies.
+    """Run a function for each call, and repeat a call whose worker dies.
 
-    Raises what the last of `ATTEMPTS` raised.
+    Args:
+        workers: The processes.
+        function: The function.
+        calls: Arguments of each call.
+        note: Called after each result.
+
+    Returns:
+        The results in the order of the calls.
+
+    Raises:
+        Exception: What the last attempt raised.
     """
     futures = [workers.submit(function, *call) for call in calls]
     results = []
@@ -134,7 +166,7 @@ def run_all(
 
 
 def check_backend(backend: str, address: str | None = None) -> None:
-    """NaoGaitError for an unknown backend, or an address where it means nothing."""
+    """Raise NaoGaitError for an unknown backend, or for an address without a cluster."""
     if backend not in BACKENDS:
         raise NaoGaitError("backend", backend, ", ".join(BACKENDS))
     if backend == "loky" and address is not None:
@@ -142,7 +174,7 @@ def check_backend(backend: str, address: str | None = None) -> None:
 
 
 def make_workers(backend: str, count: int, address: str | None = None) -> Workers:
-    """Started workers; `address` of a running cluster, for Ray and Dask."""
+    """Start workers; `address`: of a running Ray or Dask cluster, None to start one here."""
     check_backend(backend, address)
     if backend == "loky":
         return LokyWorkers(count)

@@ -1,1 +1,1 @@
-"""`nao_gait view`: the robot live in the browser, over ROS."""
+"""`nao_gait view`: the running robot in the browser."""

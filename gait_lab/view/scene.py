@@ -1,4 +1,4 @@
-"""The three-dimensional scene: robot, soles, pendulum, footprints."""
+"""The three-dimensional scene: robot, support soles, pendulum and footprints."""
 
 from collections import deque
 from typing import Any
@@ -14,30 +14,83 @@ from gait_lab.analysis.body import (
     shapes_of,
     torso_over_soles,
 )
-from gait_lab.view.link import Heard
-from gait_lab.view.model import LinkPoses
+from gait_lab.view.robot_link import RobotState
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 
 LEFT_COLOR, RIGHT_COLOR = (200, 85, 61), (47, 127, 95)
 COM_COLOR, ORIGIN_COLOR, PENDULUM_COLOR = (224, 160, 48), (30, 90, 200), (15, 124, 148)
 PRINTS = 60
-"""Footprints that stay."""
+"""Number of footprints shown."""
 SIDES = (("left", LEFT_COLOR, 1.0), ("right", RIGHT_COLOR, -1.0))
 
 
+class LinkPoses:
+    """Forward kinematics of the links and soles of one robot.
+
+    Args:
+        robot: The robot.
+        links: Names of the links.
+    """
+
+    def __init__(self, robot: RobotDescription, links: tuple[str, ...]) -> None:
+        self._model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+        self._data = self._model.createData()
+        self._q = pin.neutral(self._model)
+        self._columns = {
+            name: self._model.joints[self._model.getJointId(name)].idx_q
+            for name in robot.joint_names
+        }
+        self._torso = self._frame(robot.torso_frame)
+        self._soles = [self._frame(name) for name in robot.sole_frames]
+        self._links = [self._frame(name) for name in links]
+
+    def _frame(self, name: str) -> int:
+        return int(self._model.getFrameId(name, pin.FrameType.BODY))
+
+    def at(self, names: list[str], position: list[float]) -> tuple[FloatArray, FloatArray]:
+        """Return the poses of links (l, 4, 4) and soles (2, 4, 4) in the torso frame.
+
+        Args:
+            names: Names of the joints; unknown ones are ignored.
+            position: Their angles [rad]; those that are not finite are ignored.
+        """
+        for name, angle in zip(names, position, strict=False):
+            column = self._columns.get(name)
+            if column is not None and np.isfinite(angle):
+                self._q[column] = angle
+        pin.framesForwardKinematics(self._model, self._data, self._q)
+        to_torso = inverse_pose(self._data.oMf[self._torso].homogeneous)
+        links = np.array([self._data.oMf[frame].homogeneous for frame in self._links])
+        soles = np.array([self._data.oMf[frame].homogeneous for frame in self._soles])
+        return to_torso @ links, to_torso @ soles
+
+
 class RobotScene:
-    """What the browser shows. The world is ground truth's, or odom where there is none."""
+    """The scene in the browser, in the world of the ground truth, or in odom without it.
+
+    Args:
+        server: The viser server of the page.
+        robot: The robot to show.
+
+    Attributes:
+        base: Position x, y [m] and heading [rad] of the middle between the soles.
+        com: Sphere at the CoM.
+        origin: Cylinder at the pendulum origin.
+        frames: Frames of the links.
+        meshes: Meshes of the links.
+        prints: Footprints, oldest first.
+    """
 
     def __init__(self, server: Any, robot: RobotDescription) -> None:
         self._scene = server.scene
         self._robot = robot
         shapes = shapes_of(robot.urdf)
         self._poses = LinkPoses(robot, shapes.links)
-        self._frames = [
+        self.frames = [
             self._scene.add_frame(f"/robot/{name}", show_axes=False) for name in shapes.links
         ]
-        self._meshes: list[Any] = []
+        self.meshes: list[Any] = []
         self._add_meshes(shapes)
         self._scene.set_up_direction("+z")
         self._scene.add_grid(
@@ -54,11 +107,10 @@ class RobotScene:
             "/pendulum/origin", radius=0.011, height=0.006, color=ORIGIN_COLOR
         )
         self._pendulum: Any = None
-        self._prints: deque[Any] = deque()
+        self.prints: deque[Any] = deque()
         self._print_count = 0
         self._last_support = ""
         self.base: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        """x, y [m], yaw [rad] of the middle between the soles as drawn."""
 
     def _add_meshes(self, shapes: Shapes) -> None:
         colors = np.array(shapes.color)
@@ -74,12 +126,12 @@ class RobotScene:
                     color=tuple(int(value) for value in color[4:-1].split(",")),
                     flat_shading=True, side="double",
                 )  # fmt: skip
-                self._meshes.append(mesh)
+                self.meshes.append(mesh)
 
     def see_through(self, through: bool) -> None:
-        """Let the pendulum show inside the robot."""
+        """Make the robot transparent, so that the pendulum is visible."""
         opacity = 0.3 if through else None
-        for mesh in self._meshes:
+        for mesh in self.meshes:
             if mesh.opacity != opacity:
                 mesh.opacity = opacity
 
@@ -93,36 +145,36 @@ class RobotScene:
             name, segments.astype(np.float32), color, thickness=thickness, visible=False
         )
 
-    def update(self, heard: Heard) -> bool:
-        """Draw what was heard; False as long as there is nothing to draw."""
-        if not heard.joints:
+    def update(self, state: RobotState) -> bool:
+        """Draw the newest messages; return False as long as there are no joint states."""
+        if not state.joints:
             return False
-        links, soles = self._poses.at(heard.joint_names, heard.joints)
-        torso, odom = self._placed(heard, soles)
-        for frame, pose in zip(self._frames, torso @ links, strict=True):
+        links, soles = self._poses.at(state.joint_names, state.joints)
+        torso, odom = self._placed(state, soles)
+        for frame, pose in zip(self.frames, torso @ links, strict=True):
             _put(frame, pose)
         soles_in_world = torso @ soles
         x, y, yaw = footprint_of(soles_in_world[None])[0].tolist()
         self.base = x, y, yaw
-        self._show_support(heard, soles_in_world)
-        self._show_pendulum(heard, odom)
+        self._show_support(state, soles_in_world)
+        self._show_pendulum(state, odom)
         return True
 
-    def _placed(self, heard: Heard, soles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The torso, and odom, in the scene; from the truth of the moment of the joints."""
-        odometry = heard.odometry.get(heard.stamp)
+    def _placed(self, state: RobotState, soles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the poses of torso and odom in the scene, for the stamp of the joints."""
+        odometry = state.odometry.get(state.stamp)
         if odometry is None:
-            odometry = next(reversed(heard.odometry.values()), (0.0, 0.0, 0.0))
-        torso = heard.truth.get(heard.stamp)
-        if torso is None and heard.truth:
-            torso = next(reversed(heard.truth.values()))
+            odometry = next(reversed(state.odometry.values()), (0.0, 0.0, 0.0))
+        torso = state.truth.get(state.stamp)
+        if torso is None and state.truth:
+            torso = next(reversed(state.truth.values()))
         if torso is None:
             return torso_over_soles(np.array([odometry]), soles[None])[0], np.eye(4)
         footprint = planar_pose(*footprint_of((torso @ soles)[None]).T)[0]
         return torso, footprint @ inverse_pose(planar_pose(*np.array([odometry]).T)[0])
 
-    def _show_support(self, heard: Heard, soles: FloatArray) -> None:
-        support = heard.support.rpartition(" ")[2]
+    def _show_support(self, state: RobotState, soles: FloatArray) -> None:
+        support = state.support.rpartition(" ")[2]
         for index, (side, color, mirror) in enumerate(SIDES):
             flat = planar_pose(*footprint_of(soles[None, [index, index]]).T)[0]
             outline = self._support[side]
@@ -133,15 +185,15 @@ class RobotScene:
                 mark = self._outline(f"/prints/{self._print_count}", color, mirror, 0.002)
                 _put(mark, flat)
                 mark.visible = True
-                self._prints.append(mark)
-                if len(self._prints) > PRINTS:
-                    self._prints.popleft().remove()
+                self.prints.append(mark)
+                if len(self.prints) > PRINTS:
+                    self.prints.popleft().remove()
         self._last_support = support
 
-    def _show_pendulum(self, heard: Heard, odom: FloatArray) -> None:
+    def _show_pendulum(self, state: RobotState, odom: FloatArray) -> None:
         points = {}
         for name, handle in (("com", self.com), ("pendulum origin", self.origin)):
-            pose = heard.markers.get(name)
+            pose = state.markers.get(name)
             handle.visible = pose is not None
             if pose is not None:
                 p = pose.position

@@ -50,7 +50,7 @@ def test_without_a_fault_the_harness_walks_as_a_rollout_does_bit_by_bit() -> Non
     harness = harness_with()
     spec = RolloutSpec(TASKS["stand"], robot_seed=3, engine="mujoco")
     simulation, gait = make_pair(spec)
-    with harness.simulation, simulation:
+    with harness.world, simulation:
         # The operator sends from 1 s on; a command arrives after the sensors of its tick.
         policy = TimedCommands(lambda t: FORWARD if t > 1.005 else VelocityCommand())
         ticks = run(simulation, gait, policy)
@@ -111,7 +111,7 @@ class LongImuOutage(ImuOutage):
 
 def test_without_imu_the_robot_stops_stands_and_reports_why() -> None:
     harness = harness_with(LongImuOutage(100.0))
-    with harness.simulation:
+    with harness.world:
         harness.run(600)
         assert harness.gaits[0].controller.state is GaitState.STAND
         assert not harness.fallen
@@ -122,9 +122,9 @@ def test_without_imu_the_robot_stops_stands_and_reports_why() -> None:
 def test_a_robot_that_is_pushed_over_without_imu_relaxes_and_stays_fallen() -> None:
     """Without an IMU only the load of the soles shows the fall."""
     harness = harness_with(LongImuOutage(6.0))
-    with harness.simulation:
+    with harness.world:
         harness.run(500)
-        harness.simulation.robot.push(np.array([0.0, 90.0, 0.0]), 0.1)
+        harness.world.robot.push(np.array([0.0, 90.0, 0.0]), 0.1)
         harness.run(150)
         assert harness.fallen
         assert harness.gaits[0].controller.state is GaitState.FALLEN
@@ -153,7 +153,7 @@ class FrozenJoints(Fault):
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_frozen_joints_stop_the_walk_and_it_continues_when_they_move_again(seed: int) -> None:
     harness = harness_with(FrozenJoints(), seed)
-    with harness.simulation:
+    with harness.world:
         harness.run(430)
         assert harness.gaits[0].controller.state is GaitState.STAND
         assert any("stuck while the robot walks" in text for text in harness.invariants.explained)
@@ -165,7 +165,7 @@ def test_frozen_joints_stop_the_walk_and_it_continues_when_they_move_again(seed:
 
 def test_the_robot_obeys_the_first_of_two_gaits_and_the_second_when_the_first_ends() -> None:
     harness = harness_with()
-    with harness.simulation:
+    with harness.world:
         harness.run(250)
         second = harness.start_gait()
         harness.run(100)
@@ -181,7 +181,7 @@ def test_the_robot_obeys_the_first_of_two_gaits_and_the_second_when_the_first_en
 
 def test_parameters_take_effect_at_the_next_support_change() -> None:
     changed, unchanged = harness_with(), harness_with()
-    with changed.simulation, unchanged.simulation:
+    with changed.world, unchanged.world:
         for harness in (changed, unchanged):
             harness.run(250)
         changed.gaits[0].controller.change_parameters({"swing_lift": 0.031})
@@ -207,7 +207,7 @@ def test_parameters_take_effect_at_the_next_support_change() -> None:
 
 def test_a_refused_change_of_parameters_changes_nothing() -> None:
     harness = harness_with()
-    with harness.simulation:
+    with harness.world:
         harness.run(250)
         controller, before = harness.gaits[0].controller, GaitParameters()
         with pytest.raises(NaoGaitError, match=r"feedback_delay.*stand first"):
@@ -220,7 +220,7 @@ def test_a_refused_change_of_parameters_changes_nothing() -> None:
 def test_the_gait_does_not_start_without_an_imu() -> None:
     harness = harness_with(LongImuOutage(100.0))
     harness.fault.begin = 0.0
-    with harness.simulation:
+    with harness.world:
         harness.run(100)
         controller = harness.gaits[0].controller
         assert controller.last_status is None
@@ -243,7 +243,7 @@ def test_a_stamp_far_from_zero_makes_no_difference() -> None:
 
     def positions(shift: int) -> bytes:
         harness = harness_with(Shifted(shift))
-        with harness.simulation:
+        with harness.world:
             harness.run(200)
             assert harness.gaits[0].controller.state is GaitState.WALK
             return harness.truth.joint_position.tobytes()
@@ -280,7 +280,7 @@ def test_an_exception_on_the_tick_ends_up_as_a_violation(monkeypatch: pytest.Mon
         raise ZeroDivisionError("on purpose")
 
     harness = harness_with()
-    with harness.simulation:
+    with harness.world:
         harness.run(50)
         monkeypatch.setattr(Gait, "step", fails)
         harness.run(10)
@@ -342,7 +342,7 @@ def test_no_fault_does_anything_before_it_begins() -> None:
     message = Message("imu/data", ImuInput(1, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81)))
     command = Command("gait_1", JointTargets(0, ROBOT.stand_pose))
     harness = harness_with()
-    with harness.simulation:
+    with harness.world:
         for name, make in FAULTS.items():
             fault = make(np.random.default_rng(1))
             assert 2.0 <= fault.begin <= 3.0, name

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from gait_lab.analysis.render import Harness
+from gait_lab.analysis.render import Renderer
 from nao_lipm_gait.robot import RobotDescription
 from sim_bridge.individual import NOMINAL, draw_individual
 from sim_bridge.plant import load_plant
@@ -17,12 +17,12 @@ UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 @pytest.fixture
-def stage(robot: RobotDescription) -> Iterator[Harness]:
-    with Harness(robot, draw_individual(load_plant("ideal"), robot, NOMINAL)) as stage:
+def stage(robot: RobotDescription) -> Iterator[Renderer]:
+    with Renderer(robot, draw_individual(load_plant("ideal"), robot, NOMINAL)) as stage:
         yield stage
 
 
-def test_a_picture_of_the_robot(stage: Harness, robot: RobotDescription) -> None:
+def test_a_picture_of_the_robot(stage: Renderer, robot: RobotDescription) -> None:
     stage.lay_floor((0.0, 0.0))
     stage.pose(np.array([50.0, 0.0, 0.32]), UPRIGHT, robot.stand_pose)  # out of sight
     empty = stage.photograph((0.0, 0.0), 120, 100).astype(int)
@@ -41,7 +41,7 @@ def test_a_picture_of_the_robot(stage: Harness, robot: RobotDescription) -> None
     assert np.nonzero(lying)[0].mean() > rows.mean() + 10, "further down in the picture"
 
 
-def test_joints_show(stage: Harness, robot: RobotDescription) -> None:
+def test_joints_show(stage: Renderer, robot: RobotDescription) -> None:
     at = np.array([0.0, 0.0, 0.32])
     stage.pose(at, UPRIGHT, robot.stand_pose)
     before = stage.photograph((0.0, 0.0), 120, 100)

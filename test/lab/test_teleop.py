@@ -8,8 +8,8 @@ from typing import TextIO
 import pytest
 
 from gait_lab.drive import teleop
-from gait_lab.drive.ros_names import checked_namespace, checked_topics
 from gait_lab.drive.teleop import Driver, raw_terminal, read_keys, status_line
+from gait_lab.ros_session import checked_namespace, checked_topics
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
@@ -27,23 +27,23 @@ def after(keys: str) -> VelocityCommand:
 @pytest.mark.parametrize(
     ("keys", "asked"),
     [
-        ("9w", VelocityCommand(x=0.25)),
-        ("9s", VelocityCommand(x=-0.20)),
-        ("9a", VelocityCommand(y=0.09)),
-        ("9d", VelocityCommand(y=-0.09)),
-        ("9q", VelocityCommand(yaw=math.radians(45))),
-        ("9e", VelocityCommand(yaw=-math.radians(45))),
-        ("9W", VelocityCommand(x=0.25)),
-        ("9wwww", VelocityCommand(x=0.25)),
-        ("9wq", VelocityCommand(x=0.25, yaw=math.radians(45))),
-        ("9wqd", VelocityCommand(0.25, -0.09, math.radians(45))),
-        ("3w", VelocityCommand(x=0.25 / 3)),
-        ("w3", VelocityCommand(x=0.25 / 3)),
-        ("w0", VelocityCommand(x=0.25 * 5 / 9)),
-        ("wz?\u00e9\u0663", VelocityCommand(x=0.25 * 5 / 9)),
+        ("9w", VelocityCommand(x=0.40)),
+        ("9s", VelocityCommand(x=-0.33)),
+        ("9a", VelocityCommand(y=0.20)),
+        ("9d", VelocityCommand(y=-0.20)),
+        ("9q", VelocityCommand(yaw=math.radians(100))),
+        ("9e", VelocityCommand(yaw=-math.radians(100))),
+        ("9W", VelocityCommand(x=0.40)),
+        ("9wwww", VelocityCommand(x=0.40)),
+        ("9wq", VelocityCommand(x=0.40, yaw=math.radians(100))),
+        ("9wqd", VelocityCommand(0.40, -0.20, math.radians(100))),
+        ("3w", VelocityCommand(x=0.40 / 3)),
+        ("w3", VelocityCommand(x=0.40 / 3)),
+        ("w0", VelocityCommand(x=0.40 * 5 / 9)),
+        ("wz?\u00e9\u0663", VelocityCommand(x=0.40 * 5 / 9)),
         ("wqa ", STANDSTILL),
         ("ws", STANDSTILL),
-        ("9wss", VelocityCommand(x=-0.20)),
+        ("9wss", VelocityCommand(x=-0.33)),
         ("", STANDSTILL),
     ],
 )
@@ -52,10 +52,10 @@ def test_keys(keys: str, asked: VelocityCommand) -> None:
     assert (got.x, got.y, got.yaw) == pytest.approx((asked.x, asked.y, asked.yaw))
 
 
-def test_the_line_tells_the_asked_speed_and_the_state() -> None:
+def test_the_status_line_shows_the_commanded_speed_and_the_state() -> None:
     line = status_line(Driver(x=1, yaw=-1, level=9), "walk left")
-    assert "+25.0 cm/s" in line
-    assert "-45.0 deg/s" in line
+    assert "+40.0 cm/s" in line
+    assert "-100.0 deg/s" in line
     assert line.endswith("gait: walk left")
 
 
@@ -74,7 +74,7 @@ def test_keys_arrive_without_return_and_without_echo(terminal: tuple[int, TextIO
         assert read_keys(descriptor, 0.0) == ""
 
 
-def test_arrow_keys_are_not_taken_for_letters(terminal: tuple[int, TextIO]) -> None:
+def test_the_letters_of_arrow_keys_are_ignored(terminal: tuple[int, TextIO]) -> None:
     keyboard, stream = terminal
     with raw_terminal(stream) as descriptor:
         os.write(keyboard, b"\x1b[D")  # arrow left holds a D
@@ -84,7 +84,7 @@ def test_arrow_keys_are_not_taken_for_letters(terminal: tuple[int, TextIO]) -> N
 
 
 @pytest.mark.parametrize("name", ["1bad", "a b", "robot//left"])
-def test_names_that_ros_does_not_have_are_refused(name: str) -> None:
+def test_invalid_ros_names_are_refused(name: str) -> None:
     with pytest.raises(NaoGaitError, match="namespace: got '" + name):
         checked_namespace(name)
     with pytest.raises(NaoGaitError, match="topics: got '" + name):
@@ -97,13 +97,18 @@ def test_names_that_ros_does_not_have_are_refused(name: str) -> None:
 def test_the_terminal_is_restored_after_an_error(terminal: tuple[int, TextIO]) -> None:
     _, stream = terminal
     before = termios.tcgetattr(stream.fileno())
-    with pytest.raises(KeyboardInterrupt), raw_terminal(stream) as descriptor:
-        assert termios.tcgetattr(descriptor) != before
-        raise KeyboardInterrupt
+
+    def interrupted() -> None:
+        with raw_terminal(stream) as descriptor:
+            assert termios.tcgetattr(descriptor) != before
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert termios.tcgetattr(stream.fileno()) == before
 
 
-def test_no_terminal_is_said_clearly(tmp_path: object) -> None:
+def test_an_input_that_is_not_a_terminal_is_refused(tmp_path: object) -> None:
     with (
         open(os.devnull) as stream,
         pytest.raises(NaoGaitError, match="standard input: got 'no terminal'"),
@@ -112,7 +117,7 @@ def test_no_terminal_is_said_clearly(tmp_path: object) -> None:
         pass
 
 
-def test_every_key_of_the_help_is_a_key() -> None:
-    for key, (axis, sign) in teleop._KEYS.items():
-        assert key in teleop.HELP
-        assert getattr(Driver().press(key), axis) == sign
+@pytest.mark.parametrize("key", "wsadqe")
+def test_every_key_of_the_help_moves_the_robot(key: str) -> None:
+    assert key in teleop.HELP
+    assert Driver().press(key).command != STANDSTILL

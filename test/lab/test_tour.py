@@ -1,13 +1,24 @@
-"""The tour and its scoring, on a made-up recording."""
+"""The tour, its evaluation and its moving picture, on made-up recordings."""
 
 import math
+from dataclasses import astuple
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gait_lab.demo.tour import SHORT_TOUR, TOUR, Phase, duration, evaluate, fall_time, phase_at
+from gait_lab.analysis.render import TILE_PERIOD
+from gait_lab.demo.picture import LENGTH, SHORTEST, Motion, loop_rows
+from gait_lab.demo.tour import (
+    FULL_TOUR,
+    SHORT_TOUR,
+    TourPhase,
+    duration,
+    evaluate,
+    fall_time,
+    phase_at,
+)
 from gait_lab.record.recording import Recording, Series, TruthTrack
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
@@ -37,14 +48,14 @@ def recording(truth: TruthTrack) -> Any:
 
 
 def test_every_moment_belongs_to_its_phase() -> None:
-    assert phase_at(TOUR, 0.0) is TOUR[0]
-    assert phase_at(TOUR, TOUR[0].duration) is TOUR[1]
-    assert phase_at(TOUR, duration(TOUR)) is None
+    assert phase_at(FULL_TOUR, 0.0) is FULL_TOUR[0]
+    assert phase_at(FULL_TOUR, FULL_TOUR[0].duration) is FULL_TOUR[1]
+    assert phase_at(FULL_TOUR, duration(FULL_TOUR)) is None
 
 
 def test_speed_is_scored_in_the_robots_own_heading() -> None:
     # 0.2 m/s round a circle: the displacement over time would be far less.
-    tour = (Phase("circle", 10.0, VelocityCommand(0.2, 0.0, 1.0), ("x", 0.19)),)
+    tour = (TourPhase("circle", 10.0, VelocityCommand(0.2, 0.0, 1.0), ("x", 0.19)),)
     (result,) = evaluate(recording(walk(0.2, 1.0, 10.0)), tour, 0.0)
     assert result.achieved.x == pytest.approx(0.2, abs=1e-6)
     assert result.achieved.y == pytest.approx(0.0, abs=1e-6)
@@ -54,22 +65,22 @@ def test_speed_is_scored_in_the_robots_own_heading() -> None:
 
 @pytest.mark.parametrize(("speed", "reached"), [(-0.21, True), (-0.19, False), (0.21, False)])
 def test_a_speed_is_reached_only_in_its_direction(speed: float, reached: bool) -> None:
-    tour = (Phase("back", 10.0, VelocityCommand(-0.2, 0.0, 0.0), ("x", -0.2)),)
+    tour = (TourPhase("back", 10.0, VelocityCommand(-0.2, 0.0, 0.0), ("x", -0.2)),)
     (result,) = evaluate(recording(walk(speed, 0.0, 10.0)), tour, 0.0)
     assert result.reached is reached
 
 
-def test_a_tour_that_broke_off_has_no_result_for_the_rest() -> None:
+def test_an_interrupted_tour_has_results_only_for_completed_phases() -> None:
     results = evaluate(recording(walk(0.2, 0.0, 4.0)), SHORT_TOUR, 0.0)
     assert [result.phase.name for result in results] == ["stand"]
 
 
-def test_a_fall_is_seen() -> None:
+def test_a_fall_is_detected() -> None:
     assert fall_time(recording(walk(0.2, 0.0, 2.0))) is None
     assert fall_time(recording(walk(0.0, 0.0, 2.0, tilt=1.0))) == 0.0
 
 
-def test_heading_velocity_undoes_the_tilt_of_the_torso() -> None:
+def test_heading_velocity_is_independent_of_the_tilt_of_the_torso() -> None:
     tilt = 0.3
     velocity = np.array([[math.cos(tilt), 0.0, math.sin(tilt)]])
     track = TruthTrack(
@@ -90,8 +101,30 @@ def test_com_error_compares_equal_stamps_only() -> None:
     assert math.isnan(half_read.com_error_y(5.0, 6.0))
 
 
+def test_the_tour_commands_more_than_it_requires() -> None:
+    for phase in FULL_TOUR:
+        if phase.reach is not None:
+            axis, speed = phase.reach
+            assert 1.0 < getattr(phase.command, axis) / speed < 1.3
+
+
+def test_the_moving_picture_ends_where_it_begins() -> None:
+    time = np.arange(0.0, 6.0, 0.01)
+    swing = np.sin(2.0 * np.pi * time / 0.5)
+    position = np.stack([0.375 * time, 0.0 * time, 0.0 * time + 0.3], axis=1)
+    motion = Motion(time, position, np.zeros((len(time), 4)), np.tile(swing[:, None], (1, 22)))
+    rows = loop_rows(motion)
+    assert rows is not None
+    end = rows[-1] + rows[1] - rows[0]
+    assert abs(swing[end] - swing[rows[0]]) < 0.15
+    tiles = (position[end, 0] - position[rows[0], 0]) / TILE_PERIOD
+    assert abs(tiles - round(tiles)) < 0.1
+    assert SHORTEST <= time[end] - time[rows[0]] <= LENGTH
+    assert loop_rows(Motion(*(column[:200] for column in astuple(motion)))) is None
+
+
 def test_standing_needs_no_speed() -> None:
-    tour = (Phase("stand", 2.0, STANDSTILL),)
+    tour = (TourPhase("stand", 2.0, STANDSTILL),)
     (result,) = evaluate(recording(walk(0.0, 0.0, 2.0)), tour, 0.0)
     assert result.reached is None
     assert math.isnan(result.com_error_y)

@@ -7,7 +7,7 @@ pytest.importorskip("cma")
 pytest.importorskip("pymoo")
 
 from gait_lab.tune.methods import METHODS, Method, Point, make_method
-from gait_lab.tune.methods.surrogate import levelled
+from gait_lab.tune.methods.surrogate import clipped
 from nao_lipm_gait.errors import NaoGaitError
 
 START = (0.9, 0.1, 0.8)
@@ -61,6 +61,6 @@ def test_an_unknown_method_and_a_bad_seed_are_refused() -> None:
         make_method("cma", START, seed=-1, trials=5)
 
 
-def test_the_surrogate_does_not_see_how_deep_a_fall_was() -> None:
-    assert levelled([3.0, 2.0, -9.0, 2.5, 1.8]) == [3.0, 2.0, 1.0, 2.5, 1.8]
-    assert levelled([1.0]) == [1.0]
+def test_scores_of_falls_are_clipped_for_the_surrogate() -> None:
+    assert clipped([3.0, 2.0, -9.0, 2.5, 1.8]) == [3.0, 2.0, 1.0, 2.5, 1.8]
+    assert clipped([1.0]) == [1.0]

@@ -18,13 +18,12 @@ from gait_lab.analysis.trace import LEFT, RIGHT
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import walk as walk_task
 from gait_lab.tune import guide
-from gait_lab.tune.confirm import Comparison, rows
-from gait_lab.tune.finals import candidates
-from gait_lab.tune.importance import importance
-from gait_lab.tune.measures import Measures
+from gait_lab.tune.confirm import Comparison, candidates, rows
+from gait_lab.tune.guide import Sweep, SweepSetup, run_sweep, step_duration
+from gait_lab.tune.protocols import Measures
+from gait_lab.tune.report import importance, write_preset
 from gait_lab.tune.run import TuneOptions, run
 from gait_lab.tune.study import Place, parse_study
-from gait_lab.tune.sweep import Sweep, Walked, run_sweep, step_duration
 from gait_lab.tune.trial import Trial
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
@@ -98,13 +97,13 @@ def test_a_robot_that_falls_shows_in_the_table() -> None:
 
 
 def test_a_wider_pendulum_steps_faster(tmp_path: Path) -> None:
-    walked = Walked(GaitParameters(), 0.1, (0,), window=2.0)
+    setup = SweepSetup(GaitParameters(), 0.1, (0,), window=2.0)
     sweep = Sweep("pendulum_width", (0.025, 0.04))
-    slow, fast = run_sweep(sweep, walked, 1, show=False)
+    slow, fast = run_sweep(sweep, setup, 1, show=False)
     assert not slow.fell
     assert not fast.fell
     assert slow.step_duration > 1.2 * fast.step_duration
-    figure = guide.draw(sweep, [slow, fast], walked, tmp_path / "figure.png")
+    figure = guide.draw(sweep, [slow, fast], setup, tmp_path / "figure.png")
     assert figure.read_bytes().startswith(PNG)
     assert "cm/s" in guide.text(sweep, [slow, fast])
 
@@ -125,3 +124,13 @@ def test_the_guide_refuses_what_is_no_parameter(capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(NaoGaitError):
         Sweep("swing_lift", (0.5,))
+
+
+def test_the_winner_is_a_preset_that_every_tool_takes(tmp_path: Path) -> None:
+    winner = GaitParameters(swing_lift=0.0231234, feedback=False)
+    path = write_preset(tmp_path / "best.yaml", winner, {"swing_lift": 0.0231234}, ["Tuned: a: b"])
+    assert load_preset(path) == winner
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("# Tuned: a: b\n")
+    # the defaults may change later, this file does not
+    assert all(f"{name}:" in text for name in winner.as_dict())

@@ -77,12 +77,18 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "start outside": ({"start": {"step_forward_max": 0.09}}, "inside its range"),
     "start unknown": ({"start": {"speed": 1}}, "start.speed"),
     "negative penalty": ({"penalty": {"fall": -1}}, "at least 0"),
+    "unknown method": ({"method": "guess"}, "surrogate, pso, cma"),
     "no trials": ({"trials": 0}, "from 1"),
     "unknown engine": ({"engine": "bullet3"}, "pybullet, mujoco"),
     "unknown plant": ({"plant": "moon"}, "moon"),
     "finals without robots": ({"finals": {"candidates": 2}}, "finals.robots"),
     "bad place": ({"confirm": {"places": ["mujoco"]}}, "ENGINE/PLANT"),
 }
+
+
+def test_the_first_papers_criterion_is_minimized_by_a_particle_swarm() -> None:
+    assert load_study("com_error").method == "pso"
+    assert parse_study(GOOD).method == "surrogate"
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -95,7 +101,7 @@ def test_a_bad_study_is_refused(case: str) -> None:
 
 @pytest.mark.parametrize("missing", ["parameters", "protocol", "objective", "robots"])
 def test_what_is_missing_is_named(missing: str) -> None:
-    with pytest.raises(NaoGaitError, match=f"study.{missing}"):
+    with pytest.raises(NaoGaitError, match=rf"study\.{missing}"):
         parse_study({key: value for key, value in GOOD.items() if key != missing})
 
 

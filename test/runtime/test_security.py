@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_lab.view import command as view
+from gait_lab.view import viewer as view
 from nao_lipm_gait.ros.process import RANGE, stay_local
 from sros_policy import POLICY, rights
 

@@ -1,34 +1,49 @@
-"""Search methods behind one interface; each is a library's, wrapped thinly."""
+"""Search methods behind one interface; each wraps a library."""
 
-from collections.abc import Sequence
-from importlib import import_module
 from typing import Protocol
 
 from nao_lipm_gait.errors import NaoGaitError
 
 Point = tuple[float, ...]
-"""Shares 0..1 of the ranges of a study."""
+"""A point of the search, as shares 0..1 of the ranges of a study."""
 
 
 class Method(Protocol):
-    """Asked for points, told their losses. The same seed, asks and tells give the same points."""
+    """A search method. The same seed and the same losses give the same points."""
 
     def ask(self) -> Point | None:
-        """The next point to try; None = not before more points were told."""
+        """Return the next point to try; None if more losses are needed first."""
 
     def tell(self, point: Point, loss: float) -> None:
-        """The loss (smaller is better) of an asked point; in the order of asking."""
+        """Take the loss of an asked point, smaller is better; in the order of asking."""
 
 
-_MODULES = {"surrogate": "surrogate", "pso": "swarm", "cma": "evolution"}
-METHODS: Sequence[str] = tuple(_MODULES)
+METHODS = ("surrogate", "pso", "cma")
 
 
 def make_method(name: str, start: Point, *, seed: int, trials: int) -> Method:
-    """A fresh method whose first point is `start`; `trials` is what it has to get along with."""
-    if name not in _MODULES:
+    """Make a search method; its library is imported only here.
+
+    Args:
+        name: One of `METHODS`.
+        start: First point.
+        seed: Seed of the method.
+        trials: Number of trials of the study.
+
+    Returns:
+        The method.
+
+    Raises:
+        NaoGaitError: If the name is unknown or the seed negative.
+    """
+    if name not in METHODS:
         raise NaoGaitError("method", name, ", ".join(METHODS))
     if seed < 0:
         raise NaoGaitError("seed", seed, "0 or more")
-    made: Method = import_module(f"{__name__}.{_MODULES[name]}").make(start, seed, trials)
-    return made
+    if name == "surrogate":
+        from gait_lab.tune.methods.surrogate import Surrogate
+
+        return Surrogate(start, seed, trials)
+    from gait_lab.tune.methods.generations import Evolution, Swarm
+
+    return Swarm(start, seed, trials) if name == "pso" else Evolution(start, seed)

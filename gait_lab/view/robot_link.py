@@ -1,4 +1,4 @@
-"""What the viewer hears from the robot, and what it says to it."""
+"""The connection of the viewer to the robot: newest messages in, commands and pushes out."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -7,46 +7,63 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gait_lab.analysis.body import pose_of
+from gait_lab.ros_session import VelocityPublisher
 from nao_lipm_gait.types import STANDSTILL, FloatArray, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
 HISTORY = 100
-"""Ticks that are kept to find what belongs together: sensors are older than the truth."""
+"""Number of stamps kept, to match delayed sensors with the ground truth of the same stamp."""
 COMMAND_PERIOD = 0.1
-"""[s] of wall time between two velocity commands."""
-LAST_WORDS = 10
-"""Times that a standstill is sent before the viewer leaves cmd_vel to others."""
+"""Wall time between two velocity commands [s]."""
+STOP_COMMANDS = 10
+"""Number of standstill commands before the viewer stops publishing on cmd_vel."""
 
 
 @dataclass(slots=True)
-class Heard:
-    """The newest of everything."""
+class RobotState:
+    """The newest message of every topic.
+
+    Attributes:
+        joint_names: Names of the joints.
+        joints: Joint angles [rad].
+        stamp: Stamp of the joints [ns]; -1 before the first message.
+        truth: Torso pose (4, 4) in the world by stamp [ns].
+        odometry: Pose (x, y, yaw) of base_footprint in odom [m, m, rad] by stamp [ns].
+        speed: Velocity of the odometry [m/s, m/s, rad/s].
+        support: State and support foot of the gait.
+        markers: Poses of the footstep markers in odom by name.
+        urdf: The robot description; None before it arrives.
+        count: Number of joint states so far.
+    """
 
     joint_names: list[str] = field(default_factory=list)
     joints: list[float] = field(default_factory=list)
     stamp: int = -1
-    """[ns] of the joints."""
     truth: dict[int, FloatArray] = field(default_factory=dict)
-    """stamp -> pose (4, 4) of the torso in world."""
     odometry: dict[int, tuple[float, float, float]] = field(default_factory=dict)
-    """stamp -> base_footprint in odom."""
     speed: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Odometry's velocity [m/s, m/s, rad/s]."""
     support: str = ""
     markers: dict[str, Any] = field(default_factory=dict)
-    """name -> pose in odom."""
     urdf: str | None = None
     count: int = 0
-    """Joint states so far."""
 
 
 class RobotLink:
-    """Subscriptions and publishers of the viewer, below the node's namespace."""
+    """Subscriptions and publishers of the viewer, in the namespace of its node.
+
+    Args:
+        node: The node that subscribes and publishes.
+        stamped: Whether to publish TwistStamped.
+
+    Attributes:
+        state: The newest messages.
+        standstills: Number of standstill commands since the last movement.
+    """
 
     def __init__(self, node: "Node", *, stamped: bool = False) -> None:
-        from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
+        from geometry_msgs.msg import WrenchStamped
         from nav_msgs.msg import Odometry
         from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
         from sensor_msgs.msg import JointState
@@ -54,15 +71,12 @@ class RobotLink:
         from visualization_msgs.msg import MarkerArray
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.heard = Heard()
+        self.state = RobotState()
         self._order: dict[str, deque[int]] = {"truth": deque(), "odometry": deque()}
-        self._node = node
-        self._stamped = stamped
-        self._command_type = TwistStamped if stamped else Twist
+        self._velocity = VelocityPublisher(node, stamped=stamped)
         self._push_type = WrenchStamped
-        self._commands = node.create_publisher(self._command_type, "cmd_vel", 10)
         self._pushes = node.create_publisher(WrenchStamped, "push", 10)
-        self._standstills = LAST_WORDS
+        self.standstills = STOP_COMMANDS
         for kind, topic, callback, qos in (
             (JointState, "joint_states", self._on_joints, qos_profile_sensor_data),
             (Odometry, "ground_truth/odom", self._on_truth, qos_profile_sensor_data),
@@ -76,26 +90,26 @@ class RobotLink:
     # -- in ----------------------------------------------------------------------------------------
 
     def _on_joints(self, message: Any) -> None:
-        heard = self.heard
-        heard.joint_names, heard.joints = list(message.name), list(message.position)
-        heard.stamp = _stamp(message)
-        heard.count += 1
+        state = self.state
+        state.joint_names, state.joints = list(message.name), list(message.position)
+        state.stamp = _stamp(message)
+        state.count += 1
 
     def _on_truth(self, message: Any) -> None:
         p, q = message.pose.pose.position, message.pose.pose.orientation
         pose = pose_of(np.array([[p.x, p.y, p.z]]), np.array([[q.x, q.y, q.z, q.w]]))[0]
-        self._remember("truth", self.heard.truth, _stamp(message), pose)
+        self._remember("truth", self.state.truth, _stamp(message), pose)
 
     def _on_odometry(self, message: Any) -> None:
         p, q = message.pose.pose.position, message.pose.pose.orientation
         yaw = float(np.arctan2(2 * (q.x * q.y + q.z * q.w), 1 - 2 * (q.y * q.y + q.z * q.z)))
-        self._remember("odometry", self.heard.odometry, _stamp(message), (p.x, p.y, yaw))
+        self._remember("odometry", self.state.odometry, _stamp(message), (p.x, p.y, yaw))
         v = message.twist.twist
-        self.heard.speed = v.linear.x, v.linear.y, v.angular.z
+        self.state.speed = v.linear.x, v.linear.y, v.angular.z
 
     def _remember(self, kind: str, values: dict[int, Any], stamp: int, value: Any) -> None:
         order = self._order[kind]
-        if order and stamp < order[-1]:  # the clock began anew
+        if order and stamp < order[-1]:  # the clock was reset
             order.clear()
             values.clear()
         if stamp not in values:
@@ -105,34 +119,28 @@ class RobotLink:
             values.pop(order.popleft(), None)
 
     def _on_footsteps(self, message: Any) -> None:
-        self.heard.markers = {marker.ns: marker.pose for marker in message.markers}
+        self.state.markers = {marker.ns: marker.pose for marker in message.markers}
 
     def _on_support(self, message: Any) -> None:
-        self.heard.support = message.data
+        self.state.support = message.data
 
     def _on_description(self, message: Any) -> None:
-        self.heard.urdf = message.data
+        self.state.urdf = message.data
 
     # -- out ---------------------------------------------------------------------------------------
 
     def drive(self, command: VelocityCommand) -> None:
-        """Send a command, every COMMAND_PERIOD. At rest it soon leaves cmd_vel to others."""
+        """Publish a command; at standstill, stop publishing after `STOP_COMMANDS`."""
         if command != STANDSTILL:
-            self._standstills = 0
-        elif self._standstills >= LAST_WORDS:
+            self.standstills = 0
+        elif self.standstills >= STOP_COMMANDS:
             return
         else:
-            self._standstills += 1
-        message = self._command_type()
-        twist = message.twist if self._stamped else message
-        if self._stamped:
-            message.header.stamp = self._node.get_clock().now().to_msg()
-        twist.linear.x, twist.linear.y = command.x, command.y
-        twist.angular.z = command.yaw
-        self._commands.publish(message)
+            self.standstills += 1
+        self._velocity.publish(command)
 
     def push(self, force: tuple[float, float]) -> None:
-        """A push at the torso, x and y [N] in the world."""
+        """Push the torso with a force (x, y) [N] in the world."""
         message = self._push_type()
         message.header.frame_id = "world"
         message.wrench.force.x, message.wrench.force.y = force

@@ -1,0 +1,169 @@
+"""Drives the robot through the tour over ROS 2 and records every topic."""
+
+import math
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+from gait_lab.analysis.bag import BagWriter
+from gait_lab.demo.node_processes import NodeProcesses
+from gait_lab.demo.tour import TourPhase, duration, phase_at
+from gait_lab.record.recorder import TopicRecorder
+from gait_lab.ros_session import VelocityPublisher
+from nao_lipm_gait.ros.process import StopRequest
+from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+START_TIMEOUT = 60.0
+"""Wall time [s] for both nodes to start and for the robot to stand."""
+STALL_TIMEOUT = 20.0
+"""Wall time [s] without a message on `/clock` after which the demo gives up."""
+COMMAND_PERIOD = 0.1
+"""Simulated time [s] between two velocity commands."""
+STAND_UP_TIME = 1.2
+"""Simulated time [s] for the gait to stand up before the tour."""
+EXTRA_TIME = 0.2
+"""Simulated time [s] that is recorded after the end of the tour."""
+TOPICS = 12
+"""Number of topics to be recorded before the tour begins."""
+SHOW_PERIOD = 0.25 if sys.stdout.isatty() else 10.0
+"""Wall time [s] between two updates of the progress bar; rare in a log file."""
+
+
+class TourError(Exception):
+    """The tour was not completed."""
+
+
+class TourDriver:
+    """Publishes the velocity commands of a tour by simulated time, and records all topics.
+
+    Args:
+        node: The node that publishes and subscribes.
+        tour: Phases of the tour.
+        writer: The bag.
+        stop: Set when the user interrupts the demo.
+        nodes: The processes of the robot and of the gait.
+
+    Attributes:
+        tour_began: Simulated time [s] at which the tour began; None before.
+    """
+
+    def __init__(
+        self,
+        node: "Node",
+        tour: tuple[TourPhase, ...],
+        writer: BagWriter,
+        stop: StopRequest,
+        nodes: NodeProcesses,
+    ) -> None:
+        from nav_msgs.msg import Odometry
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from rosgraph_msgs.msg import Clock
+        from std_msgs.msg import String
+
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._tour = tour
+        self._stop = stop
+        self._nodes = nodes
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+        self._recorder = TopicRecorder(node, writer)
+        self._velocity = VelocityPublisher(node)
+        for kind, topic, callback, qos in (
+            (Clock, "/clock", self._on_clock, qos_profile_sensor_data),
+            (Odometry, "ground_truth/odom", self._on_truth, qos_profile_sensor_data),
+            (String, "gait/support", self._on_support, latched),
+        ):
+            node.create_subscription(kind, topic, callback, qos)
+        self._now = 0.0
+        self._last_clock = time.monotonic()
+        self._next_command = 0.0
+        self._support = ""
+        self._speed = 0.0
+        self._up = 1.0
+        self.tour_began: float | None = None
+
+    def run(self) -> None:
+        """Wait for the robot to stand, and walk the whole tour.
+
+        Raises:
+            TourError: If the nodes do not start, end or stall, or if the robot falls.
+            KeyboardInterrupt: If the user interrupts the demo.
+        """
+        self._wait_for_stand()
+        self.tour_began = self._now
+        total = duration(self._tour)
+        shown = 0.0
+        with _progress_bar(total) as bar:
+            while (elapsed := self._now - self.tour_began) < total:
+                self._spin(STALL_TIMEOUT)
+                if time.monotonic() >= shown + SHOW_PERIOD:
+                    shown = time.monotonic()
+                    phase = phase_at(self._tour, elapsed)
+                    bar.n = min(total, round(elapsed, 1))
+                    bar.set_description(phase.name if phase else "done", refresh=False)
+                    bar.set_postfix_str(f"{100 * self._speed:3.0f} cm/s, {self._support}")
+                if self._up < 0.5:
+                    raise TourError(f"the robot fell {elapsed:.1f} s into the tour")
+            bar.n = total
+            bar.refresh()
+        # On a busy machine the recorder lags behind the clock.
+        while self._recorder.now < self.tour_began + total + EXTRA_TIME:
+            self._spin(STALL_TIMEOUT)
+
+    def close(self) -> None:
+        """Close the recorder."""
+        self._recorder.close()
+
+    def _wait_for_stand(self) -> None:
+        deadline = time.monotonic() + START_TIMEOUT
+        while (
+            self._now < STAND_UP_TIME
+            or not self._support
+            or len(self._recorder.topics) < TOPICS
+        ):
+            self._recorder.add_new_topics()
+            self._spin(max(1.0, deadline - time.monotonic()))
+            if time.monotonic() > deadline:
+                raise TourError(f"the nodes did not start within {START_TIMEOUT:.0f} s")
+
+    def _spin(self, stall: float) -> None:
+        self._executor.spin_once(timeout_sec=0.1)
+        if self._stop:
+            raise KeyboardInterrupt
+        if (ended := self._nodes.ended()) is not None:
+            raise TourError(ended)
+        if time.monotonic() - self._last_clock > stall:
+            raise TourError(f"no message on /clock for {stall:.0f} s")
+
+    def _on_clock(self, message: Any) -> None:
+        self._now = message.clock.sec + 1e-9 * message.clock.nanosec
+        self._last_clock = time.monotonic()
+        if self._now >= self._next_command:
+            self._next_command = self._now + COMMAND_PERIOD
+            self._velocity.publish(self._command())
+
+    def _command(self) -> VelocityCommand:
+        if self.tour_began is None:
+            return STANDSTILL
+        phase = phase_at(self._tour, self._now - self.tour_began)
+        return phase.command if phase else STANDSTILL
+
+    def _on_truth(self, message: Any) -> None:
+        q = message.pose.pose.orientation
+        self._up = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
+        v = message.twist.twist.linear
+        self._speed += 0.05 * (math.hypot(v.x, v.y) - self._speed)
+
+    def _on_support(self, message: Any) -> None:
+        self._support = message.data
+
+
+def _progress_bar(total: float) -> Any:
+    from tqdm import tqdm
+
+    layout = "{desc:12s}|{bar:30}| {n:4.1f}/{total:.0f} s simulated, {elapsed}{postfix}"
+    return tqdm(total=total, bar_format=layout, mininterval=SHOW_PERIOD, file=sys.stdout)

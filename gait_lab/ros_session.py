@@ -1,0 +1,109 @@
+"""What every command of the tool needs that talks to running nodes: a node, names, `cmd_vel`.
+
+rclpy is imported inside the functions: the ROS wheels restart the interpreter at the first import.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.ros.process import stay_local, stop_on_signal
+from nao_lipm_gait.types import VelocityCommand
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+_ALLOWED = "letters, digits and _ between /, none of the parts beginning with a digit"
+
+
+def checked_namespace(name: str) -> str:
+    """Return a namespace, "" for none; NaoGaitError if it is not a valid one for ROS."""
+    from rclpy.exceptions import NameValidationException
+    from rclpy.validate_namespace import validate_namespace
+
+    try:
+        validate_namespace(name if name.startswith("/") else f"/{name}")
+    except NameValidationException as error:
+        raise NaoGaitError("namespace", name, _ALLOWED) from error
+    return name
+
+
+def checked_topics(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return topics; NaoGaitError if one is not a valid name for ROS."""
+    from rclpy.exceptions import NameValidationException
+    from rclpy.validate_full_topic_name import validate_full_topic_name
+
+    for name in names:
+        try:
+            validate_full_topic_name("/" + name.removeprefix("~").removeprefix("/"))
+        except NameValidationException as error:
+            raise NaoGaitError("topics", name, _ALLOWED) from error
+    return names
+
+
+@contextmanager
+def ros_node(name: str, namespace: str = "", use_sim_time: bool = False) -> Iterator["Node"]:
+    """Create a node for the time of a command.
+
+    rclpy installs no signal handlers: Ctrl-C must not end ROS before the last messages are sent.
+
+    Args:
+        name: Name of the node.
+        namespace: Namespace of the robot; "" for none.
+        use_sim_time: Whether the clock of the node follows `/clock`.
+
+    Yields:
+        The node.
+
+    Raises:
+        NaoGaitError: If the namespace is not a valid one for ROS.
+        KeyboardInterrupt: If a signal came during the start.
+    """
+    with stop_on_signal() as stop:
+        import rclpy
+        from rclpy.parameter import Parameter
+        from rclpy.signals import SignalHandlerOptions
+
+        checked_namespace(namespace)
+        stay_local()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        node = rclpy.create_node(
+            name,
+            namespace=namespace,
+            parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
+        )
+    try:
+        if stop:
+            raise KeyboardInterrupt
+        yield node
+    finally:
+        rclpy.try_shutdown()
+
+
+class VelocityPublisher:
+    """Publishes velocity commands on `cmd_vel`, as Twist or as TwistStamped.
+
+    Args:
+        node: The node that publishes.
+        stamped: Whether to publish TwistStamped.
+    """
+
+    def __init__(self, node: "Node", *, stamped: bool = False) -> None:
+        from geometry_msgs.msg import Twist, TwistStamped
+
+        self._node = node
+        self._stamped = stamped
+        self._message: Any = TwistStamped if stamped else Twist
+        self._publisher = node.create_publisher(self._message, "cmd_vel", 10)
+
+    def publish(self, command: VelocityCommand) -> None:
+        """Publish a command [m/s, m/s, rad/s]."""
+        message = self._message()
+        twist = message
+        if self._stamped:
+            message.header.stamp = self._node.get_clock().now().to_msg()
+            message.header.frame_id = "base_footprint"
+            twist = message.twist
+        twist.linear.x, twist.linear.y, twist.angular.z = command.x, command.y, command.yaw
+        self._publisher.publish(message)
