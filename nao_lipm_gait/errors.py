@@ -1,14 +1,25 @@
-"""One root for everything this package refuses, and what counts as a number."""
+"""The exception for refused input, and what counts as a number."""
 
 import math
 from typing import Any, TypeGuard
 
 LONGEST = 300
-"""Characters of a value that an error message shows."""
+"""Number of characters of a value in an error message."""
 
 
 class NaoGaitError(ValueError):
-    """A refused input: says which field, what it held and what would have been allowed."""
+    """An input was refused.
+
+    Args:
+        field: Name of the field.
+        value: Value of the field.
+        allowed: What would have been accepted.
+
+    Attributes:
+        field: Name of the field.
+        value: Value of the field.
+        allowed: What would have been accepted.
+    """
 
     def __init__(self, field: str, value: object, allowed: str) -> None:
         self.field = field
@@ -17,24 +28,24 @@ class NaoGaitError(ValueError):
         super().__init__(f"{field}: got {_shown(value)}; allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
-        """Keep the evidence when the error crosses a process boundary."""
+        """Pickle all three fields, so that the error can cross a process boundary."""
         return type(self), (self.field, self.value, self.allowed)
 
 
 def _shown(value: object) -> str:
-    """A value in an error message, cut to a readable length."""
+    """A value as text, truncated to a readable length."""
     try:
         text = repr(value)
-    except ValueError:  # Python does not print integers of thousands of digits
+    except ValueError:  # Python refuses to print integers of thousands of digits
         text = f"an {type(value).__name__} too long to print"
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:
-    """A finite number that a float can hold; true and false are none."""
+    """Whether it is a finite number within the range of a float; booleans are not."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     try:
         return math.isfinite(value)
-    except OverflowError:  # a whole number of hundreds of digits
+    except OverflowError:  # an integer of hundreds of digits
         return False

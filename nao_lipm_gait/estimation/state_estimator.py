@@ -24,6 +24,7 @@ from nao_lipm_gait.types import (
     DOWN,
     GRAVITY,
     IN_MOTION,
+    LEFT,
     GaitState,
     Point3,
     SensorFrame,
@@ -124,7 +125,7 @@ class StateEstimator:
         com = self._body.com_in_torso()
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
-        self._soles = (sole, other) if support > 0 else (other, sole)
+        self._soles = (sole, other) if support == LEFT else (other, sole)
         force = as_point(frame.linear_acceleration)
         rate = self._mean_rate(as_point(frame.angular_velocity))
         roll_rate, pitch_rate, _ = rate

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gait_lab.trials.trial import Push, TimedCommands, TrialSpec, make_gait, make_world, run
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.modes import (
     TRANSITIONS,
@@ -21,6 +22,7 @@ from nao_lipm_gait.modes import (
 from nao_lipm_gait.motion.keyframes import Interpolation, Keyframe, Motion, Posture
 from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, GET_UP, MotionScheduler
+from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.types import (
     FALLEN,
@@ -437,3 +439,30 @@ def test_every_transition_is_in_the_table_and_every_motion_fits(
                 assert transition.motion is not None
                 # A lying robot begins no motion that needs feet, and no get-up begins on feet.
                 assert transition.motion.gets_up == (transition.after is GETTING_UP)
+
+
+def test_a_simulated_robot_changes_modes_by_the_table() -> None:
+    """It walks, sits down, rises, walks, is pushed over, gets up, walks on and is relaxed."""
+    pytest.importorskip("mujoco")
+    spec = TrialSpec(engine="mujoco", parameters=GaitParameters(get_up=True))
+    gait = make_gait(spec)
+    requests = {
+        4.0: lambda: gait.request_motion("sit"),
+        12.0: gait.request_stand,
+        35.0: gait.request_relax,
+    }
+    walk = TimedCommands(lambda time: FORWARD, [Push(18.0, 12.0, 0.0)], ahead=False)
+    states = [STAND]
+    with make_world(spec) as world:
+        for number, tick in enumerate(run(world, gait, walk, past_falls=True)):
+            if number == 3600:
+                break
+            requests.get(round(0.01 * number, 2), lambda: None)()
+            state = states[-1] if tick.status is None else tick.status.state
+            if state is not states[-1]:
+                assert state in {after for after, _ in TRANSITIONS[states[-1]]}
+                states.append(state)
+    rising = [MOTION, STAND, WALK]
+    assert states[:7] == [STAND, WALK, STOP, STAND, *rising]
+    assert states[7:9] == [FALLEN, GETTING_UP]
+    assert states[-3:] == [STAND, WALK, RELAXED]
