@@ -5,14 +5,15 @@ z axis up.
 """
 
 from math import atan2, sqrt
-from typing import NamedTuple
+from typing import final
 
 from nao_lipm_gait.geometry import compose, cross, dot, rotate_planar
 from nao_lipm_gait.types import Point3, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
 
 
-class LevelFrame(NamedTuple):
+@final
+class LevelFrame:
     """The level frame of a sole, given in the torso frame.
 
     Attributes:
@@ -22,10 +23,13 @@ class LevelFrame(NamedTuple):
         up: Unit z axis.
     """
 
-    origin: Point3
-    forward: Point3
-    left: Point3
-    up: Point3
+    __slots__ = ("forward", "left", "origin", "up")
+
+    def __init__(self, origin: Point3, forward: Point3, left: Point3, up: Point3):
+        self.origin = origin
+        self.forward = forward
+        self.left = left
+        self.up = up
 
     def level_components(self, vector: Point3) -> tuple[float, float]:
         """The components of a vector of the torso frame along x and y of this frame."""
