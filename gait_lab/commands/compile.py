@@ -17,5 +17,5 @@ def run(arguments: argparse.Namespace) -> int:
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command."""
     parser.add_argument("folder", type=Path, nargs="?", default=Path("build/compiled"),
-                        metavar="FOLDER", help="where to put it (default: build/compiled)")  # fmt: skip
+                        metavar="FOLDER", help="target folder (build/compiled)")  # fmt: skip
     parser.set_defaults(run=run)

@@ -1,4 +1,4 @@
-"""The CoM of the whole body is put where the walk wants it, in few rounds."""
+"""The CoM of the whole body reaches its target in few iterations."""
 
 import math
 
@@ -22,7 +22,7 @@ DT = 0.01
 
 
 class CountedLegs:
-    """Leg kinematics that count how often they are asked."""
+    """Leg kinematics that count their calls."""
 
     def __init__(self, robot: RobotDescription) -> None:
         self._legs = make_legs(robot)
@@ -44,7 +44,7 @@ def targets_of(command: VelocityCommand, ticks: int) -> list[BodyTargets]:
 
 
 def com_in_q(body: BodyModel, joints: FloatArray, targets: BodyTargets) -> FloatArray:
-    """(3,) [m] the CoM by the joints alone, seen from the left sole where that shall be."""
+    """CoM (3,) in Q [m] by the joints alone, if the left sole is at its target."""
     body.set_joints(joints)
     com = np.array(body.com_in_torso())
     sole = body.sole_in_torso(1)
@@ -57,7 +57,7 @@ def com_in_q(body: BodyModel, joints: FloatArray, targets: BodyTargets) -> Float
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_the_com_is_where_it_shall_be_after_one_round_mostly(command: VelocityCommand) -> None:
+def test_the_com_reaches_its_target_mostly_in_one_iteration(command: VelocityCommand) -> None:
     robot = load_robot()
     legs, body = CountedLegs(robot), BodyModel(robot)
     placement = ComPlacement(robot, BodyModel(robot), legs)

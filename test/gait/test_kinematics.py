@@ -129,7 +129,7 @@ def test_mirrored_soles_give_mirrored_joints(robot: RobotDescription) -> None:
     np.testing.assert_allclose(a[right_columns], np.array(signs) * b[left_columns], atol=1e-3)
 
 
-def test_com_and_soles_are_where_they_were_asked_to_be(
+def test_com_and_soles_reach_their_targets(
     robot: RobotDescription, body: BodyModel
 ) -> None:
     placement = ComPlacement(robot, BodyModel(robot), make_legs(robot))

@@ -1,4 +1,4 @@
-"""The walk in a pure pendulum world: what it commits is what it measures."""
+"""The pendulum walk in an ideal world, where the measured CoM is the committed one."""
 
 import math
 
@@ -25,7 +25,7 @@ def run(
     ticks: int,
     disturb: dict[int, tuple[float, float]] | None = None,
 ) -> list[dict[str, float]]:
-    """Ticks with perfect measurements plus a shift (x, y) of what is measured at some of them."""
+    """Ticks with exact measurements, shifted by (x, y) [m] at some ticks."""
     rows = []
     for tick in range(ticks):
         expectation = walk.expect()
@@ -128,7 +128,7 @@ def test_a_disturbance_changes_the_step_and_dies_out() -> None:
     assert max(abs(row["origin"]) for row in kicked[-200:]) < 1e-3
 
 
-def test_open_loop_ignores_what_is_measured() -> None:
+def test_open_loop_ignores_measurements() -> None:
     command = VelocityCommand(0.1, 0.0, 0.0)
     parameters = P.replace(feedback=False)
     kick = {tick: (0.05, -0.05) for tick in range(100, 200)}
@@ -171,7 +171,7 @@ def test_a_change_of_other_parameters_keeps_what_has_been_learned() -> None:
     assert corrections(swing_lift=0.03) == corrections() < 0.5 * corrections(offset_time=2.0)
 
 
-def test_a_stop_comes_even_if_the_feedback_never_agrees() -> None:
+def test_a_stop_ends_even_if_the_feedback_keeps_moving_the_feet() -> None:
     walk = started(STANDSTILL)
     rows = []
     for _ in range(800):
@@ -214,7 +214,7 @@ def test_an_undisturbed_diagonal_or_curve_needs_hardly_any_origin_shift(
     assert max(shifts) < 0.003
 
 
-def test_a_pendulum_made_as_wide_as_its_offset_in_a_curve_divides_by_nothing() -> None:
+def test_a_pendulum_as_wide_as_its_offset_gives_finite_targets_in_a_curve() -> None:
     walk = LipmWalk(GaitParameters(), 0.01)
     command = VelocityCommand(0.1, 0.08, 0.5)
     walk.start(command)

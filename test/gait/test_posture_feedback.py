@@ -53,7 +53,7 @@ def test_every_named_joint_gets_its_share(support: int, side: str) -> None:
     )
 
 
-def test_a_robot_without_a_waist_lacks_that_share() -> None:
+def test_a_robot_without_a_waist_has_all_other_corrections() -> None:
     bruno, nao = corrections("bruno", 1, GAINS), corrections("nao", 1, GAINS)
     assert nao == {name: value for name, value in bruno.items() if name != "WaistPitch"}
 
@@ -62,7 +62,7 @@ def test_only_the_support_ankle_by_default() -> None:
     assert set(corrections("bruno", -1, GaitParameters())) == {"RAnklePitch", "RAnkleRoll"}
 
 
-def test_a_forward_fall_is_met_against_its_direction() -> None:
+def test_a_forward_fall_is_corrected_against_its_direction() -> None:
     falling = GaitParameters(gyro_pitch_gain=0.02, gyro_hip_share=1.0)
     feedback, position = PostureFeedback(BRUNO), np.zeros(len(BRUNO.joint_names))
     feedback.apply(position, 1, (0.0, 1.0, 0.0), falling, DT)

@@ -68,7 +68,7 @@ def test_gains_are_those_of_the_riccati_equation(weight: float) -> None:
         assert gains.of_preview[j - 1] == pytest.approx(expected, rel=1e-4)
 
 
-def test_with_all_of_the_future_in_sight_a_rest_anywhere_is_a_rest() -> None:
+def test_with_a_long_horizon_the_cart_can_rest_anywhere() -> None:
     gains = preview_gains(HEIGHT, DT, 400, WEIGHT)
     assert gains.of_state[0] == pytest.approx(-gains.of_preview.sum(), rel=1e-6)
 
@@ -149,7 +149,7 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_the_zmp_of_the_planned_com_stays_where_it_is_wanted(command: VelocityCommand) -> None:
+def test_the_zmp_of_the_planned_com_follows_the_desired_zmp(command: VelocityCommand) -> None:
     """From start to stop, by differences of the CoM and not by the walk's own model."""
     walk = started(command)
     wanted, targets = [], []
@@ -201,7 +201,7 @@ def test_the_weight_first_goes_to_the_foot_that_does_not_step() -> None:
     ("command", "axis"),
     [(VelocityCommand(0.2), 0), (VelocityCommand(0.0, 0.08), 1), (VelocityCommand(0, 0, 0.5), 2)],
 )
-def test_the_asked_speed_is_walked(command: VelocityCommand, axis: int) -> None:
+def test_walks_at_the_commanded_speed(command: VelocityCommand, axis: int) -> None:
     walk = started(command)
     walked(walk, command, 4.0)
     before = walk.predicted.q_in_odom[axis]
@@ -243,7 +243,7 @@ def test_new_parameters_apply_from_the_next_half_stride_on() -> None:
     assert np.abs(np.diff(coms(after[0]), axis=0)).max() < 0.006
 
 
-def test_the_gait_walks_and_stops_with_it() -> None:
+def test_the_gait_walks_and_stops() -> None:
     robot = load_robot("nao_h21_v33")
     assert isinstance(make_walk(PREVIEW, DT), PreviewWalk)
     gait = Gait(robot, PREVIEW)

@@ -1,4 +1,4 @@
-"""The way into the stand: no jump, its whole time, and none where there is nothing to go."""
+"""The blend into the stand: no jump, its whole duration, and an early end at the target."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def ticks(blend: StandBlend) -> list[np.ndarray]:
     return way
 
 
-def test_it_takes_its_time_and_comes_to_rest_in_the_stand() -> None:
+def test_it_lasts_its_duration_and_comes_to_rest_in_the_stand() -> None:
     blend = StandBlend()
     blend.begin(STAND + 0.4)
     way = np.array(ticks(blend))
@@ -28,7 +28,7 @@ def test_it_takes_its_time_and_comes_to_rest_in_the_stand() -> None:
     assert speed.max() == pytest.approx(1.5 * 0.4 / DURATION, rel=1e-2)
 
 
-def test_watched_joints_that_are_there_end_it_at_once_and_others_do_not() -> None:
+def test_watched_joints_at_the_target_end_it_at_once_and_others_do_not() -> None:
     there = StandBlend()
     there.begin(STAND + np.array((0.5 * REACHED, 0.0, 0.7)), watched=(0, 1))
     assert len(ticks(there)) == 1
@@ -37,13 +37,13 @@ def test_watched_joints_that_are_there_end_it_at_once_and_others_do_not() -> Non
     assert len(ticks(elsewhere)) == round(DURATION / DT)
 
 
-def test_without_watched_joints_even_a_robot_in_its_stand_gets_time_to_settle() -> None:
+def test_without_watched_joints_a_robot_in_its_stand_gets_time_to_settle() -> None:
     blend = StandBlend()
     blend.begin(STAND)
     assert len(ticks(blend)) == round(DURATION / DT)
 
 
-def test_a_new_way_forgets_what_the_last_one_watched() -> None:
+def test_a_new_blend_forgets_the_watched_joints_of_the_last_one() -> None:
     blend = StandBlend()
     blend.begin(STAND, watched=(0,))
     blend.begin(STAND)

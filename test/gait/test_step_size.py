@@ -1,4 +1,4 @@
-"""From velocities to steps: the steady walk covers what was asked for, inside its limits."""
+"""Step sizes: the steady walk has the commanded velocity, within the step limits."""
 
 import math
 
@@ -30,7 +30,7 @@ P = GaitParameters()
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_both_feet_together_make_the_asked_velocity(sign: float) -> None:
+def test_both_feet_together_make_the_commanded_velocity(sign: float) -> None:
     command = VelocityCommand(0.05 * sign, 0.03 * sign, 0.0)
     stride = stride_for(command, P)
     steps = [stride.of_step(side, P) for side in (LEFT, RIGHT)]
@@ -93,7 +93,7 @@ def test_a_closed_axis_stays_closed() -> None:
 
 @pytest.mark.parametrize("closed", ["step_forward_max", "step_side_max", "step_turn_max"])
 def test_a_closed_axis_does_not_close_the_others(closed: str) -> None:
-    """The heading hold asks for a turn, the speed hold for a way: not a reason to stop."""
+    """The heading hold may command a turn that is not allowed: the robot walks on."""
     command = VelocityCommand(0.1, 0.05, 0.2)
     stride = stride_for(command, P.replace(**{closed: 0.0}))
     names = ("step_forward_max", "step_side_max", "step_turn_max")
@@ -104,7 +104,7 @@ def test_a_closed_axis_does_not_close_the_others(closed: str) -> None:
 
 
 @given(st.floats(0.02, 0.6), st.floats(0.02, 0.6), st.floats(-1.0, 1.0))
-def test_what_is_too_fast_is_walked_slower_and_in_the_same_direction(
+def test_a_command_beyond_the_limits_keeps_its_direction(
     x: float, y: float, yaw: float
 ) -> None:
     stride = stride_for(VelocityCommand(x, y, yaw), P)
@@ -130,7 +130,7 @@ def test_changes_are_rate_limited() -> None:
     assert stride == Stride(P.step_forward_rate, -P.step_side_rate, P.step_turn_rate)
 
 
-def test_steps_get_smaller_where_they_come_faster() -> None:
+def test_steps_are_smaller_if_they_are_shorter_in_time() -> None:
     pace = Pace()
     stride = stride_for(VelocityCommand(0.1, 0.02, 0.2), P)
     nominal = double_step_duration(abs(stride.y), P)
@@ -147,8 +147,8 @@ def test_steps_get_smaller_where_they_come_faster() -> None:
 
 
 @pytest.mark.parametrize("norm", [1.0, 3.14, 4.0])
-def test_a_limit_of_next_to_nothing_is_a_limit(norm: float) -> None:
-    """Shares of the limits are powers of numbers that may be anything."""
+def test_a_tiny_limit_is_a_limit(norm: float) -> None:
+    """The powers of the shares of the limits stay finite."""
     narrow = P.replace(step_turn_max=1e-300, step_side_max=5e-324, step_limit_norm=norm)
     stride = stride_for(VelocityCommand(0.1, 0.1, 0.2), narrow)
     assert abs(stride.yaw) < 1e-70

@@ -54,7 +54,7 @@ def test_any_state_gives_a_finite_plan_inside_the_bounds(
     assert all(map(math.isfinite, (change.time, change.position, change.velocity)))
 
 
-def test_says_when_the_equations_have_no_solution() -> None:
+def test_reports_if_the_equations_have_no_solution() -> None:
     falling_outward = plan_support_change(-0.02, -0.1, K, 0.1, 0.04, 0.0, 0.4)
     assert not falling_outward.feasible
     too_narrow = plan_support_change(0.05, -0.05, K, 0.06, 0.04, 0.0, 0.4)
@@ -73,7 +73,7 @@ def test_the_shifted_origin_brings_a_late_com_back_in_time(
     unshifted = plan_support_change(x, v, K, stride, width, 0.0, 10.0)
     change = plan_support_change(x + shift, v, K, stride + shift, width, 0.0, 10.0)
     assert change.time < unshifted.time or not unshifted.feasible
-    # L was taken from the undisturbed exchange, so the time is met about.
+    # L is that of the undisturbed support change, so the time is met approximately.
     assert change.time == pytest.approx(time, abs=0.1)
 
 

@@ -1,4 +1,4 @@
-"""The swing foot stays smooth while the end of the step and the step size move."""
+"""The swing foot stays smooth while the end of the step and the step size change."""
 
 import math
 from itertools import islice
@@ -92,7 +92,7 @@ def test_toes_go_up_halfway_and_lie_flat_at_both_ends(yaw: float) -> None:
 
 
 @pytest.mark.parametrize("landing", [(-0.1, 0.0, 0.0), (0.0, 0.05, 0.0), (0.0, 0.0, 0.5)])
-def test_only_a_way_forward_lifts_the_toes(landing: tuple[float, float, float]) -> None:
+def test_only_a_forward_step_lifts_the_toes(landing: tuple[float, float, float]) -> None:
     foot = SwingFoot((0.0, 0.0, 0.0), 0.02, 0.4, 0.95, toe_lift=0.5)
     for left in (0.2, 0.19, 0.1, 0.09):
         foot.move_towards(landing, DT, left)

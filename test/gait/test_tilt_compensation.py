@@ -1,4 +1,4 @@
-"""A tilted robot's swing foot is put right against gravity."""
+"""The swing foot of a tilted robot is corrected against gravity."""
 
 import itertools
 
@@ -28,7 +28,7 @@ def settled(targets: BodyTargets, support: int, tilt: tuple[float, float]) -> Bo
     return result
 
 
-def test_what_walking_does_by_itself_is_left_alone() -> None:
+def test_a_tilt_within_the_deadband_changes_nothing() -> None:
     inside = 0.9 * P.tilt_deadband
     assert settled(TARGETS, LEFT, (inside, -inside)) is TARGETS
 
@@ -50,7 +50,7 @@ def mirrored(targets: BodyTargets) -> BodyTargets:
     return BodyTargets((x, -y, z), left, right, -targets.torso_roll, targets.torso_pitch, ORIGIN)
 
 
-def test_left_is_right_in_the_mirror() -> None:
+def test_left_and_right_are_mirror_images() -> None:
     one = settled(TARGETS, LEFT, (0.2, 0.25))
     other = mirrored(settled(mirrored(TARGETS), RIGHT, (-0.2, 0.25)))
     assert one.com_in_q == pytest.approx(other.com_in_q)
@@ -58,7 +58,7 @@ def test_left_is_right_in_the_mirror() -> None:
     assert values(one.right_sole) == pytest.approx(values(other.right_sole))
 
 
-def test_a_landed_foot_gives_its_turn_back() -> None:
+def test_a_landed_foot_loses_its_rotation() -> None:
     compensation = TiltCompensation()
     for _ in range(20):
         compensation.apply(TARGETS, LEFT, (0.0, 0.3), P, 0.01)

@@ -86,7 +86,7 @@ def test_inverse_of_pinocchio_over_the_whole_range(
         assert solution.left_yaw_error == solution.right_yaw_error == 0.0
 
 
-def test_any_turn_of_each_sole_is_met(robot: RobotDescription, body: BodyModel) -> None:
+def test_any_rotation_of_each_sole_is_exact(robot: RobotDescription, body: BodyModel) -> None:
     rng = np.random.default_rng(3)
     legs = make_legs(robot)
     for _ in range(100):
@@ -118,7 +118,7 @@ def test_mirrored_soles_give_mirrored_joints(robot: RobotDescription, body: Body
         assert values(there.right) == pytest.approx(MIRROR * values(left), abs=1e-7)
 
 
-def test_too_far_is_said_and_the_leg_points_there(robot: RobotDescription) -> None:
+def test_out_of_reach_is_reported_and_the_leg_points_there(robot: RobotDescription) -> None:
     legs, geometry = make_legs(robot), read_leg_geometry(robot)
     level = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     longest = geometry.thigh + geometry.tibia
@@ -142,7 +142,7 @@ def test_singular_poses_keep_finite_angles(robot: RobotDescription, body: BodyMo
         reached = soles_of(body, with_legs(robot, solution.left, solution.right))
         for one, other in zip(axes(reached[0]), axes(wanted[0]), strict=True):
             assert one == pytest.approx(other, abs=1e-6)
-    # The ankle at the hip: nothing tells the direction of the leg.
+    # The ankle at the hip: the direction of the leg is undefined.
     x, y, z = read_leg_geometry(robot).left_hip
     inside = SolePose(
         (x, y, z - read_leg_geometry(robot).foot_height), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -150,7 +150,7 @@ def test_singular_poses_keep_finite_angles(robot: RobotDescription, body: BodyMo
     assert np.isfinite(values(legs.solve(inside, inside).left)).all()
 
 
-def test_com_and_soles_are_where_they_were_asked_to_be(
+def test_com_and_soles_reach_their_targets(
     robot: RobotDescription, body: BodyModel
 ) -> None:
     placement = ComPlacement(robot, BodyModel(robot), make_legs(robot))

@@ -39,7 +39,7 @@ FORWARD = VelocityCommand(0.1, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("t", np.linspace(-HALF / 2, HALF / 2, 9))
-def test_sway_solves_the_pendulum_and_keeps_the_zmp_where_it_was_wanted(t: float) -> None:
+def test_sway_solves_the_pendulum_and_keeps_the_desired_zmp(t: float) -> None:
     y, velocity, acceleration = sway(t, HALF, 0.05, W)
     assert acceleration == pytest.approx(W * W * (y - 0.05)), "(1) with tau = 0"
     assert y - acceleration / (W * W) == pytest.approx(0.05), "(3)"
@@ -153,7 +153,7 @@ def test_nothing_jumps_and_a_standing_foot_stands(command: VelocityCommand) -> N
         (VelocityCommand(0.0, 0.0, 0.5), 2),
     ],
 )
-def test_the_asked_speed_is_walked(command: VelocityCommand, axis: int) -> None:
+def test_walks_at_the_commanded_speed(command: VelocityCommand, axis: int) -> None:
     walk = started(command)
     walked(walk, command, 4.0)
     before = walk.predicted.q_in_odom[axis]
@@ -181,7 +181,7 @@ def test_mirrored_commands_give_mirrored_walks() -> None:
         assert (left.x, left.y, left.z) == pytest.approx((right.x, -right.y, right.z))
 
 
-def test_what_is_expected_is_what_was_sent_a_delay_ago() -> None:
+def test_the_expected_com_was_sent_one_delay_ago() -> None:
     walk = started()
     sent, expected = [], []
     for _ in range(200):
@@ -229,7 +229,7 @@ def frames(robot_joints: Sequence[float], count: int) -> list[SensorFrame]:
 
 
 @pytest.mark.parametrize("robot_name", ["nao_h21_v33", "bruno"])
-def test_the_gait_walks_and_stops_with_it_on_both_robots(robot_name: str) -> None:
+def test_the_gait_walks_and_stops_on_both_robots(robot_name: str) -> None:
     robot = load_robot(robot_name)
     gait = Gait(robot, load_preset("default" if robot_name != "bruno" else robot.preset).replace(
         walk="zmp"
