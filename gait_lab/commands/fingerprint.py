@@ -1,12 +1,19 @@
 """`nao_gait fingerprint`: the hashes of the reference rollouts."""
 
 import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK, say
+from nao_lipm_gait.errors import NaoGaitError
+
+if TYPE_CHECKING:
+    from gait_lab.bench.fingerprint import Fingerprint
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print them, or compare them with an earlier output; the exit status."""
+    """Print the hashes, or compare them with an earlier output; the exit status."""
     import json
     import sys
 
@@ -20,23 +27,36 @@ def run(arguments: argparse.Namespace) -> int:
         )
         say("")
         return EXIT_OK
-    before = json.load(arguments.compare)
+    try:
+        before = json.loads(arguments.compare.read_text(encoding="utf-8"))
+        changed = _changed(before, found, engines)
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        file = str(arguments.compare)
+        raise NaoGaitError("compare", file, f"output of nao_gait fingerprint ({error})") from error
+    for key in changed:
+        similar = key in found and key in before and found[key].is_same_walk(before[key])
+        note = " (but ends at the same place: perhaps another processor)" if similar else ""
+        say(f"changed: {key}{note}")
+    say(f"{len(found)} reference rollouts, {len(changed)} changed")
+    return EXIT_FAILED if changed else EXIT_OK
+
+
+def _changed(
+    before: Mapping[str, Sequence[Any]], found: "Mapping[str, Fingerprint]", engines: Sequence[str]
+) -> list[str]:
+    """Keys in these engines that are new, gone, or have another digest."""
     wanted = {key for key in before if key.split("/")[0] in engines}
-    changed = [
+    return [
         key for key in sorted(wanted | set(found))
         if key not in found or key not in before or before[key][0] != found[key].digest
     ]  # fmt: skip
-    for key in changed:
-        say(f"changed: {key}")
-    say(f"{len(found)} reference rollouts, {len(changed)} changed")
-    return EXIT_FAILED if changed else EXIT_OK
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("--engine", action="append", choices=("mujoco", "pybullet"),
                         help="only this engine; may be given twice")  # fmt: skip
-    parser.add_argument("--compare", type=argparse.FileType(), metavar="FILE",
+    parser.add_argument("--compare", type=Path, metavar="FILE",
                         help="compare with an earlier output of this command")  # fmt: skip
     parser.add_argument("--jobs", type=int, metavar="N", help="processes (all cores)")
     parser.set_defaults(run=run)

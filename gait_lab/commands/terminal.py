@@ -1,4 +1,4 @@
-"""What a subcommand says, and the exit status with which it ends."""
+"""Output and exit statuses of the subcommands."""
 
 import sys
 
@@ -9,6 +9,6 @@ EXIT_INTERRUPTED = 130
 
 
 def say(text: str) -> None:
-    """One line, at once."""
+    """Print one line, without buffering."""
     sys.stdout.write(text + "\n")
     sys.stdout.flush()

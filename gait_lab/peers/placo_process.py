@@ -1,16 +1,16 @@
-"""The part that runs in placo's own Python: joint trajectories of placo's walk for a request.
+"""Runs in the Python of placo's environment: joint trajectories of placo's walk for a request.
 
     PLACO_PYTHON -I placo_process.py REQUEST.json ANSWER.npz
 
-It imports nothing of this package, because placo brings a Pinocchio that does not fit ours.
-Footsteps are planned again every `replan` seconds for the speed that is asked then, the CoM and the
-feet by placo's pattern generator, the joints by its kinematics solver. Nothing is measured.
+It imports nothing of this package, because placo needs another version of Pinocchio. Every
+`replan` seconds the footsteps are planned again for the command of that time. placo's pattern
+generator plans the CoM and the feet, its kinematics solver the joints. No sensor is used.
 
 Request: `urdf` (text, with the frames trunk, left_foot, right_foot), `joints` (names, in the order
 of the answer), `held` (angles of the joints that do not walk), `coupled` (leader, follower pairs),
 `foot_ahead` (x of left_foot and right_foot in the soles' own frames [m]), `knots` (time, x, y, yaw:
-the command, linear in between), `begin` (of the walk), `end`, `period`, `replan` [s], `walk` (what
-is not placo's default in its HumanoidParameters).
+the command, linear in between), `begin` (of the walk), `end`, `period`, `replan` [s], `walk`
+(values in place of the defaults of placo's HumanoidParameters).
 Answer: `joints` (n, joints) [rad], `support` (n,) 1 left, -1 right, 0 both, `com` (n, 3) [m] in the
 frame of the supporting sole, of the n control periods from 0 to `end`.
 """
@@ -29,6 +29,7 @@ ARMS_WEIGHT = 1.0
 
 
 def parameters_of(walk: dict[str, float]) -> Any:
+    """HumanoidParameters of placo with these values; AttributeError for an unknown name."""
     parameters = placo.HumanoidParameters()
     for name, value in walk.items():
         if not hasattr(parameters, name):
@@ -38,7 +39,11 @@ def parameters_of(walk: dict[str, float]) -> Any:
 
 
 class Planner:
-    """Robot, solver and trajectory of one request."""
+    """Robot, solver and trajectory of one request.
+
+    Args:
+        request: As the module describes it.
+    """
 
     def __init__(self, request: dict[str, Any]):
         self._request = request
@@ -70,7 +75,7 @@ class Planner:
         )
 
     def command_at(self, time: float) -> np.ndarray:
-        """x, y [m/s], yaw [rad/s]"""
+        """(3,) the command at a time [s]: x, y [m/s], yaw [rad/s]."""
         columns = self._knots.T
         return np.array([np.interp(time, columns[0], column) for column in columns[1:]])
 
@@ -81,7 +86,7 @@ class Planner:
         return planner
 
     def run(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The joints, supports and CoMs of the answer."""
+        """The arrays of the answer: joints, support, CoM."""
         request, robot = self._request, self._robot
         begin, period, replan = request["begin"], request["period"], request["replan"]
         rows, supports, coms = [], [], []
@@ -131,7 +136,7 @@ class Planner:
         return [self._robot.get_joint(name) for name in self._request["joints"]]
 
     def _com(self, side: int) -> np.ndarray:
-        """(3,) [m] from the origin of this foot's own frame."""
+        """(3,) [m] CoM in the frame of the sole of this foot: 1 left, -1 right."""
         robot, ahead = self._robot, self._request["foot_ahead"]
         foot = robot.get_T_world_left() if side > 0 else robot.get_T_world_right()
         seen: np.ndarray = foot[:3, :3].T @ (robot.com_world() - foot[:3, 3])
@@ -139,6 +144,7 @@ class Planner:
 
 
 def main(arguments: list[str]) -> int:
+    """Read the request, write the answer; the exit status."""
     with open(arguments[1], encoding="utf-8") as file:
         request = json.load(file)
     joints, support, com = Planner(request).run()

@@ -1,8 +1,8 @@
-"""placo's walk on our plant: its joint trajectories are planned in a process of its own.
+"""placo's walk on our plant: its joint trajectories are planned in another process.
 
-placo (Rhoban, on PyPI) pins a Pinocchio that does not fit ours, so it lives in another environment,
-whose Python is named. It plans for the same URDF and the same command over time, knows nothing of
-the robot's errors, and is played open loop, as in its own example.
+placo (Rhoban, on PyPI) pins a version of Pinocchio that conflicts with ours, so it runs in another
+Python environment. It plans for the same URDF and the same command over time, without the errors of
+the individual robot, and is played open loop, as in its own example.
 """
 
 import json
@@ -25,12 +25,12 @@ from nao_lipm_gait.robot import RobotDescription
 PROCESS = Path(__file__).with_name("placo_process.py")
 HOW_TO_GET_IT = "python3 -m venv placo-env && placo-env/bin/pip install placo==0.10.2"
 TIME_LIMIT = 300.0
-"""[s] for one plan; it takes about one."""
+"""[s] after which a plan is given up; it takes about one."""
 REPLAN = 0.1
 """[s] between two plans of the footsteps."""
 SOLE_WIDTH = 0.07
-"""[m] Less than the real sole: placo keeps soles of this width apart, with a margin of its own, and
-would shorten every step of a NAO."""
+"""[m] Less than the real sole. placo keeps soles of this width apart with a margin of its own; with
+the real width it would shorten every step of a NAO."""
 WALK: Mapping[str, float] = {
     "single_support_duration": 0.20,
     "single_support_timesteps": 14,
@@ -51,24 +51,28 @@ WALK: Mapping[str, float] = {
     "walk_max_dy": 0.06,
     "walk_max_dtheta": 0.6,
 }
-"""What walked best on a NAO; the values of placo's example are those of a robot of 7 kg."""
+"""The parameters with which placo walked best on a NAO; those of its example are for a robot of
+7 kg."""
 
 
 @dataclass(frozen=True, slots=True)
 class Placo:
-    """Makes players of placo's walk; small and picklable."""
+    """Makes players of placo's walk; small and picklable.
+
+    Attributes:
+        python: Python of the environment with placo.
+    """
 
     python: str
-    """Of the environment that has placo."""
 
     def __call__(self, robot: RobotDescription, task: Task, period: float) -> Player:
-        """A player for this robot and task; period [s] of the control ticks."""
+        """A player for a robot and a task; `period` of the control ticks in s."""
         knots = tuple((t, c.x, c.y, c.yaw) for t, c in task.knots)
         plan = _planned(self.python, robot, knots, float(np.ceil(task.end)), period)
         return Player(robot, plan, period)
 
     def check(self) -> None:
-        """NaoGaitError unless this Python runs and has placo."""
+        """Raise NaoGaitError unless this Python runs and has placo."""
         try:
             done = subprocess.run(
                 [self.python, "-I", "-c", "import placo"],
@@ -114,7 +118,17 @@ def request(
     end: float,
     period: float,
 ) -> dict[str, Any]:
-    """What `placo_process.py` reads."""
+    """The input of `placo_process.py`.
+
+    Args:
+        robot: Its URDF and joints.
+        knots: Times [s] with commands x, y [m/s], yaw [rad/s]; linear between them.
+        end: Of the plan [s].
+        period: Of the control ticks [s].
+
+    Returns:
+        What is written as JSON.
+    """
     outline_x = [x for x, _ in robot.sole_outline]
     middle = 0.5 * (min(outline_x) + max(outline_x))
     walking = {*robot.left_leg.names, *robot.right_leg.names}
@@ -139,7 +153,7 @@ def request(
 
 
 def with_placo_frames(robot: RobotDescription, foot_ahead: float) -> str:
-    """The URDF with the three frames that placo looks for; foot_ahead [m] of the sole frames."""
+    """The URDF with the three frames that placo needs; `foot_ahead` [m] of the sole frames in x."""
     model = ET.fromstring(robot.urdf)
     frames = {"trunk": (robot.torso_frame, 0.0)}
     for name, sole in zip(("left_foot", "right_foot"), robot.sole_frames, strict=True):

@@ -1,4 +1,4 @@
-"""Plays planned joint trajectories tick by tick in the place of the gait: open loop."""
+"""Plays planned joint trajectories in place of the gait, tick by tick, open loop."""
 
 import math
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from nao_lipm_gait.types import (
 )
 
 BLEND_TIME = 0.8
-"""[s] from the first measured pose into the plan, which stands meanwhile."""
+"""[s] of blending from the first measured pose into the plan, which still stands then."""
 LAG = 0.06
-"""[s] from a planned pose to its measurement: what the CoM is expected to be is as old as that."""
+"""[s] from a planned pose to its measurement; the expected CoM is that of so long ago."""
 NOWHERE = (0.0, 0.0, 0.0)
 NOT_MEASURED = (math.nan, math.nan, math.nan)
 _SUPPORT = {1: "left", -1: "right", 0: "double"}
@@ -26,21 +26,29 @@ _SUPPORT = {1: "left", -1: "right", 0: "double"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointPlan:
-    """A walk, planned for every control period from the start on."""
+    """A walk, planned for every control period from the start.
+
+    Attributes:
+        joints: (n, joints) joint angles [rad].
+        support: (n,) support foot: 1 left, -1 right, 0 both.
+        com: (n, 3) CoM [m] in the frame of the supporting sole.
+    """
 
     joints: FloatArray
-    """(n, joints) [rad]"""
     support: FloatArray
-    """(n,) 1 left, -1 right, 0 both."""
     com: FloatArray
-    """(n, 3) [m] in the frame of the supporting sole."""
 
 
 class Player:
-    """Answers every sensor frame with the plan's next pose."""
+    """Answers every sensor frame with the pose of the plan at its time.
+
+    Args:
+        robot: Its joint limits apply.
+        plan: What is played.
+        period: Of the control ticks [s].
+    """
 
     def __init__(self, robot: RobotDescription, plan: JointPlan, period: float):
-        """Period [s] of the control ticks."""
         self._robot = robot
         self._plan = plan
         self._period = period
@@ -51,7 +59,7 @@ class Player:
         self._status: GaitStatus | None = None
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
-        """The pose for this tick; the command is known to the plan already."""
+        """The pose for this tick; the command is already part of the plan."""
         if self._first is None:
             self._first = frame.stamp, np.array(frame.joint_position, dtype=float)
         began, start = self._first
@@ -65,7 +73,7 @@ class Player:
         return JointTargets(frame.stamp, position)
 
     def _seen(self, stamp: int, tick: int) -> GaitStatus:
-        """What is expected now. Its Q is the supporting sole."""
+        """The status at a tick of the plan; the frame Q is the supporting sole."""
         support = int(self._plan.support[tick])
         self._steps += support not in (0, self._last_support)
         self._last_support = support or self._last_support
@@ -95,7 +103,7 @@ class Player:
 
     @property
     def status(self) -> GaitStatus:
-        """After the first tick."""
+        """The status after the first tick."""
         if self._status is None:
             raise RuntimeError("no frame has been answered yet")
         return self._status
