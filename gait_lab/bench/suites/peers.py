@@ -1,8 +1,8 @@
 """The suite `peers`: other walks beside ours, with the same commands on the same robots.
 
 Our walk in open loop, the second paper's ZMP walk and ZMP preview control, each with and without
-posture control by the gyro, the first paper's method alone, the gait as it is, and, where its
-environment is given, placo's walk. Only for the NAO: the presets of the others are made for it.
+posture control by the gyro, the preset `paper`, the gait as it is, and, where its environment is
+given, placo's walk. Only for the NAO: the presets of the others are made for it.
 """
 
 import math
@@ -203,7 +203,7 @@ def _table(outcomes: Sequence[Outcome]) -> Table:
 SUITE = Suite(
     name="peers",
     title="Other walks on the same robots",
-    summary="ZMP walk, ZMP preview, the paper's method, open loop and placo's walk beside ours",
+    summary="ZMP walk, ZMP preview, the preset paper, open loop and placo's walk beside ours",
     measure=peers,
     options=Options,
     takes=("robots", "tasks", "window", "phases"),
