@@ -1,6 +1,8 @@
 """`nao_gait fingerprint`: the hashes of the reference rollouts."""
 
 import argparse
+import json
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,31 +16,34 @@ if TYPE_CHECKING:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the hashes, or compare them with an earlier output; the exit status."""
-    import json
-    import sys
-
     from gait_lab.bench.fingerprint import ENGINES, fingerprints
 
     engines = tuple(arguments.engine or ENGINES)
+    before = None if arguments.compare is None else _read(arguments.compare)
     found = {each.key: each for each in fingerprints(engines, arguments.jobs)}
-    if arguments.compare is None:
+    if before is None:
         json.dump(
             {key: each.as_list() for key, each in sorted(found.items())}, sys.stdout, indent=0
         )
         say("")
         return EXIT_OK
-    try:
-        before = json.loads(arguments.compare.read_text(encoding="utf-8"))
-        changed = _changed(before, found, engines)
-    except (OSError, ValueError, TypeError, AttributeError) as error:
-        file = str(arguments.compare)
-        raise NaoGaitError("compare", file, f"output of nao_gait fingerprint ({error})") from error
+    changed = _changed(before, found, engines)
     for key in changed:
         similar = key in found and key in before and found[key].is_same_walk(before[key])
         note = " (but ends at the same place: perhaps another processor)" if similar else ""
         say(f"changed: {key}{note}")
     say(f"{len(found)} reference rollouts, {len(changed)} changed")
     return EXIT_FAILED if changed else EXIT_OK
+
+
+def _read(file: Path) -> dict[str, list[Any]]:
+    """Key -> digest and end pose of an earlier output; raises NaoGaitError."""
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        return {key: [str(digest), *map(float, pose)] for key, (digest, *pose) in content.items()}
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        allowed = f"output of nao_gait fingerprint ({error})"
+        raise NaoGaitError("compare", str(file), allowed) from error
 
 
 def _changed(

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from gait_lab import cli
 from gait_lab.bench import Column, Measurement, SuiteResult, Table, results
 from gait_lab.bench.fingerprint import Fingerprint
 from gait_lab.bench.results import SECTIONS, WALK, CodeState, ResultsOptions, Section
@@ -48,6 +49,25 @@ def test_a_walk_is_known_by_its_hash_or_by_its_end() -> None:
     assert FOUND.is_same_walk(["other", x, y, yaw + math.tau])  # type: ignore[operator]
     assert not FOUND.is_same_walk(["other", x + 0.03, y, yaw])  # type: ignore[operator]
     assert not FOUND.is_same_walk(["other", x, y, yaw + math.radians(3.0)])  # type: ignore[operator]
+
+
+def test_fingerprints_are_compared_with_an_earlier_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = replace(FOUND, key="mujoco/walk/paper")
+    monkeypatch.setattr("gait_lab.bench.fingerprint.fingerprints", lambda *_: [FOUND, other])
+    assert cli.main(["fingerprint", "--engine", "mujoco"]) == 0
+    file = tmp_path / "before.json"
+    file.write_text(capsys.readouterr().out)
+    compare = ["fingerprint", "--engine", "mujoco", "--compare", str(file)]
+    assert cli.main(compare) == 0
+    assert "2 reference rollouts, 0 changed" in capsys.readouterr().out
+    file.write_text(file.read_text().replace(FOUND.digest, "another", 1))
+    assert cli.main(compare) != 0
+    assert "1 changed" in capsys.readouterr().out
+    file.write_text("[1]")
+    assert cli.main(compare) != 0
+    assert "compare: got" in capsys.readouterr().err
 
 
 # -- measuring -------------------------------------------------------------------------------------
