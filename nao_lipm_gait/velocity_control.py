@@ -80,11 +80,6 @@ class SpeedHold:
         self._x.begin()
         self._y.begin()
 
-    @property
-    def offset(self) -> tuple[float, float]:
-        """Learned correction [m/s] in x and y."""
-        return self._x.offset, self._y.offset
-
     def correct(
         self, command: VelocityCommand, walked: Pose2, reserve: float, time: float, dt: float
     ) -> VelocityCommand:
