@@ -21,7 +21,7 @@ MODELS: dict[str, tuple[str, str]] = {
     "nao_h21_v40": ("nao_h21_facts.yaml", "v40"),
     "bruno": ("bruno_facts.yaml", ""),
 }
-"""URDF -> its table of facts, and which of the variants in there."""
+"""URDF -> its table of facts and the variant in it."""
 _ALONG = {"x": (0.0, math.pi / 2, 0.0), "y": (-math.pi / 2, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}
 
 Vector = Sequence[float]
@@ -48,7 +48,7 @@ def _numbers(values: Vector) -> str:
 
 
 def _right(name: str) -> str:
-    """The name on the right side of something named on the left; a middle name stays."""
+    """The name of the right counterpart of a left part; other names stay."""
     if name.startswith("l_"):
         return "r_" + name[2:]
     return "R" + name[1:] if name.startswith("L") else name
@@ -77,7 +77,7 @@ def _shape(link: ET.Element, tag: str, shape: Facts, mirror: bool) -> None:
     along = shape.get("along", "z")
     roll, pitch, yaw = _ALONG[along] if isinstance(along, str) else along
     if mirror:
-        # the axis of a cylinder along y points the other way then, which is the same cylinder
+        # This reverses the axis of a cylinder along y, which is the same cylinder.
         y = -y
         if not isinstance(along, str):
             roll, yaw = -roll, -yaw
@@ -101,7 +101,7 @@ def _shapes(link: ET.Element, facts: Facts, name: str, mirror: bool) -> None:
 
 
 def _of_block(mass: float, size: Vector) -> tuple[float, ...]:
-    """Ixx iyy izz ixy ixz iyz of a solid block about its middle."""
+    """Ixx iyy izz ixy ixz iyz of a solid block about its centre."""
     x, y, z = (mass * edge * edge / 12.0 for edge in size)
     return y + z, x + z, x + y, 0.0, 0.0, 0.0
 
@@ -132,7 +132,7 @@ def _joint(facts: Facts, name: str, mirror: bool) -> ET.Element:
         y = -y
         parent, child = _right(parent), _right(child)
         # The manufacturer's signs: roll and yaw joints keep their axis on both sides and have a
-        # mirrored range; what turns about y has a mirrored axis (an axial vector), the same range.
+        # mirrored range; joints about y have a mirrored axis (an axial vector), the same range.
         if axis[1] == 0.0:
             lower, upper = -upper, -lower
         else:
@@ -203,7 +203,7 @@ def urdf_text(name: str) -> str:
 
 
 def outdated(folder: Path, write: bool = False) -> list[Path]:
-    """The files in `folder` that differ from what the facts say; brought up to date if `write`."""
+    """The files in `folder` that differ from the facts; they are rewritten if `write` is true."""
     different = []
     for name in MODELS:
         path = folder / f"{name}.urdf"

@@ -1,4 +1,4 @@
-"""Which gait parameters a robot walks with."""
+"""Selects the gait parameters of a robot."""
 
 from pathlib import Path
 
@@ -9,5 +9,5 @@ DEFAULT = "default"
 
 
 def preset_for(robot: RobotDescription, name_or_path: str | Path) -> GaitParameters:
-    """Parameters of a shipped preset or of a YAML file; `default` is the robot's own."""
+    """Load a shipped preset or a YAML file; `default` selects the preset of the robot."""
     return load_preset(robot.preset if str(name_or_path) == DEFAULT else name_or_path)

@@ -1,4 +1,4 @@
-"""Where the shipped files (config, urdf, launch) lie, however the package was installed."""
+"""Finds the shipped files (config, urdf, launch) in any kind of installation."""
 
 import sys
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from nao_lipm_gait.errors import NaoGaitError
 
 PACKAGE = "nao_lipm_gait"
 _MARKER = Path("config", "gait", "default.yaml")
-"""Only a folder that holds this is taken for ours."""
+"""A folder is accepted only if it holds this file."""
 
 _KINDS = {
     "urdf": (("urdf",), (".urdf",)),
@@ -20,12 +20,12 @@ _KINDS = {
 
 
 def _candidates(module: Path, prefixes: tuple[Path, ...]) -> Iterator[Path]:
-    """Folders that may hold the files of a package whose module lies at `module`, nearest first.
+    """Folders that may hold the shared files of a package, nearest first; `module` is in it.
 
     A checkout keeps them beside the package folder. A wheel, a user install and a colcon install
     all keep them in `share/` of some folder above it.
     """
-    # A colcon symlink install reaches the sources through links: look at both ends of them.
+    # In a colcon symlink install the modules are links: search at both ends.
     for start in dict.fromkeys((module.absolute(), module.resolve())):
         yield start.parents[1]
         for parent in start.parents[1:]:
@@ -36,7 +36,7 @@ def _candidates(module: Path, prefixes: tuple[Path, ...]) -> Iterator[Path]:
 
 def _ament_prefixes() -> tuple[Path, ...]:
     try:
-        from ament_index_python.packages import (  # not in a plain pip install
+        from ament_index_python.packages import (  # missing in a plain pip install
             PackageNotFoundError,
             get_package_prefix,
         )
@@ -65,9 +65,9 @@ def _root() -> Path:
 
 
 def share(*parts: str) -> Path:
-    """The path of a shipped file or folder, as in `share("launch", "walk.launch.py")`.
+    """The path of a shipped file or folder: `share("launch", "walk.launch.py")`.
 
-    Raises NaoGaitError that names what was searched if it is not there.
+    Raises NaoGaitError if it does not exist.
     """
     path = _root().joinpath(*parts)
     if not path.exists():
@@ -85,7 +85,7 @@ def names(kind: str) -> tuple[str, ...]:
 
 
 def find(kind: str, name_or_path: str | Path) -> Path:
-    """The file behind a shipped name (`find("plants", "reference")`) or behind a path.
+    """Find the file of a shipped name (`find("plants", "reference")`) or of a path.
 
     A shipped name wins over a file of the same name in the working directory; write `./name` for
     the latter. Raises NaoGaitError that lists the shipped names.

@@ -1,1 +1,1 @@
-"""The head: where it shall look, and the two angles that make it look there."""
+"""The head: goals, gaze angles and control."""

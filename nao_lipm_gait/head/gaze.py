@@ -19,20 +19,24 @@ CAMERA = "gaze"
 
 @dataclass(frozen=True, slots=True)
 class Neck:
-    """A pan joint with a tilt joint above it; both axes meet in one point."""
+    """A pan joint with a tilt joint above it, whose axes meet in a point.
+
+    Attributes:
+        pan: Index of the pan joint.
+        tilt: Index of the tilt joint.
+        position: [m] Intersection of the axes, in the torso frame.
+        camera_height: [m] Height of the line of sight above that point, head straight.
+    """
 
     pan: int
-    """Index of the joint."""
     tilt: int
     position: Point3
-    """[m] where the axes meet, in the torso frame."""
     camera_height: float
-    """[m] of the line of sight above that point, with the head straight."""
 
     def angles_to(self, point: Point3) -> tuple[float, float] | None:
-        """Pan and tilt [rad] that look at a point (torso frame) [m], before any limit.
+        """Pan and tilt [rad] that point the camera at a point (torso frame) [m], without limits.
 
-        None for a point that is too near to be looked at.
+        None for a point that is too close.
         """
         x, y, z = (a - b for a, b in zip(point, self.position, strict=True))
         across = hypot(x, y)
@@ -40,13 +44,13 @@ class Neck:
         if distance <= abs(self.camera_height) + 1e-6:
             return None
         pan = atan2(y, x) if across > 1e-9 else 0.0
-        # The line of sight passes the neck at the height of the camera.
+        # The line of sight passes the neck at the distance camera_height.
         return pan, asin(self.camera_height / distance) - atan2(z, across)
 
 
 @lru_cache(maxsize=8)
 def neck_of(robot: RobotDescription) -> Neck | None:
-    """None for a robot without a head to turn."""
+    """The neck of a robot; None without pan and tilt joints."""
     if PAN not in robot.joint_names or TILT not in robot.joint_names:
         return None
     model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())

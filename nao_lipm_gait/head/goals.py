@@ -1,4 +1,4 @@
-"""What a head can be asked for."""
+"""Goals of the head."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,46 +7,61 @@ from nao_lipm_gait.types import Point3
 
 
 class Frame(StrEnum):
-    """What a point to look at is fixed to."""
+    """Frame of a point to look at.
+
+    Attributes:
+        TORSO: The torso.
+        FOOTPRINT: The ground between the soles; it turns with the heading, not with the torso.
+        ODOM: The odometry frame.
+    """
 
     TORSO = "torso"
     FOOTPRINT = "base_footprint"
-    """The ground between the soles; turns with the heading, not with the torso's sway."""
     ODOM = "odom"
-    """The world, as far as odometry knows it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Angles:
-    """Hold these angles."""
+    """Hold two angles.
+
+    Attributes:
+        pan: [rad] To the left.
+        tilt: [rad] Down.
+    """
 
     pan: float
-    """[rad] to the left."""
     tilt: float
-    """[rad] down."""
 
 
 @dataclass(frozen=True, slots=True)
 class LookAt:
-    """Look at a point, while the body moves."""
+    """Look at a point while the body moves.
+
+    Attributes:
+        point: [m]
+        frame: Frame of the point.
+    """
 
     point: Point3
-    """[m]"""
     frame: Frame
 
 
 @dataclass(frozen=True, slots=True)
 class Follow:
-    """Look at a point that somebody keeps seeing; search when it is seen no more."""
+    """Look at a point that is updated repeatedly; search if the updates stop.
+
+    Attributes:
+        point: [m] Last position.
+        frame: Frame of the point.
+    """
 
     point: Point3
-    """[m] where it was seen last."""
     frame: Frame
 
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """Sweep over the ground ahead."""
+    """Sweep the gaze over the ground ahead."""
 
 
 Goal = Angles | LookAt | Follow | Search

@@ -1,6 +1,6 @@
-"""Turns the head towards its goal, within limits and speeds, whatever the body does.
+"""Turns the head towards its goal within joint limits and speeds, while the body moves.
 
-Pure: one tick in, two angles out; no clock. Without a goal it leaves the head to the gait.
+Without a goal the gait controls the head.
 """
 
 from math import cos, sin
@@ -14,31 +14,36 @@ from nao_lipm_gait.types import FloatArray, Point3, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
 
 SPEED = 3.0
-"""[rad/s] largest speed of either joint; below that of the motors, for the picture's sake."""
+"""[rad/s] Speed limit of both joints; slower than the motors, for sharp camera images."""
 SPEED_SHARE = 0.9
-"""Share of the joints' own limits, where those are lower."""
+"""Share of the joints' own speed limits, if that is lower."""
 LOST = 1.0
-"""[s] after which a followed point that is not seen again is searched for."""
+"""[s] A search begins if a followed point is not updated for this long."""
 SWEEP_SPEED = 0.8
-"""[rad/s] of pan while searching."""
+"""[rad/s] Pan speed of a search."""
 SWEEP_WIDTH = 1.2
-"""[rad] to either side."""
+"""[rad] Pan of a search to either side."""
 SWEEP_TILTS = (0.1, 0.45)
-"""[rad] far and near: the two lines of a sweep."""
+"""[rad] Tilt of the far and the near line of a search."""
 
 
 class TorsoPlace(NamedTuple):
-    """Where the torso is, for points that are fixed to the ground."""
+    """Pose of the torso relative to the ground.
+
+    Attributes:
+        up: Unit vertical in the torso frame.
+        left_sole: In the torso frame.
+        right_sole: In the torso frame.
+        base_footprint_in_odom: x, y [m], yaw [rad].
+    """
 
     up: Point3
-    """Unit vertical in the torso frame."""
     left_sole: SolePose
-    """In the torso frame."""
     right_sole: SolePose
     base_footprint_in_odom: Pose2
 
     def from_footprint(self, point: Point3) -> Point3:
-        """A point (base_footprint) in the torso frame [m]."""
+        """Transform a point from base_footprint to the torso frame [m]."""
         forward, left = self._ground_axes()
         x, y, z = point
         middle = tuple(
@@ -52,7 +57,7 @@ class TorsoPlace(NamedTuple):
         return ax, ay, az
 
     def from_odom(self, point: Point3) -> Point3:
-        """A point (odom) in the torso frame [m]."""
+        """Transform a point from odom to the torso frame [m]."""
         bx, by, yaw = self.base_footprint_in_odom
         dx, dy, c, s = point[0] - bx, point[1] - by, cos(yaw), sin(yaw)
         return self.from_footprint((c * dx + s * dy, c * dy - s * dx, point[2]))
@@ -71,7 +76,11 @@ class TorsoPlace(NamedTuple):
 
 
 class HeadControl:
-    """Pan and tilt of one head."""
+    """Controls pan and tilt of one head.
+
+    Attributes:
+        goal: The goal; None leaves the head to the gait.
+    """
 
     def __init__(self, robot: RobotDescription) -> None:
         self._neck = neck_of(robot)
@@ -86,28 +95,35 @@ class HeadControl:
 
     @property
     def exists(self) -> bool:
+        """True for a robot with pan and tilt joints."""
         return self._neck is not None
 
     @property
     def is_free(self) -> bool:
-        """Nobody asked for anything: the head is the gait's."""
+        """True if the gait controls the head."""
         return self._neck is None or (self.goal is None and self._now is None)
 
     def ask(self, goal: Goal | None) -> None:
-        """A new goal; None leaves the head to the gait."""
+        """Set a goal; None leaves the head to the gait."""
         keeps_searching = isinstance(goal, Search) and isinstance(self.goal, Search)
         if not keeps_searching:
             self._since = 0.0
         self.goal = goal
 
     def apply(self, position: FloatArray, place: TorsoPlace, dt: float) -> None:
-        """One tick: put pan and tilt into joint targets (n,) [rad]; dt [s]."""
+        """Write pan and tilt of one tick into joint targets.
+
+        Args:
+            position: (n,) [rad] Joint targets.
+            place: Pose of the torso.
+            dt: [s] Control period.
+        """
         neck = self._neck
         if neck is None or self.is_free:
             return
         before = self._now or [float(position[neck.pan]), float(position[neck.tilt])]
         wanted = self._wanted(place)
-        if wanted is None:  # nobody asks any more: back to where the gait has it
+        if wanted is None:  # no goal any more: return to the gait's angles
             wanted = float(position[neck.pan]), float(position[neck.tilt])
         now = []
         for angle, last, low, high, speed in zip(
@@ -121,12 +137,12 @@ class HeadControl:
         position[neck.pan], position[neck.tilt] = now
 
     def yield_to(self, position: FloatArray) -> None:
-        """A motion turns the head: go on from there afterwards."""
+        """Continue from these joint targets later, because a motion turns the head now."""
         if self._neck is not None and (self.goal is not None or self._now is not None):
             self._now = [float(position[self._neck.pan]), float(position[self._neck.tilt])]
 
     def rest(self) -> None:
-        """The joints are limp: begin anew from where they will be."""
+        """Start from the measured angles later, because the joints are relaxed now."""
         self._now = None
 
     def _wanted(self, place: TorsoPlace) -> tuple[float, float] | None:
@@ -157,9 +173,16 @@ class HeadControl:
 
 
 def sweep(time: float, start: float = 0.0) -> tuple[float, float]:
-    """Pan and tilt [rad] of a search, a time [s] after it began at pan `start`.
+    """Pan and tilt [rad] of a search.
 
-    To and fro at one speed; the far line one way, the near line back.
+    The pan moves to and fro at one speed: along the far line in one direction, the near line back.
+
+    Args:
+        time: [s] Since the search began.
+        start: [rad] Pan at which it began.
+
+    Returns:
+        Pan and tilt [rad].
     """
     leg = 2.0 * SWEEP_WIDTH / SWEEP_SPEED
     begin = min(max(start, -SWEEP_WIDTH), SWEEP_WIDTH)
