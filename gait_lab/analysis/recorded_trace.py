@@ -2,11 +2,12 @@
 
 import itertools
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import numpy as np
 
 from gait_lab.analysis.body import BodyTrack, yaw_of_pose
-from gait_lab.analysis.recorded_walk import RecordedWalk, Table
+from gait_lab.analysis.recorded_walk import RecordedWalk, Table, read_walk
 from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, SUPPORT_CODES, IntArray, Trace
 from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.types import FloatArray, Pose2
@@ -217,6 +218,12 @@ def supports_at(phases: tuple[SupportPhase, ...], stamps: IntArray) -> IntArray:
     begins = np.array([phase.stamp for phase in phases], dtype=np.int64)
     codes = np.array([DOUBLE, *(phase.support for phase in phases)], dtype=np.int64)
     return codes[np.searchsorted(begins, stamps, side="right")]
+
+
+def read_trace(path: Path) -> Trace | None:
+    """The trace of a bag, without poses of the soles; None if it tells nothing of the motion."""
+    walk = read_walk(path)
+    return make_trace(walk, find_phases(walk), None)
 
 
 def make_trace(

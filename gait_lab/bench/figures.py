@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gait_lab.analysis.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
+from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 from gait_lab.bench.published import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
 from gait_lab.bench.pushes import DIRECTIONS
 from gait_lab.trials.crossing import CrossingResult, CrossingSpec, cross, plant_of

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gait_lab.analysis.bag import BagWriter
+from gait_lab.analysis.recorded_trace import read_trace
+from gait_lab.analysis.recorded_walk import read_walk
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.demo.tour import (
     SETTLE,
@@ -22,7 +24,6 @@ from gait_lab.demo.tour import (
     fall_time,
 )
 from gait_lab.demo.tour_driver import TourDriver, TourError
-from gait_lab.record.recording import Recording
 from gait_lab.ros_session import ros_node
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.process import DomainClaim, stop_on_signal
@@ -185,13 +186,15 @@ def _evaluate(
     """Evaluate the recorded bag."""
     if tour_began is None:
         return DemoResult((), None, (*problems, "the tour did not begin"))
-    recording = Recording(out / "bag")
-    tour = TOURS[options.tour]
-    phases = tuple(evaluate(recording, tour, tour_began))
-    fallen = fall_time(recording)
+    trace = read_trace(out / "bag")
+    if trace is None:
+        return DemoResult((), None, (*problems, "the bag has no ground truth"))
+    tour, began = TOURS[options.tour], tour_began - 1e-9 * int(trace.stamp[0])
+    phases = tuple(evaluate(trace, tour, began))
+    fallen = fall_time(trace)
     problems = list(problems)
     if fallen is not None:
-        problems.append(f"the robot fell {fallen - tour_began:.1f} s into the tour")
+        problems.append(f"the robot fell {fallen - began:.1f} s into the tour")
     if len(phases) < len(tour):
         problems.append(f"{len(phases)} of {len(tour)} phases were walked to their end")
     for result in phases:
@@ -199,7 +202,7 @@ def _evaluate(
             problems.append(f"phase {result.phase.name} did not reach its speed")
     if phases and phases[-1].phase.command.is_zero and _still_moves(phases[-1]):
         problems.append("the robot did not come to rest at the end")
-    return DemoResult(phases, None if fallen is None else fallen - tour_began, tuple(problems))
+    return DemoResult(phases, None if fallen is None else fallen - began, tuple(problems))
 
 
 def _still_moves(result: TourPhaseResult) -> bool:
@@ -257,15 +260,15 @@ def _write_json(result: DemoResult, options: DemoOptions, out: Path) -> None:
 
 def _draw(out: Path, options: DemoOptions, tour_began: float, say: Callable[[str], None]) -> None:
     """Draw the figures, and the moving picture of the fastest phase forward."""
-    from gait_lab.analysis.figures import draw_demo
+    from gait_lab.demo.figures import draw_demo
     from gait_lab.demo.picture import write_walk_gif
 
-    recording, tour = Recording(out / "bag"), TOURS[options.tour]
-    written = draw_demo(recording, tour, tour_began, out, options.urdf)
+    walk, tour = read_walk(out / "bag"), TOURS[options.tour]
+    written = draw_demo(walk, tour, tour_began, out, options.urdf)
     phase, begin = _forward_phase(tour)
     start = tour_began + begin + SETTLE
     end = tour_began + begin + phase.duration
-    picture = write_walk_gif(recording, options.urdf, start, end, out / "walk.gif")
+    picture = write_walk_gif(walk, options.urdf, start, end, out / "walk.gif")
     if picture is not None:
         written = [*written, picture]
     say("Pictures: " + ", ".join(path.name for path in written))

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.analysis.render import TILE_PERIOD, Camera, Renderer
-from gait_lab.record.recording import Recording
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.individual import draw_individual
@@ -42,12 +42,12 @@ class Motion:
 
 
 def write_walk_gif(
-    recording: Recording, urdf: str, start: float, end: float, path: Path
+    walk: RecordedWalk, urdf: str, start: float, end: float, path: Path
 ) -> Path | None:
     """Draw a loop of the robot walking straight on.
 
     Args:
-        recording: The recorded tour.
+        walk: The recorded tour.
         urdf: Name or file of the robot.
         start: Begin of the walk at constant speed [s of simulated time].
         end: End of that walk.
@@ -59,7 +59,7 @@ def write_walk_gif(
     from PIL import Image
 
     robot = load_robot(urdf)
-    motion = motion_between(recording, robot, start, end)
+    motion = motion_between(walk, robot, start, end)
     rows = loop_rows(motion)
     if rows is None:
         return None
@@ -88,19 +88,16 @@ def write_walk_gif(
 
 
 def motion_between(
-    recording: Recording, robot: RobotDescription, start: float, end: float
+    walk: RecordedWalk, robot: RobotDescription, start: float, end: float
 ) -> Motion:
     """Return the poses between two times at which torso and joints have the same stamp."""
-    columns = [recording.joint_names.index(name) for name in robot.joint_names]
-    truth, joints = recording.truth, recording.joints
-    row_of = {round(1e3 * time): row for row, time in enumerate(joints.time.tolist())}
-    stamps = [round(1e3 * time) for time in truth.time.tolist()]
-    inside = (truth.time >= start) & (truth.time <= end)
-    rows = [row for row in np.flatnonzero(inside).tolist() if stamps[row] in row_of]
-    angles = joints.value[[row_of[stamps[row]] for row in rows]].reshape(-1, len(joints.value[0]))
-    return Motion(
-        truth.time[rows], truth.position[rows], truth.quaternion[rows], angles[:, columns]
-    )
+    stamp = walk.truth.stamp
+    stamp = stamp[(stamp >= 1e9 * start) & (stamp <= 1e9 * end)]
+    angles = walk.position.at(stamp)[:, [walk.joint_names.index(j) for j in robot.joint_names]]
+    known = np.isfinite(angles).all(axis=1)
+    torso = walk.truth.at(stamp)[known]
+    time = np.asarray(1e-9 * stamp[known], dtype=float)
+    return Motion(time, torso[:, :3], torso[:, 3:7], angles[known])
 
 
 def loop_rows(motion: Motion) -> list[int] | None:

@@ -3,19 +3,12 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from gait_lab.record.recording import Recording
+from gait_lab.analysis.metrics import fall_tick, measure
+from gait_lab.analysis.trace import Trace
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 SETTLE = 2.5
 """Time [s] after a change of the command from which a phase is measured."""
-FALL_TILT = math.radians(45.0)
-"""Tilt of the torso [rad] beyond which the robot has fallen."""
-FALL_HEIGHT_SHARE = 0.5
-"""Share of the initial torso height below which the robot has fallen."""
-LOADED = 2.0
-"""Normal force [N] from which a sole counts as loaded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,44 +98,42 @@ def duration(tour: tuple[TourPhase, ...]) -> float:
     return sum(phase.duration for phase in tour)
 
 
-def evaluate(
-    recording: Recording, tour: tuple[TourPhase, ...], began: float
-) -> list[TourPhaseResult]:
-    """Evaluate every phase that was walked to its end; `began`: simulated time [s] of the start."""
+def evaluate(trace: Trace, tour: tuple[TourPhase, ...], began: float) -> list[TourPhaseResult]:
+    """Evaluate every phase that was walked to its end, as the benchmark measures a task.
+
+    Args:
+        trace: The recorded tour.
+        tour: Its phases.
+        began: [s since the trace's first tick] when the tour began.
+
+    Returns:
+        The results of the phases before the end of the trace or a fall.
+    """
+    fallen = fall_time(trace)
+    last = float(trace.time[-1]) if fallen is None else fallen
     results = []
-    truth = recording.truth
     begin = began
     for phase in tour:
         end = begin + phase.duration
         start = begin + min(SETTLE, 0.5 * phase.duration)
-        inside = (truth.time >= start) & (truth.time <= end)
-        if truth.time.size and truth.time[-1] >= end - 0.1 and inside.sum() > 2:
-            velocity = truth.velocity_in_heading[inside].mean(axis=0)
-            yaw = np.unwrap(truth.yaw[inside])
-            seconds = truth.time[inside][-1] - truth.time[inside][0]
-            achieved = VelocityCommand(
-                float(velocity[0]), float(velocity[1]), float((yaw[-1] - yaw[0]) / seconds)
-            )
+        if last >= end - 0.1:
+            measured = measure(trace, start, end)
             results.append(
                 TourPhaseResult(
                     phase,
                     start - began,
                     end - began,
-                    achieved,
-                    math.nan if phase.command.is_zero else recording.com_error_y(start, end),
-                    recording.flight_share(start, end, LOADED),
+                    VelocityCommand(measured.speed_x, measured.speed_y, measured.turn_rate),
+                    math.nan if phase.command.is_zero else measured.com_error_y_measured,
+                    measured.flight_share,
                 )
             )
         begin = end
     return results
 
 
-def fall_time(recording: Recording) -> float | None:
-    """Return the simulated time [s] of the fall; None without one."""
-    truth = recording.truth
-    if not truth.time.size:
-        return None
-    fallen = (truth.tilt > FALL_TILT) | (
-        truth.position[:, 2] < FALL_HEIGHT_SHARE * truth.position[0, 2]
-    )
-    return float(truth.time[fallen][0]) if fallen.any() else None
+def fall_time(trace: Trace) -> float | None:
+    """Return the time of the fall [s since the first tick]; None without one."""
+    height = float(trace.torso_position[0, 2])
+    tick = fall_tick(trace.torso_position, trace.torso_quaternion, height)
+    return None if tick is None else float(trace.time[tick])

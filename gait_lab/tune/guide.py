@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gait_lab.analysis.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot
+from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot
 from gait_lab.analysis.metrics import LEFT, RIGHT, Trace
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rollout import RolloutSpec, rollout

@@ -12,7 +12,7 @@ import yaml
 from sklearn.ensemble import RandomForestRegressor
 from sklearn.inspection import permutation_importance
 
-from gait_lab.analysis.figures import BLACK, BLUE, GREY, ORANGE, RED, pyplot
+from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot
 from gait_lab.tune.confirm import Candidate, Comparison, ComparisonRow, rows
 from gait_lab.tune.search import best_of
 from gait_lab.tune.study import Study

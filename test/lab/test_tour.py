@@ -1,14 +1,14 @@
 """The tour, its evaluation and its moving picture, on made-up recordings."""
 
 import math
-from dataclasses import astuple
-from types import SimpleNamespace
+from dataclasses import astuple, fields
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gait_lab.analysis.render import TILE_PERIOD
+from gait_lab.analysis.trace import LEFT, Trace
 from gait_lab.demo.picture import LENGTH, SHORTEST, Motion, loop_rows
 from gait_lab.demo.tour import (
     FULL_TOUR,
@@ -19,32 +19,39 @@ from gait_lab.demo.tour import (
     fall_time,
     phase_at,
 )
-from gait_lab.record.recording import Recording, Series, TruthTrack
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 
-def walk(speed: float, turn: float, seconds: float, tilt: float = 0.0) -> TruthTrack:
+def walk(speed: float, turn: float, seconds: float, tilt: float = 0.0) -> Trace:
     """A torso that walks at a constant speed in its own heading while it turns."""
     time = np.arange(0.0, seconds, 0.01)
-    yaw = turn * time
+    count, yaw = len(time), turn * time
     heading = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
-    position = np.concatenate(
-        [np.cumsum(heading, axis=0) * speed * 0.01, np.full((len(time), 1), 0.3)], axis=1
-    )
     half = 0.5 * yaw
-    quaternion = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=1)
+    columns: dict[str, Any] = {field.name: np.zeros(count) for field in fields(Trace)}
+    columns |= {
+        "stamp": np.round(time * 1e9).astype(np.int64),
+        "torso_position": np.concatenate(
+            [np.cumsum(heading, axis=0) * speed * 0.01, np.full((count, 1), 0.3)], axis=1
+        ),
+        "torso_quaternion": np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=1),
+        "torso_velocity": np.tile([speed, 0.0, 0.0], (count, 1)),
+        "sole_position": np.zeros((count, 2, 3)),
+        "com_expected_in_q": np.tile([0.0, 0.003, 0.26], (count, 1)),
+        "com_measured_in_q": np.tile([0.0, 0.0, 0.26], (count, 1)),
+        "support": np.full(count, LEFT),
+        "status_stamp": np.round(time * 1e9).astype(np.int64),
+    }
+    for name in ("sole_yaw", "sole_force", "sole_slip"):
+        columns[name] = np.full((count, 2), 20.0)
+    for name in ("legs_touch", "alarm"):
+        columns[name] = np.zeros(count, dtype=bool)
+    for name in ("com", "support_sole_in_q"):
+        columns[name] = np.zeros((count, 3))
     if tilt:
-        quaternion = np.tile([0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)], (len(time), 1))
-    velocity = np.tile([speed, 0.0, 0.0], (len(time), 1))
-    return TruthTrack(time, position, quaternion, velocity)
-
-
-def recording(truth: TruthTrack) -> Any:
-    return SimpleNamespace(
-        truth=truth,
-        com_error_y=lambda start, end: 0.003,
-        flight_share=lambda start, end, loaded: 0.0,
-    )
+        tilted = [0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)]
+        columns["torso_quaternion"] = np.tile(tilted, (count, 1))
+    return Trace(**columns)
 
 
 def test_every_moment_belongs_to_its_phase() -> None:
@@ -56,49 +63,30 @@ def test_every_moment_belongs_to_its_phase() -> None:
 def test_speed_is_scored_in_the_robots_own_heading() -> None:
     # 0.2 m/s round a circle: the displacement over time would be far less.
     tour = (TourPhase("circle", 10.0, VelocityCommand(0.2, 0.0, 1.0), ("x", 0.19)),)
-    (result,) = evaluate(recording(walk(0.2, 1.0, 10.0)), tour, 0.0)
+    (result,) = evaluate(walk(0.2, 1.0, 10.0), tour, 0.0)
     assert result.achieved.x == pytest.approx(0.2, abs=1e-6)
     assert result.achieved.y == pytest.approx(0.0, abs=1e-6)
     assert result.achieved.yaw == pytest.approx(1.0, abs=1e-6)
     assert result.reached is True
+    assert result.com_error_y == pytest.approx(0.003)
+    assert result.flight_share == 0.0
 
 
 @pytest.mark.parametrize(("speed", "reached"), [(-0.21, True), (-0.19, False), (0.21, False)])
 def test_a_speed_is_reached_only_in_its_direction(speed: float, reached: bool) -> None:
     tour = (TourPhase("back", 10.0, VelocityCommand(-0.2, 0.0, 0.0), ("x", -0.2)),)
-    (result,) = evaluate(recording(walk(speed, 0.0, 10.0)), tour, 0.0)
+    (result,) = evaluate(walk(speed, 0.0, 10.0), tour, 0.0)
     assert result.reached is reached
 
 
 def test_an_interrupted_tour_has_results_only_for_completed_phases() -> None:
-    results = evaluate(recording(walk(0.2, 0.0, 4.0)), SHORT_TOUR, 0.0)
+    results = evaluate(walk(0.2, 0.0, 4.0), SHORT_TOUR, 0.0)
     assert [result.phase.name for result in results] == ["stand"]
 
 
 def test_a_fall_is_detected() -> None:
-    assert fall_time(recording(walk(0.2, 0.0, 2.0))) is None
-    assert fall_time(recording(walk(0.0, 0.0, 2.0, tilt=1.0))) == 0.0
-
-
-def test_heading_velocity_is_independent_of_the_tilt_of_the_torso() -> None:
-    tilt = 0.3
-    velocity = np.array([[math.cos(tilt), 0.0, math.sin(tilt)]])
-    track = TruthTrack(
-        np.zeros(1), np.zeros((1, 3)),
-        np.array([[0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)]]), velocity,
-    )  # fmt: skip
-    assert track.velocity_in_heading[0] == pytest.approx((1.0, 0.0))
-    assert track.tilt[0] == pytest.approx(tilt)
-
-
-def test_com_error_compares_equal_stamps_only() -> None:
-    half_read = object.__new__(Recording)
-    half_read.__dict__["expected"] = Series(np.array([0.0, 0.1, 0.2]), np.zeros((3, 3)))
-    half_read.__dict__["measured"] = Series(
-        np.array([0.1, 0.2]), np.array([[0.0, 0.004, 0.0], [0.0, -0.002, 0.0]])
-    )
-    assert half_read.com_error_y(0.0, 1.0) == pytest.approx(0.003)
-    assert math.isnan(half_read.com_error_y(5.0, 6.0))
+    assert fall_time(walk(0.2, 0.0, 2.0)) is None
+    assert fall_time(walk(0.0, 0.0, 2.0, tilt=1.0)) == 0.0
 
 
 def test_the_tour_commands_more_than_it_requires() -> None:
@@ -125,6 +113,6 @@ def test_the_moving_picture_ends_where_it_begins() -> None:
 
 def test_standing_needs_no_speed() -> None:
     tour = (TourPhase("stand", 2.0, STANDSTILL),)
-    (result,) = evaluate(recording(walk(0.0, 0.0, 2.0)), tour, 0.0)
+    (result,) = evaluate(walk(0.0, 0.0, 2.0), tour, 0.0)
     assert result.reached is None
     assert math.isnan(result.com_error_y)
