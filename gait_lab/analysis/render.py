@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.body import Body
-from sim_bridge.engines.pybullet.terrain import lay_terrain
 from sim_bridge.engines.simulation_urdf import simulation_urdf
 from sim_bridge.individual import Individual
 from sim_bridge.terrain import Prism
@@ -51,7 +50,7 @@ class Renderer:
 
     def __init__(self, robot: RobotDescription, individual: Individual) -> None:
         # Imported there without what PyBullet prints.
-        from sim_bridge.engines.pybullet.backend import bullet as pybullet
+        from sim_bridge.engines.pybullet.library import bullet as pybullet
 
         self._bullet = pybullet
         self._client = pybullet.connect(pybullet.DIRECT)
@@ -103,8 +102,10 @@ class Renderer:
                 self._floor.append(self._plate(tile, x + at[0], y + at[1], -0.01))
 
     def lay_terrain(self, ground: Iterable[Prism]) -> None:
-        """What lies on the floor."""
-        lay_terrain(self._bullet, self._client, ground, collides=False, visible=True)
+        """Add what lies on the floor."""
+        from sim_bridge.engines.pybullet.scene import add_terrain
+
+        add_terrain(self._client, ground, collides=False, visible=True)
 
     def _plate(self, shape: int, x: float, y: float, z: float) -> int:
         body: int = self._bullet.createMultiBody(

@@ -68,7 +68,7 @@ def test_a_rolling_ball_slows_down_as_it_should(engine: str) -> None:
             joint = backend._data.joint("ball")
             joint.qvel[:] = (speed, 0.0, 0.0, 0.0, speed / 0.05, 0.0)
         else:
-            from sim_bridge.engines.pybullet.backend import bullet
+            from sim_bridge.engines.pybullet.library import bullet
 
             bullet.resetBaseVelocity(
                 backend._ball_body, [speed, 0.0, 0.0], [0.0, speed / 0.05, 0.0],

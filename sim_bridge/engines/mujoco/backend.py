@@ -13,23 +13,23 @@ from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball, BallState
 from sim_bridge.body import BodyPose
 from sim_bridge.engines.backend import RobotModel, StartState, StepInput, TrueState, only_one
-from sim_bridge.engines.mujoco.ball import ball_state, put_ball
 from sim_bridge.engines.mujoco.model import LEG_CONTACT, MujocoModel, play_name
+from sim_bridge.engines.mujoco.scene import ball_state, put_ball
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.sensors import Encoders
 from sim_bridge.terrain import Prism
 
 _FRAME = 1.0 / 60.0
-"""[s] between two pictures in the window."""
+"""[s] of simulated time between two pictures in the window."""
 
 
 class MujocoBackend:
-    """MuJoCo behind the four methods of `Backend`.
+    """`Backend` with MuJoCo.
 
-    A position servo is here a torque, of a spring and a damper whose ratio is the lag, cut at the
-    motor's limit. That leaves room for stiffness, rotor inertia, dry friction and play. Where the
-    plant gives no stiffness, the servo is as stiff as the integration bears, and where it gives no
-    rotor inertia, the rotors have their real one: a stiff servo of a foot without it would chatter.
+    A position servo is the torque of a spring and a damper whose ratio is the lag, limited by the
+    motor. Servos can have a stiffness, and joints rotor inertia, dry friction and play. If the
+    plant gives no stiffness, the servo is as stiff as the integration allows. If it gives no rotor
+    inertia, the rotors have their real one: without it the stiff servo of a foot would chatter.
     """
 
     def __init__(
@@ -40,6 +40,17 @@ class MujocoBackend:
         gui: bool = False,
         ball: Ball | None = None,
     ) -> None:
+        """Compile the model and open the window.
+
+        Args:
+            robots: one individual.
+            ground: prisms that stand out of the floor.
+            gui: open MuJoCo's window.
+            ball: ball on the floor; None = none.
+
+        Raises:
+            NaoGaitError: there is not one robot, or MuJoCo cannot honour an option of the plant.
+        """
         robot = only_one(robots, "mujoco")
         plant, individual = robot.plant, robot.individual
         self._robot = robot.description
@@ -59,6 +70,7 @@ class MujocoBackend:
         self._viewer = _open_viewer(self._model, self._data) if gui else None
 
     def reset(self, starts: Sequence[StartState]) -> None:
+        """See `Backend`."""
         (start,) = starts
         data = self._data
         mujoco.mj_resetData(self._model, data)
@@ -72,6 +84,7 @@ class MujocoBackend:
         self._scale = None
 
     def step(self, inputs: Sequence[StepInput]) -> None:
+        """See `Backend`."""
         ((setpoint, torque_scale, push_force),) = inputs
         data = self._data
         self._setpoint[:] = setpoint
@@ -93,12 +106,13 @@ class MujocoBackend:
             self._show(self._viewer)
 
     def observe(self) -> list[TrueState]:
+        """See `Backend`."""
         data = self._data
         if any(warning.number for warning in self._unstable):
             raise NaoGaitError(
                 "physics", "a state that is not finite, or huge", "smaller forces, or smaller steps"
             )
-        # mj_step leaves the places of the bodies as they were before it.
+        # mj_step leaves the poses of the bodies as they were before the step.
         mujoco.mj_kinematics(self._model, data)
         mujoco.mj_comPos(self._model, data)
         position, velocity = data.qpos.copy(), data.qvel.copy()
@@ -129,9 +143,11 @@ class MujocoBackend:
         return [state]
 
     def ball(self) -> BallState | None:
+        """See `Backend`."""
         return None if self._ball is None else ball_state(self._data)
 
     def put_ball(self, position: FloatArray) -> None:
+        """See `Backend`."""
         put_ball(self._data, position)
 
     def _angles(self, position: FloatArray) -> FloatArray:
@@ -142,23 +158,24 @@ class MujocoBackend:
         return angles
 
     def _encoder_error(self, encoders: Encoders) -> FloatArray:
-        """(n,) [rad] by which the motors are ahead of what the encoders say."""
+        """(n,) [rad] angles of the motors minus the encoder readings."""
         position = self._data.qpos.copy()
         seen = encoders.read(self._angles(position)) + self._individual.joint_zero
         error: FloatArray = position[self._motor_q] - seen
         return error
 
     def _allow(self, share: float | FloatArray) -> None:
-        """Lets the motors use this share of their torques, of all or (n,) of each."""
+        """Limit the motors to this share of their torques; one for all, or (n,) for each."""
         model, count = self._model, len(self._setpoint)
         most, loss = share * self._limits.standstill, share * self._limits.loss
-        cut = np.stack((-most, most), axis=1)
-        model.actuator_forcerange[:count] = cut
-        model.jnt_actfrcrange[self._motors] = cut
+        limits = np.stack((-most, most), axis=1)
+        model.actuator_forcerange[:count] = limits
+        model.jnt_actfrcrange[self._motors] = limits
         model.actuator_biasprm[:count, 2] = loss - self._compiled.damping
         model.actuator_biasprm[count:, 2] = -loss
 
     def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
+        """See `Backend`."""
         self._limits.weaken(torque_share)
         self._scale = None
         coefficient = self._individual.friction if friction is None else friction
@@ -174,6 +191,7 @@ class MujocoBackend:
             viewer.sync()
 
     def close(self) -> None:
+        """See `Backend`."""
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
@@ -203,7 +221,7 @@ class MujocoBackend:
             data.warning[int(kind)]
             for kind in (warnings.mjWARN_BADQPOS, warnings.mjWARN_BADQVEL, warnings.mjWARN_BADQACC)
         ]
-        # Views of MuJoCo's own memory, which follow every step.
+        # Views of MuJoCo's own memory: every step updates them.
         self._com_view = data.subtree_com[self._torso]
         self._torso_view = data.xmat[self._torso].reshape(3, 3)
         sites = [data.site(sole.name) for sole in self._body.soles]
@@ -213,12 +231,13 @@ class MujocoBackend:
 
 
 def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> FloatArray:
-    """(6,) force [N] and torque [N m] of the floor on a sole, about its origin and in its axes.
+    """Force [N] and torque [N m] (6,) of the floor on a sole, about its origin and in its axes.
 
     Args:
-        contact: what the contact sensor says, in the world: force and torque of the sole on the
-            floor, and the point about which the torque is.
-        origin, rotation: (3,) [m] and (3, 3), where the sole is in the world.
+        contact: reading of the contact sensor, in the world: force and torque of the sole on the
+            floor, and the point of reference of the torque.
+        origin: (3,) [m] of the sole in the world.
+        rotation: (3, 3), sole to world.
     """
     fx, fy, fz, tx, ty, tz, x, y, z = contact
     if not fz:
@@ -231,7 +250,7 @@ def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> F
 
 
 def _slice(addresses: list[int]) -> slice | NDArray[np.intp]:
-    """Without play, the joints stand in a row, which is four times as fast to read."""
+    """As a slice if they are consecutive (without play): that is four times as fast to read."""
     first, count = addresses[0], len(addresses)
     if addresses == list(range(first, first + count)):
         return slice(first, first + count)

@@ -1,4 +1,4 @@
-"""The plant and one robot as a model of MuJoCo."""
+"""The plant and one robot as a MuJoCo model."""
 
 import mujoco
 import numpy as np
@@ -9,56 +9,60 @@ from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball, shoe
 from sim_bridge.body import CONTACT_RADIUS, Link, Sole
 from sim_bridge.engines.backend import RobotModel
-from sim_bridge.engines.mujoco.ball import BALL, DEGREES_OF_FREEDOM, add_ball
+from sim_bridge.engines.mujoco.scene import (
+    BALL_BIT,
+    BALL_DEGREES_OF_FREEDOM,
+    COLLIDING,
+    FLOOR_BIT,
+    LEFT_LEG_BIT,
+    VISIBLE,
+    add_ball,
+    add_ground,
+)
 from sim_bridge.engines.mujoco.springs import COUPLING, DRY_FRICTION, END_STOP, RIGID_FLOOR, Spring
-from sim_bridge.engines.mujoco.terrain import add_terrain
 from sim_bridge.plant import Plant
 from sim_bridge.shapes import Shape
 from sim_bridge.soles import contact_of
 from sim_bridge.terrain import Prism
 
-_FLOOR, _LEFT_LEG = 1, 2
-"""Collision bits: the floor meets what has the first, the left leg what has the second."""
 _SOLE_PRIORITY = 1
-"""The soles' contact numbers go before those of the floor."""
+"""Makes the contact parameters of the soles count, not those of the floor."""
 _IMPEDANCE_RATIO = 10.0
 """Friction is this much harder than the normal contact: at 80 % of what it can hold, a foot creeps
 by 0.3 mm/s. With 100 it is 0.1 mm/s, and the solver needs a tenth more time."""
 _TOLERANCE = 1e-6
-"""Of the constraint solver, relative to the inertia of the robot."""
+"""Tolerance of the constraint solver, relative to the inertia of the robot."""
 _SERVO_DAMPING = 1.5
-"""Largest damping of a servo x step / rotor inertia. As the mass matrix is never smaller than the
-rotors alone, the servos stay stable below 2 in any pose, and whether the torque is cut or not."""
+"""Largest value of servo damping x step / rotor inertia. The mass matrix is never smaller than the
+rotors alone, so the servos are stable below 2 in any pose, whether the torque is limited or not."""
 _STIFF_STEP = 0.004
-"""[s] and"""
+"""[s] longest physics step with which a servo still counts as stiff."""
 _STIFF_ARMATURE = 0.5
-"""share of the real rotor inertia with which a servo can still count as stiff."""
+"""Smallest share of the real rotor inertia with which a servo still counts as stiff."""
 _PLAY_INERTIA = 1e-4
-"""[kg m^2] and"""
+"""[kg m^2] armature of a joint's play."""
 _PLAY_DAMPING = 0.002
-"""[N m s/rad] between the two sides of the play."""
+"""[N m s/rad] damping of a joint's play."""
 _GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
 }
 LEG_CONTACT = "leg_contact"
-"""The sensor that counts the contacts between the legs."""
+"""Name of the sensor that counts the contacts between the legs."""
 _NET_FORCE = 3
-"""How a contact sensor sums up: one force and torque, in the axes of the world."""
-_COLLIDING, _SEEN = 3, 1
-"""Groups of shapes; the window shows the second only."""
+"""Reduction of a contact sensor to one force and torque, in world axes."""
 
 
 class MujocoModel:
-    """Compiled once; `MujocoBackend` steps it."""
+    """A compiled model; `MujocoBackend` steps it.
 
-    model: mujoco.MjModel
-    damping: FloatArray
-    """(n,) [N m s/rad] of the servos."""
-    sole_geoms: tuple[tuple[str, ...], tuple[str, ...]]
-    """Names of the contact points of the left and the right sole."""
-    joints_with_play: tuple[str, ...]
+    Attributes:
+        model: MuJoCo's own.
+        damping: (n,) [N m s/rad] of the servos.
+        sole_geoms: names of the contact points of the left and the right sole.
+        joints_with_play: names of the joints that have play.
+    """
 
     def __init__(
         self,
@@ -68,7 +72,17 @@ class MujocoModel:
         visual: bool = False,
         ball: Ball | None = None,
     ) -> None:
-        """Args: visual: with what is only seen. NaoGaitError for what MuJoCo cannot honour."""
+        """Compile the model.
+
+        Args:
+            robot: the individual.
+            ground: prisms that stand out of the floor.
+            visual: with visual shapes and light, for the window.
+            ball: ball on the floor; None = none.
+
+        Raises:
+            NaoGaitError: MuJoCo cannot honour an option of the plant.
+        """
         plant, body = robot.plant, robot.body
         _refuse(plant, robot.description)
         self._robot = robot.description
@@ -93,32 +107,17 @@ class MujocoModel:
         option.timestep = physics.step
         option.gravity = [0.0, 0.0, -physics.gravity]
         option.iterations = physics.iterations
-        # Implicit integrators change a torque after it was cut at its limit, and report it before.
+        # Implicit integrators change a torque after it was limited, and report it before that.
         option.integrator = mujoco.mjtIntegrator.mjINT_EULER
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         option.impratio = _IMPEDANCE_RATIO
         option.tolerance = _TOLERANCE
         # a quarter faster for this robot, alone on its floor
         option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
-        # Unstable physics is told, and not hidden by a robot that is put back to where it began.
+        # Without automatic resets, which hide an unstable simulation.
         flags = mujoco.mjtDisableBit
         option.disableflags = flags.mjDSBL_ISLAND | flags.mjDSBL_AUTORESET
-        spec.worldbody.add_geom(
-            name="floor",
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=[0.0, 0.0, 0.05],
-            contype=_FLOOR,
-            conaffinity=0,
-            condim=3,
-            friction=[0.0, 0.0, 0.0],  # MuJoCo takes the larger coefficient of the two bodies
-            group=_COLLIDING,
-        )
-        add_terrain(
-            spec, self._ground, contype=_FLOOR,
-            group=_SEEN if self._visual else _COLLIDING,
-        )  # fmt: skip
-        if self._visual:
-            _light(spec)
+        add_ground(spec, self._ground, visible=self._visual)
         bodies = {"": spec.worldbody}
         children: dict[str, list[Link]] = {}
         for link in self._body.links:
@@ -127,7 +126,7 @@ class MujocoModel:
         while waiting:
             link = waiting.pop(0)
             bodies[link.name] = self._add_link(bodies[link.parent], link)
-            # in the order of the joint arrays: a joint array is then a slice of the state
+            # In the order of the joint arrays, so that a joint array is a slice of the state.
             waiting = (
                 sorted(children.get(link.name, []), key=lambda c: self._robot.index(c.joint))
                 + waiting
@@ -147,19 +146,22 @@ class MujocoModel:
         self._add_motors(spec)
         if self._ball is not None:
             add_ball(
-                spec, self._ball, step=physics.step, gravity=physics.gravity, meets=_FLOOR,
-                group=_SEEN if self._visual else _COLLIDING,
-            )  # fmt: skip
+                spec,
+                self._ball,
+                step=physics.step,
+                gravity=physics.gravity,
+                visible=self._visual,
+            )
         return spec.compile()
 
     def _add_motors(self, spec: mujoco.MjSpec) -> None:
-        """Two actuators per joint: what the servo asks for, and what speed takes from it.
+        """Two actuators per joint: the servo, and the loss of torque with speed.
 
         With the largest torque M and its loss per speed s = M/w0, the torque of a motor is
 
-            cut(cut(servo + s w) - s w),   servo = k (setpoint - q) - k lag w,   cut at -M and M:
+            clip(clip(servo + s w) - s w),   servo = k (setpoint - q) - k lag w,   clip to -M..M:
 
-        at most M - s w while it drives, M while it brakes. `_allow` sets M and s.
+        at most M - s w while it drives, M while it brakes. The backend sets M and s.
         """
         gains, self.damping = self._servos()
         joints = self._robot.joint_names
@@ -222,11 +224,11 @@ class MujocoModel:
         else:
             body.add_freejoint()
         feet = {sole.parent for sole in self._body.soles}
-        meets = 0 if link.name in feet else _FLOOR
-        meets |= 0 if self._ball is None or link.name in feet else BALL
+        meets = 0 if link.name in feet else FLOOR_BIT
+        meets |= 0 if self._ball is None or link.name in feet else BALL_BIT
         legs_meet = self._plant.physics.self_collision
-        contype = _LEFT_LEG if legs_meet and link.side == "left" else 0
-        meets |= _LEFT_LEG if legs_meet and link.side == "right" else 0
+        contype = LEFT_LEG_BIT if legs_meet and link.side == "left" else 0
+        meets |= LEFT_LEG_BIT if legs_meet and link.side == "right" else 0
         plates = [sole.plate for sole in self._body.soles if sole.parent == link.name]
         for shape in (*link.collision, *plates):
             _add_shape(
@@ -238,13 +240,13 @@ class MujocoModel:
                 friction=[self._individual.friction, 0.0, 0.0],
                 # as stiff as MuJoCo lets a contact be
                 solref=[2.5 * self._plant.physics.step, 1.0],
-                group=_COLLIDING,
+                group=COLLIDING,
             )
         for sole in self._body.soles if self._ball is not None else ():
             if sole.parent == link.name:
-                _add_shape(body, shoe(sole), contype=0, conaffinity=BALL, group=_COLLIDING)
+                _add_shape(body, shoe(sole), contype=0, conaffinity=BALL_BIT, group=COLLIDING)
         for shape in link.visual if self._visual else ():
-            _add_shape(body, shape, contype=0, conaffinity=0, group=_SEEN, rgba=shape.color)
+            _add_shape(body, shape, contype=0, conaffinity=0, group=VISIBLE, rgba=shape.color)
         return body
 
     def _add_sole(self, foot: mujoco.MjsBody, sole: Sole) -> None:
@@ -257,18 +259,18 @@ class MujocoModel:
                 size=[CONTACT_RADIUS, 0.0, 0.0],
                 pos=sole.position + sole.rotation @ point,
                 contype=0,
-                conaffinity=_FLOOR,
+                conaffinity=FLOOR_BIT,
                 condim=3,
                 friction=[self._individual.friction, 0.0, 0.0],
                 priority=_SOLE_PRIORITY,
-                group=_COLLIDING,
+                group=COLLIDING,
             )
         self._geoms[sole.name] = tuple(names)
         foot.add_site(
             name=sole.name,
             pos=sole.position,
             quat=_quaternion(sole.rotation),
-            group=_COLLIDING,
+            group=COLLIDING,
         )
 
     def _add_leg_contact(self, spec: mujoco.MjSpec) -> None:
@@ -288,7 +290,7 @@ class MujocoModel:
         )
 
     def _add_sole_contact(self, spec: mujoco.MjSpec, sole: Sole) -> None:
-        """A sensor for the sum of all contacts between a foot and the world; see `_wrench`."""
+        """A sensor for the sum of all contacts between a foot and the ground."""
         field = mujoco.mjtConDataField
         fields = (field.mjCONDATA_FORCE, field.mjCONDATA_TORQUE, field.mjCONDATA_POS)
         spec.add_sensor(
@@ -302,7 +304,7 @@ class MujocoModel:
         )
 
     def _set_springs(self) -> None:
-        """Contact and constraint numbers; they need the inertias of the compiled model."""
+        """Contact and constraint parameters; they need the inertias of the compiled model."""
         model, step, contact = self.model, self._plant.physics.step, self._plant.contact
         floor = RIGID_FLOOR
         if not contact.rigid:
@@ -313,7 +315,7 @@ class MujocoModel:
             for name in self._geoms[sole.name]:
                 geom = model.geom(name)
                 geom.solref[:], geom.solimp[:] = floor.compiled(inverse_mass, step)
-        of_ball = 0 if self._ball is None else DEGREES_OF_FREEDOM
+        of_ball = 0 if self._ball is None else BALL_DEGREES_OF_FREEDOM
         for dof in range(6, model.nv - of_ball):
             inverse_inertia = model.dof_invweight0[dof]
             joint = model.dof_jntid[dof]
@@ -340,13 +342,13 @@ def _rotor_inertia(robot: RobotDescription, plant: Plant) -> FloatArray:
 
 
 def _largest_damping(robot: RobotDescription, plant: Plant) -> FloatArray:
-    """(n,) [N m s/rad] of servos that the integration still bears."""
+    """(n,) [N m s/rad] of servos with which the integration is stable."""
     damping: FloatArray = _SERVO_DAMPING * _rotor_inertia(robot, plant) / plant.physics.step
     return damping
 
 
 def _refuse(plant: Plant, robot: RobotDescription) -> None:
-    """NaoGaitError for what MuJoCo cannot honour."""
+    """Raise NaoGaitError for the first option that MuJoCo cannot honour."""
     motor, step = plant.motor, plant.physics.step
 
     def refuse(key: str, value: object, allowed: str) -> None:
@@ -370,7 +372,7 @@ def _refuse(plant: Plant, robot: RobotDescription) -> None:
 
 
 def _shared(robot: RobotDescription, inertia: FloatArray) -> FloatArray:
-    """(n,) [kg m^2] with half of a motor's rotor on either joint that it turns."""
+    """(n,) [kg m^2] with half of a shared motor's rotor at each of its joints."""
     shared = inertia.copy()
     for leader, follower in robot.coupled_joints:
         for name in (leader, follower):
@@ -379,6 +381,7 @@ def _shared(robot: RobotDescription, inertia: FloatArray) -> FloatArray:
 
 
 def play_name(joint: str) -> str:
+    """Name of the hinge that stands for a joint's play."""
     return f"{joint}_play"
 
 
@@ -401,19 +404,6 @@ def _add_shape(body: mujoco.MjsBody, shape: Shape, **options: object) -> None:
         pos=shape.position,
         quat=_quaternion(shape.rotation),
         **options,
-    )
-
-
-def _light(spec: mujoco.MjSpec) -> None:
-    """Something to see the walk by."""
-    spec.worldbody.add_light(pos=[0.0, 0.0, 3.0], dir=[0.0, 0.0, -1.0])
-    spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.0, 0.0, 0.25],
-        contype=0,
-        conaffinity=0,
-        group=_SEEN,
-        rgba=[0.66, 0.72, 0.78, 1.0],
     )
 
 

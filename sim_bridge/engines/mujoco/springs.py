@@ -1,16 +1,19 @@
-"""Springs as MuJoCo's constraints want them."""
+"""Springs in the parameters of MuJoCo's constraints."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Spring:
-    """A spring and a damper that hold a constraint."""
+    """A spring and a damper that hold a constraint.
+
+    Attributes:
+        stiffness: [N/m] or [N m/rad].
+        damping: [N s/m] or [N m s/rad].
+    """
 
     stiffness: float
-    """[N/m] or [N m/rad]."""
     damping: float
-    """[N s/m] or [N m s/rad]."""
 
     def compiled(self, inverse_inertia: float, step: float) -> tuple[list[float], list[float]]:
         """(solref, solimp) with which MuJoCo integrates this spring implicitly over a step.
@@ -27,10 +30,10 @@ class Spring:
 
 
 RIGID_FLOOR = Spring(1e6, 2e3)
-"""Per contact point: sinks by 6 um under a standing NAO."""
+"""Of a contact point: a standing NAO sinks by 6 um."""
 END_STOP = Spring(1e4, 5.0)
 """Of joints and of their play."""
 COUPLING = Spring(2e4, 20.0)
 """Of joints that share a motor."""
 DRY_FRICTION = Spring(0.0, 50.0)
-"""A joint held by dry friction creeps with torque / damping: below 0.4 deg/s."""
+"""Of a joint's dry friction: the joint creeps at torque / damping, below 0.4 deg/s."""

@@ -1,13 +1,8 @@
 """The plant in PyBullet."""
 
 import contextlib
-import ctypes
 import math
-import os
-import sys
-import tempfile
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,61 +10,30 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import cross, rotation_matrix
 from nao_lipm_gait.types import FloatArray
-from sim_bridge.ball import FRICTION, Ball, BallState, shoe
-from sim_bridge.body import SHOE, BodyPose
+from sim_bridge.ball import Ball, BallState
+from sim_bridge.body import BodyPose
 from sim_bridge.engines.backend import RobotModel, StartState, StepInput, TrueState, only_one
-from sim_bridge.engines.pybullet.terrain import lay_terrain
-from sim_bridge.engines.simulation_urdf import simulation_urdf
+from sim_bridge.engines.pybullet.library import bullet, silenced
+from sim_bridge.engines.pybullet.scene import (
+    RobotBody,
+    add_ball,
+    add_floor,
+    add_terrain,
+    add_tiles,
+    set_physics,
+)
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
-from sim_bridge.soles import contact_of
 from sim_bridge.terrain import Prism
 
-_C_LIBRARY = ctypes.CDLL(None)
-"""For its output buffers."""
-
-
-@contextlib.contextmanager
-def _silenced() -> Iterator[None]:
-    """PyBullet's C code prints to the file descriptors 1 and 2, past Python."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    with contextlib.ExitStack() as undo, open(os.devnull, "wb") as null:
-        for descriptor in (1, 2):
-            with contextlib.suppress(OSError):  # a closed one needs no silence
-                saved = os.dup(descriptor)
-                undo.callback(os.close, saved)
-                undo.callback(os.dup2, saved, descriptor)
-                os.dup2(null.fileno(), descriptor)
-        undo.callback(_C_LIBRARY.fflush, None)
-        yield
-
-
-with _silenced():
-    import pybullet as bullet
-
-_FLOOR, _UPPER_BODY, _LEFT_LEG, _RIGHT_LEG, _SOLE_POINTS, _SHOE, _BALL = (
-    1 << bit for bit in range(7)
-)
-"""Collision groups."""
 _POSITION, _VELOCITY, _TORQUE = 0, 1, 3
 """Fields of a joint state."""
-_GEAR_FORCE = 1e4
-"""[N m] that holds joints of one motor together; far above what a leg can apply."""
-_GEAR_ERP = 0.8
-"""Share of an angle between coupled joints that is taken back per step: 0.03 deg remain under the
-largest loads. With a motor on each side the solver would need four times the iterations."""
-_TILE = 0.25
-"""[m] edge of the floor's tiles in the window; they are laid around the robot where it starts."""
-_TILES = 24
-"""Number of tiles in each direction."""
-_TILE_COLORS = ((0.78, 0.82, 0.86, 1.0), (0.55, 0.62, 0.70, 1.0))
 
 
 class PyBulletBackend:
-    """PyBullet behind the four methods of `Backend`.
+    """`Backend` with PyBullet.
 
-    A position servo is here a constraint on the joint's velocity with a torque limit: it has no
+    A position servo is a constraint on the joint's velocity with a torque limit. It has no
     stiffness of its own, so stiffness, rotor inertia, dry friction and play are refused.
     """
 
@@ -81,79 +45,97 @@ class PyBulletBackend:
         gui: bool = False,
         ball: Ball | None = None,
     ) -> None:
-        model = only_one(robots, "pybullet")
-        robot, plant, individual, body = (
-            model.description, model.plant, model.individual, model.body
-        )  # fmt: skip
+        """Connect to PyBullet; the world is built by `reset`.
+
+        Args:
+            robots: one individual.
+            ground: prisms that stand out of the floor.
+            gui: open PyBullet's window.
+            ball: ball on the floor; None = none.
+
+        Raises:
+            NaoGaitError: there is not one robot, PyBullet cannot honour an option of the plant, or
+                the window cannot be opened.
+        """
+        self._robot = only_one(robots, "pybullet")
+        plant = self._robot.plant
         _refuse(plant)
-        self._ball = ball
-        self._ball_body = -1
-        self._robot = robot
-        self._plant = plant
-        self._individual = individual
-        self._body = body
-        self._visual = gui
-        self._limits = TorqueLimits(robot, plant, individual)
+        self._plant, self._ground, self._ball, self._visual = plant, ground, ball, gui
+        description = self._robot.description
+        self._limits = TorqueLimits(description, plant, self._robot.individual)
         step, lag = plant.physics.step, plant.motor.lag
         # PyBullet's gain is per step; this one is exact for a first-order lag sampled every step
-        self._gain = 1.0 - math.exp(-step / lag) if lag > 0.0 else 1.0
-        self._rate = self._gain / step
+        gain = 1.0 - math.exp(-step / lag) if lag > 0.0 else 1.0
+        self._rate = gain / step
         self._reach = self._limits.top_speed / self._rate
-        self._gains = [self._gain] * len(robot.joint_names)
-        self._ones = [1.0] * len(robot.joint_names)
-        shoes = () if ball is None else tuple(shoe(sole) for sole in body.soles)
-        self._urdf = simulation_urdf(body, visual=self._visual, shoes=shoes)
-        with _silenced():
+        count = len(description.joint_names)
+        self._gains, self._ones = [gain] * count, [1.0] * count
+        self._sole_friction = self._robot.individual.friction
+        with silenced():
             self._client = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
         if self._client < 0:
             raise NaoGaitError("gui", gui, "false where there is no display")
-        self._ground = ground
-        self._floor = self._model = -1
-        self._terrain: list[int] = []
-        self._joints: list[int] = []
-        self._soles = (-1, -1)
-        self._states: tuple[tuple[float, ...], ...] | None = None
-        self._torque_limits = np.zeros(len(robot.joint_names))
-        self._legs_touch = False
-        self._sole_friction = individual.friction
 
     def reset(self, starts: Sequence[StartState]) -> None:
+        """See `Backend`. Builds a new world: moved bodies would keep contacts and caches."""
         (start,) = starts
-        # A new world: PyBullet keeps contacts and solver caches when bodies are only moved.
-        with _silenced():
-            bullet.resetSimulation(physicsClientId=self._client)
+        client = self._client
+        with silenced():
+            bullet.resetSimulation(physicsClientId=client)
             self._build()
         torso = rotation_matrix(start.torso_rotation)
-        position = start.torso_position + torso @ self._inertial_position
+        position = start.torso_position + torso @ self._model.inertial_position
         _, rotation = bullet.multiplyTransforms(
             [0.0, 0.0, 0.0],
             start.torso_rotation.tolist(),
             [0.0, 0.0, 0.0],
-            self._inertial_rotation,
+            self._model.inertial_rotation,
         )
+        body = self._model.body
         bullet.resetBasePositionAndOrientation(
-            self._model, position.tolist(), rotation, physicsClientId=self._client
+            body, position.tolist(), rotation, physicsClientId=client
         )
-        for joint, angle in zip(self._joints, start.joint_position.tolist(), strict=True):
-            bullet.resetJointState(self._model, joint, angle, 0.0, physicsClientId=self._client)
-        self._states = None
-        self._torque_limits = np.zeros(len(self._joints))
+        for joint, angle in zip(self._model.joints, start.joint_position.tolist(), strict=True):
+            bullet.resetJointState(body, joint, angle, 0.0, physicsClientId=client)
+        self._states: tuple[tuple[float, ...], ...] | None = None
+        self._torque_limits = np.zeros(len(self._model.joints))
         self._legs_touch = False
 
+    def _build(self) -> None:
+        client, physics = self._client, self._plant.physics
+        with_ball = self._ball is not None
+        set_physics(client, physics)
+        self._floor = add_floor(client)
+        self._terrain = add_terrain(client, self._ground, collides=True, visible=self._visual)
+        if self._visual:
+            add_tiles(client)
+        self._model = RobotBody(
+            client,
+            self._robot,
+            visible=self._visual,
+            sole_friction=self._sole_friction,
+            ball=with_ball,
+        )
+        self._model.set_collisions((self._floor, *self._terrain), ball=with_ball)
+        self._model.couple_joints()
+        if self._ball is not None:
+            self._ball_body = add_ball(client, self._ball, physics.gravity)
+
     def step(self, inputs: Sequence[StepInput]) -> None:
+        """See `Backend`."""
         ((setpoint, torque_scale, push_force),) = inputs
-        client, model = self._client, self._model
+        client, body = self._client, self._model.body
         states = self._joint_states()
         position, velocity, torque = (
             np.array([state[field] for state in states])
             for field in (_POSITION, _VELOCITY, _TORQUE)
         )
-        # a target further off would only ask for more than the motor's top speed
+        # a target further away would only ask for more than the motor's top speed
         way = np.clip(setpoint - position, -self._reach, self._reach)
         limits = torque_scale * self._limits.now(velocity, torque, way * self._rate)
         bullet.setJointMotorControlArray(
-            model,
-            self._joints,
+            body,
+            self._model.joints,
             bullet.POSITION_CONTROL,
             targetPositions=(position + way).tolist(),
             positionGains=self._gains,
@@ -163,30 +145,31 @@ class PyBulletBackend:
         )
         self._torque_limits = limits
         if push_force.any():
-            centre, _ = bullet.getBasePositionAndOrientation(model, physicsClientId=client)
+            centre, _ = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
             bullet.applyExternalForce(
-                model, -1, push_force.tolist(), centre, bullet.WORLD_FRAME, physicsClientId=client
+                body, -1, push_force.tolist(), centre, bullet.WORLD_FRAME, physicsClientId=client
             )
         bullet.stepSimulation(physicsClientId=client)
         self._states = None
         if not self._legs_touch and self._plant.physics.self_collision:
-            points = bullet.getContactPoints(model, model, physicsClientId=client)
+            points = bullet.getContactPoints(body, body, physicsClientId=client)
             self._legs_touch = any(point[9] > 0.0 for point in points)
 
     def observe(self) -> list[TrueState]:
-        client, model = self._client, self._model
-        centre, inertial = bullet.getBasePositionAndOrientation(model, physicsClientId=client)
-        linear, angular = bullet.getBaseVelocity(model, physicsClientId=client)
+        """See `Backend`."""
+        client, body = self._client, self._model.body
+        centre, inertial = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
+        linear, angular = bullet.getBaseVelocity(body, physicsClientId=client)
         spin = np.array(angular)
         _, quaternion = bullet.multiplyTransforms(
-            [0.0, 0.0, 0.0], inertial, [0.0, 0.0, 0.0], self._inertial_inverse
+            [0.0, 0.0, 0.0], inertial, [0.0, 0.0, 0.0], self._model.inertial_inverse
         )
         rotation = rotation_matrix(np.array(quaternion))
-        offset = rotation @ self._inertial_position
+        offset = rotation @ self._model.inertial_position
         position = np.array(centre) - offset
         states = self._joint_states()
         angles = np.array([state[_POSITION] for state in states])
-        pose = self._body.pose(position, rotation, angles)
+        pose = self._robot.body.pose(position, rotation, angles)
         torque = np.array([state[_TORQUE] for state in states])
         touch, self._legs_touch = self._legs_touch, False
         state = TrueState(
@@ -206,17 +189,14 @@ class PyBulletBackend:
         return [state]
 
     def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
+        """See `Backend`."""
+        individual = self._robot.individual
         self._limits.weaken(torque_share)
-        self._sole_friction = self._individual.friction if friction is None else friction
-        for index in self._soles:
-            bullet.changeDynamics(
-                self._model,
-                index,
-                lateralFriction=self._sole_friction,
-                physicsClientId=self._client,
-            )
+        self._sole_friction = individual.friction if friction is None else friction
+        self._model.set_sole_friction(self._sole_friction)
 
     def ball(self) -> BallState | None:
+        """See `Backend`."""
         if self._ball is None:
             return None
         body, client = self._ball_body, self._client
@@ -225,6 +205,7 @@ class PyBulletBackend:
         return BallState(np.array(position), np.array(velocity))
 
     def put_ball(self, position: FloatArray) -> None:
+        """See `Backend`."""
         still = [0.0, 0.0, 0.0]
         body, client = self._ball_body, self._client
         bullet.resetBasePositionAndOrientation(
@@ -233,6 +214,7 @@ class PyBulletBackend:
         bullet.resetBaseVelocity(body, still, still, physicsClientId=client)
 
     def close(self) -> None:
+        """See `Backend`."""
         if self._client >= 0:
             with contextlib.suppress(bullet.error):
                 bullet.disconnect(physicsClientId=self._client)
@@ -246,13 +228,14 @@ class PyBulletBackend:
         """Position, velocity, reaction forces and motor torque per joint; read once per step."""
         if self._states is None:
             self._states = bullet.getJointStates(
-                self._model, self._joints, physicsClientId=self._client
+                self._model.body, self._model.joints, physicsClientId=self._client
             )
         return self._states
 
     def _sole_wrenches(self, pose: BodyPose) -> tuple[FloatArray, FloatArray]:
+        """Left, right (6,): sum of the contact forces [N] and torques [N m] in the sole frame."""
         wrenches = []
-        for side, link in enumerate(self._soles):
+        for side, link in enumerate(self._model.soles):
             ox, oy, oz = pose.sole_position[side].tolist()
             force, torque = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
             for point in self._contacts_with_ground(link):
@@ -270,207 +253,28 @@ class PyBulletBackend:
         return wrenches[0], wrenches[1]
 
     def _contacts_with_ground(self, link: int) -> tuple[tuple[Any, ...], ...]:
-        """PyBullet's contact points of a sole, which meets nothing but the ground."""
+        """PyBullet's contact points of a sole, which meets only the ground."""
         if not self._terrain:
             points = bullet.getContactPoints(
-                self._model, self._floor, link, -1, physicsClientId=self._client
+                self._model.body, self._floor, link, -1, physicsClientId=self._client
             )
         else:
             points = bullet.getContactPoints(
-                bodyA=self._model, linkIndexA=link, physicsClientId=self._client
+                bodyA=self._model.body, linkIndexA=link, physicsClientId=self._client
             )
         return points  # type: ignore[no-any-return]
 
-    def _build(self) -> None:
-        client, physics = self._client, self._plant.physics
-        bullet.setPhysicsEngineParameter(
-            fixedTimeStep=physics.step,
-            numSolverIterations=physics.iterations,
-            numSubSteps=0,
-            deterministicOverlappingPairs=1,
-            enableFileCaching=0,
-            collisionFilterMode=0,
-            physicsClientId=client,
-        )
-        bullet.setGravity(0.0, 0.0, -physics.gravity, physicsClientId=client)
-        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-        self._floor = bullet.createMultiBody(0.0, plane, physicsClientId=client)
-        # PyBullet multiplies the coefficients of the two bodies
-        bullet.changeDynamics(
-            self._floor, -1, lateralFriction=1.0, restitution=0.0, physicsClientId=client
-        )
-        self._terrain = lay_terrain(
-            bullet, client, self._ground, collides=True, visible=self._visual
-        )
-        if self._visual:
-            self._lay_tiles()
-        self._load_robot()
-        self._set_dynamics()
-        self._set_collisions()
-        self._couple_joints()
-        if self._ball is not None:
-            self._add_ball(self._ball)
-
-    def _add_ball(self, ball: Ball) -> None:
-        client = self._client
-        sphere = bullet.createCollisionShape(
-            bullet.GEOM_SPHERE, radius=ball.radius, physicsClientId=client
-        )
-        self._ball_body = bullet.createMultiBody(
-            ball.mass, sphere, basePosition=ball.start.tolist(), physicsClientId=client
-        )
-        bullet.changeDynamics(
-            self._ball_body,
-            -1,
-            # PyBullet multiplies it with what it meets: the floor has 1, and the shoes
-            lateralFriction=FRICTION,
-            # and rolls with resistance x friction of the floor
-            rollingFriction=ball.rolling_resistance(self._plant.physics.gravity),
-            spinningFriction=0.0,
-            restitution=0.0,
-            linearDamping=0.0,
-            angularDamping=0.0,
-            contactStiffness=ball.stiffness,
-            contactDamping=ball.damping,
-            localInertiaDiagonal=[ball.inertia] * 3,
-            physicsClientId=client,
-        )
-        bullet.setCollisionFilterGroupMask(
-            self._ball_body, -1, _BALL, _FLOOR | _UPPER_BODY | _LEFT_LEG | _RIGHT_LEG | _SHOE,
-            physicsClientId=client,
-        )  # fmt: skip
-
-    def _load_robot(self) -> None:
-        flags = bullet.URDF_USE_INERTIA_FROM_FILE
-        if self._plant.physics.self_collision:
-            flags |= bullet.URDF_USE_SELF_COLLISION
-        if not self._visual:
-            flags |= bullet.URDF_IGNORE_VISUAL_SHAPES
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "simulated.urdf")
-            path.write_text(self._urdf, encoding="utf-8")
-            self._model = bullet.loadURDF(
-                str(path), useFixedBase=False, flags=flags, physicsClientId=self._client
-            )
-        joints: dict[str, int] = {}
-        self._links = {self._body.links[0].name: -1}
-        for index in range(bullet.getNumJoints(self._model, physicsClientId=self._client)):
-            info = bullet.getJointInfo(self._model, index, physicsClientId=self._client)
-            joints[info[1].decode()] = index
-            self._links[info[12].decode()] = index
-        self._joints = [joints[name] for name in self._robot.joint_names]
-        left, right = self._body.soles
-        self._soles = (self._links[left.name], self._links[right.name])
-        base = bullet.getDynamicsInfo(self._model, -1, physicsClientId=self._client)
-        self._inertial_position = np.array(base[3])
-        self._inertial_rotation = base[4]
-        _, self._inertial_inverse = bullet.invertTransform([0.0, 0.0, 0.0], base[4])
-
-    def _lay_tiles(self) -> None:
-        """Something to see the walk by; nothing collides with it."""
-        edges = (np.arange(_TILES + 1) - _TILES / 2) * _TILE
-        for parity, color in enumerate(_TILE_COLORS):
-            vertices: list[list[float]] = []
-            indices: list[int] = []
-            for i in range(_TILES):
-                for j in range((i + parity) % 2, _TILES, 2):
-                    first = len(vertices)
-                    vertices += [
-                        [float(edges[i + di]), float(edges[j + dj]), 0.0]
-                        for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))
-                    ]
-                    indices += [first + corner for corner in (0, 1, 2, 0, 2, 3)]
-            shape = bullet.createVisualShape(
-                bullet.GEOM_MESH,
-                vertices=vertices,
-                indices=indices,
-                rgbaColor=color,
-                specularColor=[0.0, 0.0, 0.0],
-                physicsClientId=self._client,
-            )
-            bullet.createMultiBody(0.0, baseVisualShapeIndex=shape, physicsClientId=self._client)
-
-    def _set_dynamics(self) -> None:
-        contact = self._plant.contact
-        count = len(self._body.soles[0].points)
-        stiffness, damping = contact_of(self._plant, self._individual, count)
-        for index in self._links.values():
-            options: dict[str, float] = {"lateralFriction": self._individual.friction}
-            if index in self._soles:
-                options["lateralFriction"] = self._sole_friction
-                if not contact.rigid:
-                    options["contactStiffness"] = stiffness
-                    options["contactDamping"] = damping
-            bullet.changeDynamics(
-                self._model,
-                index,
-                spinningFriction=0.0,
-                rollingFriction=0.0,
-                restitution=0.0,
-                linearDamping=0.0,
-                angularDamping=0.0,
-                jointDamping=0.0,
-                physicsClientId=self._client,
-                **options,
-            )
-
-    def _set_collisions(self) -> None:
-        """The floor meets everything but the plates of the feet; a leg also meets the other leg."""
-
-        def mask(body: int, link: int, group: int, others: int) -> None:
-            bullet.setCollisionFilterGroupMask(
-                body, link, group, others, physicsClientId=self._client
-            )
-
-        ball = 0 if self._ball is None else _BALL
-        meets_floor = _UPPER_BODY | _LEFT_LEG | _RIGHT_LEG | _SOLE_POINTS | ball
-        for ground in (self._floor, *self._terrain):
-            mask(ground, -1, _FLOOR, meets_floor)
-        feet = {sole.parent for sole in self._body.soles}
-        for link in self._body.links:
-            if not link.side:
-                group, others = _UPPER_BODY, _FLOOR | ball
-            else:
-                own, other = (
-                    (_LEFT_LEG, _RIGHT_LEG) if link.side == "left" else (_RIGHT_LEG, _LEFT_LEG)
-                )
-                group, others = own, other if link.name in feet else other | _FLOOR | ball
-            mask(self._model, self._links[link.name], group, others)
-        for index in self._soles:
-            mask(self._model, index, _SOLE_POINTS, _FLOOR)
-        for name, index in self._links.items():
-            if name.endswith(SHOE):
-                mask(self._model, index, _SHOE, ball)
-                bullet.changeDynamics(
-                    self._model, index, lateralFriction=1.0, physicsClientId=self._client
-                )
-
-    def _couple_joints(self) -> None:
-        for leader, follower in self._robot.coupled_joints:
-            first, second = (self._joints[self._robot.index(name)] for name in (leader, follower))
-            gear = bullet.createConstraint(
-                self._model, first, self._model, second, bullet.JOINT_GEAR,
-                [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], physicsClientId=self._client,
-            )  # fmt: skip
-            bullet.changeConstraint(
-                gear,
-                gearRatio=-1.0,
-                relativePositionTarget=0.0,
-                erp=_GEAR_ERP,
-                maxForce=_GEAR_FORCE,
-                physicsClientId=self._client,
-            )
-
 
 def _refuse(plant: Plant) -> None:
-    """NaoGaitError for options that PyBullet cannot honour."""
+    """Raise NaoGaitError for the first option that PyBullet cannot honour."""
     motor = plant.motor
     for key, honoured, allowed in (
-        ("stiffness", motor.stiffness is None, "null with engine pybullet"),
-        ("armature", motor.armature is None, "null with engine pybullet"),
-        ("friction", motor.friction == 0.0, "0 with engine pybullet"),
-        ("play", motor.play == 0.0, "0 with engine pybullet"),
-        ("encoder_feedback", not motor.encoder_feedback, "false with engine pybullet"),
+        ("stiffness", motor.stiffness is None, "null"),
+        ("armature", motor.armature is None, "null"),
+        ("friction", motor.friction == 0.0, "0"),
+        ("play", motor.play == 0.0, "0"),
+        ("encoder_feedback", not motor.encoder_feedback, "false"),
     ):
         if not honoured:
+            allowed += " with engine pybullet; any other value needs engine:=mujoco"
             raise NaoGaitError(f"{plant.name}: motor.{key}", getattr(motor, key), allowed)
