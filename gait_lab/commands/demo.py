@@ -7,7 +7,7 @@ from gait_lab.commands.terminal import say
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
+    """Run the command; return the exit status."""
     from gait_lab.demo import demo
 
     options = demo.DemoOptions(
@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Add the arguments of the command."""
     window = parser.add_mutually_exclusive_group()
     window.add_argument("--headless", action="store_false", dest="gui", default=False,
                         help="no window (default)")  # fmt: skip
@@ -35,7 +35,7 @@ def add(parser: argparse.ArgumentParser) -> None:
                       help="in lockstep, as fast as the machine can (default)")  # fmt: skip
     pace.add_argument("--real-time", action="store_true", help="in real time, not in lockstep")
     parser.add_argument("--out", type=Path, default=Path("out/demo"), metavar="DIR",
-                        help="bag, table and figures (out/demo)")  # fmt: skip
+                        help="bag, table and pictures (out/demo)")  # fmt: skip
     parser.add_argument("--tour", default="full", metavar="NAME", help="full (default) or short")
     parser.add_argument("--robot-seed", type=int, default=0, metavar="S",
                         help="the individual (0); -1 is the nominal robot")  # fmt: skip

@@ -8,7 +8,7 @@ from nao_lipm_gait.errors import NaoGaitError
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
+    """Run the command; return the exit status."""
     from gait_lab.drive import teach
 
     if arguments.action == "list":
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Add the arguments of the command."""
     parser.add_argument("action", choices=("record", "play", "check", "list"),
                         help="record poses of the running robot, play a file on it, check a file, "
                         "list the shipped motions")  # fmt: skip
@@ -42,7 +42,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--starts", default="standing", metavar="P", help="record: posture before")
     parser.add_argument("--ends", default="standing", metavar="P", help="record: posture after")
     parser.add_argument("--stiff", action="store_true",
-                        help="record: do not take the torque off")  # fmt: skip
-    parser.add_argument("--head", action="store_true", help="record: the head too")
+                        help="record: keep the joints stiff")  # fmt: skip
+    parser.add_argument("--head", action="store_true", help="record: include the head")
     parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")
     parser.set_defaults(run=run)

@@ -6,7 +6,7 @@ from gait_lab.commands.terminal import EXIT_OK
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
+    """Run the command; return the exit status."""
     from gait_lab.drive import teleop
 
     teleop.run(
@@ -18,7 +18,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Add the arguments of the command."""
     parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")
     parser.add_argument("--stamped", action="store_true", help="send TwistStamped")
     parser.add_argument("--use-sim-time", action="store_true", help="stamp with /clock")

@@ -6,7 +6,7 @@ from gait_lab.commands.terminal import EXIT_OK, say
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run it; the exit status."""
+    """Run the command; return the exit status."""
     from gait_lab.view import viewer
 
     viewer.run(
@@ -20,7 +20,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
+    """Add the arguments of the command."""
     parser.add_argument("--port", type=int, default=8080, metavar="P",
                         help="of the page on 127.0.0.1 (8080, or the next free one)")  # fmt: skip
     parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")

@@ -12,6 +12,7 @@ import numpy as np
 from gait_lab.analysis.metrics import Trace
 from gait_lab.trials.rollout import Recorder
 from gait_lab.trials.trial import Action, Policy, Tick, TrialSpec, make_gait, make_world, run
+from nao_lipm_gait.geometry import yaw_of_quaternion
 from nao_lipm_gait.types import STANDSTILL, GaitState, VelocityCommand
 
 STAND_TIME = 1.0
@@ -104,7 +105,6 @@ def distance(trace: Trace, end: float | None) -> float:
     """Return the distance [m] along the initial heading from the start to `end` [s]."""
     row = len(trace) - 1 if end is None else int(np.searchsorted(trace.time, end - 1e-9))
     row = min(row, len(trace) - 1)
-    x, y, z, w = trace.torso_quaternion[0]
-    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    heading = yaw_of_quaternion(*trace.torso_quaternion[0].tolist())
     moved = trace.torso_position[row] - trace.torso_position[0]
     return float(math.cos(heading) * moved[0] + math.sin(heading) * moved[1])

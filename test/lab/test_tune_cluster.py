@@ -24,6 +24,7 @@ STUDY = parse_study({**GOOD, "protocol": {"name": "growing_stride", "steps": 4},
 MODULES = {"dask": "distributed", "ray": "ray"}
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("backend", MODULES)
 def test_a_cluster_gives_what_this_process_gives(backend: str, tmp_path: Path) -> None:

@@ -26,7 +26,10 @@ TRIALS = 10
 TIMEOUT = 120.0
 PROC = Path("/proc")
 
-pytestmark = pytest.mark.skipif(not PROC.is_dir(), reason="finds the workers in /proc")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not PROC.is_dir(), reason="finds the workers in /proc"),
+]
 
 
 @pytest.fixture
