@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot
-from gait_lab.analysis.metrics import LEFT, RIGHT, Trace
+from gait_lab.analysis.trace import LEFT, RIGHT, Trace
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import walk as walk_task

@@ -275,9 +275,9 @@ def test_clock_stamps_are_read_from_the_wire() -> None:
 
 def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     write(tmp_path / "bag")
-    with pytest.raises(NaoGaitError, match="^bag: .*a new folder"):
+    with pytest.raises(NaoGaitError, match=r"^bag: .*a new folder"):
         BagWriter(tmp_path / "bag")
-    with pytest.raises(NaoGaitError, match="storage: .*mcap, sqlite3"):
+    with pytest.raises(NaoGaitError, match=r"storage: .*mcap, sqlite3"):
         BagWriter(tmp_path / "other", "tape")
     with BagWriter(tmp_path / "other") as writer, pytest.raises(NaoGaitError, match="topic /x"):
         writer.add_topic("/x", "my_msgs/msg/Unknown")

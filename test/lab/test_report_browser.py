@@ -52,7 +52,8 @@ def test_every_plot_is_drawn(tab: Tab) -> None:
     assert all(count > 0 for count in drawn.values()), drawn
     for plot in drawn:
         box = tab.run(f"document.getElementById('{plot}').getBoundingClientRect().toJSON()")
-        assert box["width"] > 300 and box["height"] > 150, plot
+        assert box["width"] > 300, plot
+        assert box["height"] > 150, plot
 
 
 def test_the_robot_is_drawn_and_moves_with_the_slider(tab: Tab) -> None:

@@ -122,9 +122,13 @@ def test_answers_come_in_a_row_and_what_is_raised_in_its_period() -> None:
     policy = TimedCommands(find_task("forward").command_at)
     with simulation:
         ticks = run(simulation, Faltering(gait, calls), policy)
-        with pytest.raises(RuntimeError, match="broken down"):
+
+        def walk_on() -> None:
             for _ in ticks:
                 calls.append("tick")
+
+        with pytest.raises(RuntimeError, match="broken down"):
+            walk_on()
     # at rest; then all that is known: nothing for three periods, the first frame, and the second
     assert calls == ["tick", "gait", "gait", "tick", "tick", "tick", "tick"]
 

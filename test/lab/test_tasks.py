@@ -46,7 +46,7 @@ def test_a_speed_can_be_given_in_the_unit_of_the_table() -> None:
 @pytest.mark.parametrize("text", ["run", "forward=", "forward=fast", "forward=-1", "forward=nan",
                                   "forward=inf", "spot=3", ""])  # fmt: skip
 def test_bad_task_names_are_refused(text: str) -> None:
-    with pytest.raises(NaoGaitError, match="^task: got"):
+    with pytest.raises(NaoGaitError, match=r"^task: got"):
         find_task(text)
 
 
