@@ -1,4 +1,4 @@
-"""Other walks on our plant: planned joints are played as they are, all are asked for the same."""
+"""Other walks on our plant: plans are played unchanged, all walks get the same commands."""
 
 import json
 import math
@@ -78,7 +78,7 @@ def plan(count: int) -> JointPlan:
 # -- the player ------------------------------------------------------------------------------------
 
 
-def test_a_plan_is_played_in_time_whatever_is_missed_and_held_at_its_end() -> None:
+def test_a_plan_is_played_by_time_even_if_frames_are_missing_and_held_at_its_end() -> None:
     planned = plan(200)
     player = Player(NAO, planned, DT)
     assert player.step(frame(5.0), STANDSTILL).position == pytest.approx(NAO.stand_pose)
@@ -101,7 +101,7 @@ def test_a_plan_begins_without_a_jump() -> None:
     assert player.status.support == "double"
 
 
-def test_what_is_expected_was_planned_a_lag_ago() -> None:
+def test_the_expected_com_is_that_of_a_lag_ago() -> None:
     player = Player(NAO, plan(200), DT)
     for tick in range(58):
         player.step(frame(tick * DT), STANDSTILL)
@@ -114,7 +114,7 @@ def test_what_is_expected_was_planned_a_lag_ago() -> None:
 # -- placo's process -------------------------------------------------------------------------------
 
 
-def test_placo_is_given_the_robot_with_its_own_frames() -> None:
+def test_the_urdf_for_placo_has_its_three_frames() -> None:
     text = with_placo_frames(NAO, 0.024)
     model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
     data = model.createData()
@@ -127,7 +127,7 @@ def test_placo_is_given_the_robot_with_its_own_frames() -> None:
     assert len(theirs.findall("link")) == len(ours.findall("link")) + 3
 
 
-def test_the_request_holds_the_command_and_what_does_not_walk() -> None:
+def test_the_request_holds_the_command_and_the_joints_that_do_not_walk() -> None:
     task = find_task("forward=25")
     knots = tuple((t, c.x, c.y, c.yaw) for t, c in task.knots)
     asked = json.loads(json.dumps(request(NAO, knots, 12.0, DT)))
@@ -146,7 +146,7 @@ def test_a_plan_comes_from_the_other_python(stand_in: str) -> None:
     assert targets.position == pytest.approx(NAO.stand_pose)
 
 
-def test_a_python_that_cannot_plan_is_one_clear_error(tmp_path: Path) -> None:
+def test_a_python_that_cannot_plan_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NaoGaitError, match="placo-python"):
         Placo(str(tmp_path / "nowhere")).check()
     without = made(tmp_path, f"#!{sys.executable}\nraise ImportError('No module named placo')\n")
@@ -216,7 +216,7 @@ def test_every_peer_has_its_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         assert rows[f"{peer.name}_forward_yaw_off_worst"] == pytest.approx(abs(math.degrees(turn)))
         assert rows[f"{peer.name}_push_left_0.5_survival"] is not None
         assert peer.name.replace("_", " ") in text
-        if peer.name != "paper":  # it goes where the errors of the robot lead it
+        if peer.name != "paper":  # without heading hold it drifts
             assert speed == pytest.approx(10.0, abs=4.0)
     assert len({rows[f"{peer.name}_forward_median_of_upright"] for peer in found}) == len(found)
     assert rows["default_push_left_0.5_survival"] == 100.0
@@ -224,7 +224,7 @@ def test_every_peer_has_its_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert HOW_TO_GET_IT in " ".join(text.split())
 
 
-def test_the_worst_robot_is_the_one_farthest_from_what_was_asked(tmp_path: Path) -> None:
+def test_the_worst_robot_is_the_farthest_from_the_command(tmp_path: Path) -> None:
     found = BenchOptions(robots=3, engine="mujoco", window=0.5, open_loop="off", jobs=1, show=False)
     task = find_task("turn=50").lasting(0.5)
     ((score,),) = walk_all(found, [Variant()], [task])

@@ -20,7 +20,7 @@ from sim_bridge.plant import PlantOption
 LEVEL: tuple[PlantOption, ...] = (
     ("terrain.kind", "flat"), ("terrain.start", 0.1), ("terrain.length", 0.3),
 )  # fmt: skip
-"""Nothing in the way, and a short way."""
+"""A short and level field."""
 BRUNO = CrossingRobot("bruno", "bruno", "bruno", "own", 0.24)
 
 
@@ -42,18 +42,18 @@ def test_a_command_has_pauses_and_steers() -> None:
     assert abs(walker.command_at(later, 3.0).yaw) == pytest.approx(STEERING_MAX)
 
 
-def test_a_crossing_takes_the_way_over_the_speed() -> None:
+def test_the_time_of_a_crossing_fits_the_speed() -> None:
     pytest.importorskip("mujoco")
     result = cross(spec_of(BRUNO))
     assert result.end == "crossed"
     assert result.seconds is not None
-    # From its first step on, at the asked 24 cm/s at most, and half of that at least.
+    # At most the commanded 24 cm/s, and at least half of it.
     assert 0.3 / 0.26 < result.seconds < 0.3 / 0.12
     assert result.way == pytest.approx(0.3)
     assert cross(spec_of(BRUNO)) == result
 
 
-def test_who_falls_or_goes_aside_has_not_crossed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fall_or_leaving_the_field_is_not_a_crossing(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mujoco")
     fell = cross(spec_of(BRUNO, ("terrain.kind", "hexagons"), ("terrain.height", 0.1)))
     assert fell.end == "fell"
@@ -65,7 +65,7 @@ def test_who_falls_or_goes_aside_has_not_crossed(monkeypatch: pytest.MonkeyPatch
     assert left.seconds is None
 
 
-def test_a_field_belongs_to_the_walker_unless_the_options_say_otherwise() -> None:
+def test_options_replace_the_field_and_the_soles() -> None:
     sponge = CrossingRobot("w", "bruno", "bruno", "sponge", 0.1)
     plant = plant_of(CrossingSpec(sponge))
     assert (plant.terrain.kind, plant.sole.kind) == ("hexagons", "sponge")
