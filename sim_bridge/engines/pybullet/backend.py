@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import cross, rotation_matrix
+from nao_lipm_gait.geometry import as_point, cross, rotation_matrix
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball, BallState
 from sim_bridge.body import BodyPose
@@ -176,7 +176,7 @@ class PyBulletBackend:
             torso_position=position,
             torso_rotation=np.array(quaternion),
             torso_matrix=rotation,
-            torso_linear_velocity=np.array(linear) - cross(angular, offset.tolist()),
+            torso_linear_velocity=np.array(linear) - cross(angular, as_point(offset)),
             torso_angular_velocity=rotation.T @ spin,
             joint_position=angles,
             joint_velocity=np.array([state[_VELOCITY] for state in states]),
