@@ -53,7 +53,6 @@ class GaitParameters(Settings):
     step_duration_min: float = number(
         0.12, 0.05, 0.5, "s", "Shortest time between two support changes."
     )
-    step_duration_max: float = number(0.45, 0.1, 2.0, "s", "Longest single support.")
 
     zmp_step_duration: float = number(
         0.35, 0.1, 2.0, "s", "T/2: duration of one step (half a stride).",
@@ -70,11 +69,6 @@ class GaitParameters(Settings):
         0.0, -0.3, 0.3, "rad", "Outward roll of the swing foot at its highest point."
     )
     preview_time: float = number(0.8, 0.1, 3.0, "s", "Preview horizon of the desired ZMP.")
-    preview_jerk: float = number(
-        10000.0, 10.0, 1000000.0, "1/s^3",
-        "CoM jerk that costs as much as one metre of ZMP error; a larger value follows the ZMP "
-        "closer and is less smooth.",
-    )
 
     com_height: float = number(
         0.24, 0.15, 0.4, "m", "Height of the whole-body CoM above the soles.", section="Stance"
@@ -228,9 +222,6 @@ class GaitParameters(Settings):
         4.0, 0.05, 60.0, "s",
         "Time constant of the correction of the torso's tilt by the flat stance sole.",
     )
-    tilt_stance_limit: float = number(
-        0.35, 0.0, 1.5, "rad", "Torso tilt above which the stance sole is not taken as flat."
-    )
 
     gyro_pitch_gain: float = number(
         0.02, -0.2, 0.2, "s", "k_p from the pitch rate to the pitch of the support ankle.",
@@ -269,9 +260,6 @@ class GaitParameters(Settings):
         0.3, 0.0, 1.5, "",
         "Share of the CoM displacement caused by the torso's tilt that is removed from the CoM "
         "target.",
-    )
-    tilt_deadband: float = number(
-        0.07, 0.0, 0.5, "rad", "Smaller tilt errors belong to the walk and are not compensated."
     )
     arm_swing: float = number(
         5.5, 0.0, 6.0, "rad/m",

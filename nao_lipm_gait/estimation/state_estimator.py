@@ -14,7 +14,7 @@ from nao_lipm_gait.estimation.com_measurement import (
 from nao_lipm_gait.estimation.fall_detection import FallDetector, TippingDetector
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
-from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
+from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
 from nao_lipm_gait.estimation.yaw_slip import YawSlipFromLean, YawSlipFromYawGyro
 from nao_lipm_gait.geometry import as_point
 from nao_lipm_gait.head.head_control import TorsoPlace
@@ -67,7 +67,7 @@ class StateEstimator:
     def __init__(self, body: BodyModel, parameters: GaitParameters, period: float) -> None:
         p = parameters
         self.orientation = TorsoOrientation(
-            p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
+            p.tilt_accelerometer_time, p.tilt_stance_time, STANCE_TILT_MAX
         )
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
@@ -88,7 +88,7 @@ class StateEstimator:
         """Change the parameters between two ticks."""
         p = self._p = parameters
         self.orientation.set_times(
-            p.tilt_accelerometer_time, p.tilt_stance_time, p.tilt_stance_limit
+            p.tilt_accelerometer_time, p.tilt_stance_time, STANCE_TILT_MAX
         )
 
     def begin(self, frame: SensorFrame) -> bool:

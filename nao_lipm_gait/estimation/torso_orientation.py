@@ -13,6 +13,9 @@ from nao_lipm_gait.types import GRAVITY, Point3
 
 UPRIGHT: Point3 = (0.0, 0.0, 1.0)
 
+STANCE_TILT_MAX = 0.35
+"""[rad] Tilt above which the stance sole is not taken as flat."""
+
 
 class TorsoOrientation:
     """Complementary filter of the vertical; yaw is not observed.

@@ -12,6 +12,8 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 
+DEADBAND = 0.07
+"""[rad] Smaller tilt errors belong to the walk and are not compensated."""
 FOLLOW_TIME = 0.03
 """Time in which the swing foot follows a tilt [s]."""
 RELEASE_TIME = 0.15
@@ -48,7 +50,7 @@ class TiltCompensation:
             The corrected targets.
         """
         p = parameters
-        roll, pitch = _beyond(tilt[0], p.tilt_deadband), _beyond(tilt[1], p.tilt_deadband)
+        roll, pitch = _beyond(tilt[0], DEADBAND), _beyond(tilt[1], DEADBAND)
         wanted = -p.tilt_roll_gain * roll, -p.tilt_pitch_gain * pitch
         turns = self._turns
         turns[-support] = _approach(turns[-support], wanted, dt / FOLLOW_TIME)

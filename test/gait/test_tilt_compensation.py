@@ -8,7 +8,7 @@ from nao_lipm_gait.geometry import ORIGIN
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, RIGHT
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
-from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
+from nao_lipm_gait.whole_body.tilt_compensation import DEADBAND, TiltCompensation
 
 P = GaitParameters()
 TARGETS = BodyTargets(
@@ -29,7 +29,7 @@ def settled(targets: BodyTargets, support: int, tilt: tuple[float, float]) -> Bo
 
 
 def test_a_tilt_within_the_deadband_changes_nothing() -> None:
-    inside = 0.9 * P.tilt_deadband
+    inside = 0.9 * DEADBAND
     assert settled(TARGETS, LEFT, (inside, -inside)) is TARGETS
 
 

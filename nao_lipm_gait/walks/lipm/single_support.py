@@ -35,6 +35,8 @@ NEXT_TANH_MAX = 0.95
 """Cap on |tanh(k t_b-bar)|: with 1 or more the next pendulum would never turn back."""
 ENTRY_MIN = 1e-3
 """Smallest distance of the CoM from the next origin at the support change [m]."""
+STEP_DURATION_MAX = 0.45
+"""[s] Longest single support."""
 ORIGIN_HOLD_TIME = 0.06
 """Last time [s] of a step in which r_x is held: (9) turns singular, and s-bar_x follows."""
 TIME_MIN = 1e-9
@@ -163,7 +165,7 @@ class SingleSupport:
         stride = 2.0 * r_y + swing * request.step_size[1]
         earliest = 0.0 if request.shifts_weight else p.step_duration_min - request.elapsed
         earliest = max(earliest, TIME_MIN)
-        latest = max(earliest, p.step_duration_max - request.elapsed)
+        latest = max(earliest, STEP_DURATION_MAX - request.elapsed)
         x, v = swing * state.y + r_y, swing * state.vy
         view = STRAIGHT
         lead = exchange_leads(0.0, p)[0] if yaw != 0.0 and request.passing != 0.0 else 0.0

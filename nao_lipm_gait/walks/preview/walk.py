@@ -17,6 +17,9 @@ from nao_lipm_gait.walks.zmp.walk import HalfStride, Phase, ZmpWalk
 
 Point = tuple[float, float]
 
+JERK_WEIGHT = 10000.0
+"""[1/s^3] CoM jerk that costs as much as one metre of ZMP error."""
+
 
 class PreviewWalk(ZmpWalk):
     """Omnidirectional walk whose CoM comes from preview control of the ZMP.
@@ -62,7 +65,7 @@ class PreviewWalk(ZmpWalk):
         half, stride, q_in_odom = self._half_stride, self._stride, self._q_in_odom
         horizon = self._horizon
         p = half.parameters
-        self._gains = preview_gains(p.pendulum_height, self._dt, horizon, p.preview_jerk)
+        self._gains = preview_gains(p.pendulum_height, self._dt, horizon, JERK_WEIGHT)
         parts = [zmp_of_half_stride(half, q_in_odom)]
         missing = horizon
         while missing > 0:
