@@ -217,6 +217,7 @@ def outdated(folder: Path, write: bool = False) -> list[Path]:
 
 
 def main(args: Sequence[str] | None = None) -> int:
+    """Write the URDF files, or compare them with `--check`; the exit status."""
     parser = argparse.ArgumentParser(
         prog="python -m gait_lab.urdf_writer", description="Write the URDF files from the facts."
     )

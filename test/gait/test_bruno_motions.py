@@ -112,7 +112,8 @@ def test_kicks_from_a_stand_and_out_of_the_walk_and_walks_on_at_once() -> None:
         assert outcome.ball is not None
         assert outcome.ball > 0.5
     assert first.began == pytest.approx(1.5, abs=0.03)
-    assert second.began is not None and 6.1 < second.began < 8.5, "it stops walking first"
+    assert second.began is not None
+    assert 6.1 < second.began < 8.5, "it stops walking first"
     assert second.ended is not None
     assert second.walked is not None
     assert second.walked - second.ended < 0.1, "the command was there: no pause"
@@ -164,7 +165,7 @@ def test_what_is_asked_of_a_fallen_robot_stays_undone() -> None:
 def test_a_motion_that_the_robot_does_not_have_is_refused_before_it_walks() -> None:
     pytest.importorskip("mujoco")
     task = Task("dance", ((0.0, STANDSTILL),), 1.0, 2.0, motions=(AskedMotion(1.0, "dance"),))
-    with pytest.raises(NaoGaitError, match="dance.*kick_front_left"):
+    with pytest.raises(NaoGaitError, match=r"dance.*kick_front_left"):
         rollout(spec(task=task))
     with pytest.raises(NaoGaitError, match="rising times"):
         Task("two", ((0.0, STANDSTILL),), 1.0, 2.0,
@@ -209,7 +210,8 @@ def test_it_sits_and_stands_up_and_lets_itself_down_limp() -> None:
         assert run(9.0) is GaitState.RELAXED
         assert simulation.robot.truth().torso_position[2] < 0.1
         force = simulation.robot.sense()
-        assert force is not None and force.linear_acceleration[0] < -8.0, "on its stomach"
+        assert force is not None
+        assert force.linear_acceleration[0] < -8.0, "on its stomach"
 
 
 @pytest.mark.parametrize("side", ["front", "back"])

@@ -97,10 +97,14 @@ def test_metadata_is_what_rosbag2_of_jazzy_expects(tmp_path: Path) -> None:
 
 
 def test_an_error_while_recording_keeps_what_was_recorded(tmp_path: Path) -> None:
-    with pytest.raises(RuntimeError), BagWriter(tmp_path / "bag") as writer:
-        writer.add_topic("/text", STRING)
-        writer.write("/text", 7, text("kept"))
-        raise RuntimeError
+    def record_until_it_fails() -> None:
+        with BagWriter(tmp_path / "bag") as writer:
+            writer.add_topic("/text", STRING)
+            writer.write("/text", 7, text("kept"))
+            raise RuntimeError("the disk is full")
+
+    with pytest.raises(RuntimeError, match="disk"):
+        record_until_it_fails()
     assert open_bag(tmp_path / "bag").messages["/text"][0][1].data == "kept"
 
 

@@ -44,7 +44,7 @@ def test_rviz_a_recorder_and_tf_are_started(walk: Any, tmp_path: Path) -> None:
     assert len(walk._extras(asked)) == 4
     with pytest.raises(ValueError, match="rviz: got 'maybe'"):
         walk._extras(context(walk, rviz="maybe"))
-    with pytest.raises(ValueError, match="record: .*does not exist yet"):
+    with pytest.raises(ValueError, match=r"record: .*does not exist yet"):
         walk._extras(context(walk, record=str(tmp_path)))
 
 

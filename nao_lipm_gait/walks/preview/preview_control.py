@@ -118,7 +118,8 @@ def riccati(a: FloatArray, b: FloatArray, q: FloatArray, r: float) -> FloatArray
         if np.abs(following - p).max() <= PRECISION * np.abs(following).max():
             return following
         p = following
-    raise NaoGaitError("preview control, jerk weight", r, "weights for which the Riccati recursion converges")
+    allowed = "weights for which the Riccati recursion converges"
+    raise NaoGaitError("preview control, jerk weight", r, allowed)
 
 
 @lru_cache(maxsize=16)
