@@ -107,7 +107,7 @@ class Body:
         tree = ET.fromstring(robot.urdf)
         for link in tree.findall("link"):
             _scale_inertial(link, individual.mass_scale.get(link.attrib["name"], 1.0))
-        # Here and not in Pinocchio's reduced models, which trip over a link named like a joint.
+        # Done here because Pinocchio's reduced models fail if a link and a joint share a name.
         for joint in tree.findall("joint"):
             if joint.attrib["name"] not in robot.joint_names:
                 joint.set("type", "fixed")

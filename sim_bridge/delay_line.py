@@ -39,7 +39,7 @@ class DelayLine(Generic[Item]):
         """What `newest` gives now and `period`, 2 `period`, ... [ns] later, as far as it is known
         already: the next item is put in no sooner than one period from now.
         """
-        self.newest(now)  # drops what nobody will ask for again
+        self.newest(now)  # drops frames that are no longer needed
         return [self._at(now + later) for later in range(0, self.delay + period, period)]
 
     def _at(self, now: int) -> Item | None:

@@ -13,8 +13,8 @@ from sim_bridge.plant import Plant
 class Setpoints:
     """Turns one target per control period into one setpoint per physics step.
 
-    Targets are cut at the joint limits and at the joint speeds, then approached linearly. Angles in
-    here are what the robot believes; the zero errors are added on the way out.
+    Targets are cut at the joint limits and at the joint speeds, then approached linearly. Angles
+    here are in encoder coordinates; joint zero errors are added on output.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class Setpoints:
         """(n,) [rad] setpoints of true angles, one per physics step of this control period."""
         target = np.minimum(np.maximum(target, self._lower), self._upper)
         for leader, follower in self._coupled:
-            target[follower] = target[leader]  # the shared motor obeys the leader
+            target[follower] = target[leader]  # the shared motor follows the leader
         change = np.minimum(np.maximum(target - self.current, -self._stride), self._stride)
         setpoints = self.current + self._zero + self._shares * change
         self.current = self.current + change

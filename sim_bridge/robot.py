@@ -130,7 +130,7 @@ class SimulatedRobot:
         Args:
             spec: which robot.
             plant: kind of robot and floor.
-            ground: prisms that stand out of the floor.
+            ground: prisms that rise above the floor.
             control_period: [ns], a multiple of the plant's physics step.
 
         Raises:
@@ -364,7 +364,7 @@ def _start_state(
         body: the body of the individual.
         joint_zero: (n,) [rad] encoder offsets of the individual.
         name: one of `START_STATES`.
-        ground: prisms that stand out of the floor.
+        ground: prisms that rise above the floor.
     """
     joints = robot.stand_pose + joint_zero
     if name == "stand":

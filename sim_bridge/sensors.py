@@ -1,4 +1,4 @@
-"""What the robot feels: encoders, gyro, accelerometer and sole load, made from true states.
+"""Sensor models: encoders, gyro, accelerometer and sole load, made from true states.
 
 Joint angles as the robot reads them.
 """
@@ -34,7 +34,7 @@ class Encoders:
 
 
 class SensorModel:
-    """Samples the sensors once per control period. No sensor tells the orientation."""
+    """Samples the sensors once per control period. No sensor measures orientation."""
 
     def __init__(
         self, plant: Plant, individual: Individual, body: Body, noise_seed: int, period: float
@@ -104,7 +104,7 @@ class SensorModel:
         )
 
     def _mounted(self, reading: Point3) -> Point3:
-        """From the IMU's axes to the torso's, as the robot believes them to be."""
+        """From the IMU's axes to the torso's, using the nominal IMU mounting."""
         return reading if self._mount is None else rotate(self._mount, reading)
 
 

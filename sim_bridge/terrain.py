@@ -1,7 +1,7 @@
 """What lies on the floor: hexagonal plates of different height, a ramp, steps.
 
 Pure geometry, the same for every engine. The field is ahead of the robot, from `start` on in x and
-symmetric in y. It is made of upright prisms with a plane top, all convex.
+symmetric in y. It is made of upright prisms with a flat top, all convex.
 """
 
 import math
@@ -30,7 +30,7 @@ _LOW, _HIGH = (0.25, 0.32, 0.42), (1.0, 0.72, 0.25)
 
 @dataclass(frozen=True, slots=True)
 class Prism:
-    """A convex outline with a plane top."""
+    """A convex outline with a flat top."""
 
     outline: FloatArray
     """(k, 2) [m] in the world, counter-clockwise."""
@@ -74,12 +74,12 @@ class Prism:
 
 
 def is_uneven(terrain: Terrain) -> bool:
-    """Something stands out of the floor."""
+    """Whether the ground has any prisms."""
     return terrain.kind in ("hexagons", "ramp", "steps")
 
 
 def prisms(terrain: Terrain, seed: int) -> tuple[Prism, ...]:
-    """Everything that stands out of the floor; `seed` (from -1) of the robot whose field it is."""
+    """Everything that rises above the floor; `seed` (from -1) of the robot whose field it is."""
     if terrain.kind == "hexagons":
         return tuple(prism for prism in hexagons(terrain, seed) if prism.top[0] > 0.0)
     third, h = terrain.length / 3.0, terrain.height

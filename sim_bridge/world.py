@@ -22,7 +22,7 @@ class World:
 
     Attributes:
         robots: the robots, in the order in which they were given.
-        ground: prisms that stand out of the floor.
+        ground: prisms that rise above the floor.
         control_period: [ns] simulated time of one `step`.
         time: [ns] since the start; a reset does not set it back.
     """
@@ -102,11 +102,11 @@ class World:
     def put_ball(self, x: float, y: float) -> None:
         """Put the ball at rest on the floor at x, y [m] in the world."""
         if self._ball is None:
-            raise NaoGaitError("ball", (x, y), "a place in a world with a ball")
+            raise NaoGaitError("ball", (x, y), "put_ball only in a world with a ball")
         self._engine.put_ball(ball_position(x, y, self._ball.radius, self.ground))
 
     def reset(self) -> None:
-        """Put all robots back to their starts, at rest; delayed frames are lost, time goes on."""
+        """Put all robots back to their starts, at rest; delayed frames are lost, time continues."""
         self._engine.reset([robot.start for robot in self.robots])
         if self._ball is not None and self.ground:
             self.put_ball(self._ball.x, self._ball.y)

@@ -112,7 +112,7 @@ class CommandWriter(Protocol):
     Each is made with the joint names and the control period [s]. The message is reused.
 
     Attributes:
-        message_type: Of `joint_command`.
+        message_type: Message type of `joint_command`.
     """
 
     message_type: type
@@ -282,7 +282,7 @@ def diagnostic_array(
     Args:
         node: Name of the node; it precedes the name of each report.
         hardware: The robot's name.
-        stamp: Of the last tick [ns]; None before the first.
+        stamp: Stamp of the last tick [ns]; None before the first.
         reports: One for each status.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Life of a process that talks ROS: its domain, its signals, and the start and end of a node.
+"""Lifecycle of a ROS process: its domain, its signals, and the start and end of a node.
 
 rclpy is imported only inside the functions that need it: the import takes about a second, in which
 a signal must already end the process quietly. Both nodes and the tools use this module.
@@ -157,8 +157,8 @@ def run(
     """Build a node, run its loop until a stop is requested, clean up.
 
     Args:
-        name: Of the executable, for its messages.
-        description: For `--help`.
+        name: Name of the executable, for its messages.
+        description: Description for `--help`.
         build: Makes the node.
         loop: Serves the node until the stop.
         args: Command line; None = that of the process.

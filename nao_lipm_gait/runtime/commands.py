@@ -118,9 +118,9 @@ def head_point(topic: str, point: Point3, frame_id: str, robot: RobotDescription
     """Read `~/look_at` or `~/follow`.
 
     Args:
-        topic: Its name, for errors.
+        topic: Name of the topic, for errors.
         point: x, y, z [m] in the frame of the header.
-        frame_id: Of the header: a frame of the torso, `base_footprint` or `odom`.
+        frame_id: Frame of the header: one of the torso, `base_footprint` or `odom`.
         robot: Names its frames.
 
     Returns:

@@ -92,7 +92,7 @@ class Answer(NamedTuple):
     """The answer to one joint state.
 
     Attributes:
-        targets: To be sent as `joint_command`.
+        targets: Targets to send as `joint_command`.
         status: What the gait did; None if there was no tick, or the last targets are held.
     """
 
@@ -117,8 +117,8 @@ class GaitController:
 
     Args:
         robot: The robot.
-        parameters: Of the gait.
-        settings: Of this controller.
+        parameters: Parameters of the gait.
+        settings: Settings of this controller.
         clock: Any monotonic time [s]; it is used for reports and never for the walk.
         motions: None = those that are shipped for this robot.
 
@@ -128,7 +128,7 @@ class GaitController:
         crashes: Why the first few ticks gave no usable targets.
         deadline_misses: Ticks that took longer than a control period.
         needs_loads: The messages of the soles are needed now.
-        last_status: Of the last tick; None before the first.
+        last_status: Status of the last tick; None before the first.
     """
 
     def __init__(
@@ -168,7 +168,7 @@ class GaitController:
 
     @property
     def parameters(self) -> GaitParameters:
-        """As last asked for; a walking robot takes them over at its next support change."""
+        """The last requested parameters; a walk applies them at its next support change."""
         return self._parameters
 
     @property
@@ -280,7 +280,7 @@ class GaitController:
         elif self._last_targets is not None and self._last_targets.stamp == stamp:
             self._answers.append(Answer(self._last_targets))
         raise NaoGaitError(
-            "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a stamp that rises"
+            "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a later stamp"
         )
 
     def _answer_early(self, stamp: int) -> None:
@@ -370,7 +370,7 @@ class GaitController:
             self.crashes.append(fault)
         self._held += 1
         if self._held >= HELD_MAX:
-            # What the gait remembers may be spoilt; a stand needs none of it.
+            # The gait's internal state may be corrupt; standing does not depend on it.
             self._held = 0
             self._gait.restart()
 
@@ -381,7 +381,7 @@ class GaitController:
         )
         if outage.fallen:
             self._gait.report_fall()
-        # A fallen robot stays fallen until the IMU has shown for a while that it is upright.
+        # A fallen robot stays fallen until the IMU has shown for some time that it is upright.
         if outage.imu_returned and self._gait.state not in BUSY:
             self._gait.restart()
             self._guard.restart()
@@ -423,7 +423,7 @@ class GaitController:
         """Run a motion as soon as it can begin.
 
         Args:
-            name: Of the motion, or the path of its YAML file.
+            name: Name of the motion, or the path of its YAML file.
 
         Raises:
             NaoGaitError: For a motion that is unknown or cannot begin here.
@@ -443,7 +443,7 @@ class GaitController:
         return "getting up once the robot has come to rest"
 
     def look(self, goal: Goal | None) -> None:
-        """Turn the head; None gives it back to the gait.
+        """Turn the head; None returns control to the gait.
 
         Raises:
             NaoGaitError: For a robot without a head to turn.
@@ -459,7 +459,7 @@ class GaitController:
         return with_changes(self._parameters, changes, self._gait.state in BUSY)
 
     def change_parameters(self, changes: Mapping[str, object]) -> None:
-        """Apply changes; a walking robot takes them over at its next support change.
+        """Apply changes; a walk applies them at its next support change.
 
         Raises:
             NaoGaitError: As `with_changes`.

@@ -125,7 +125,7 @@ class Throttle:
         """Decide whether a message goes into the log.
 
         Args:
-            key: Of messages that are alike.
+            key: Key of messages that are alike.
             now: Any monotonic time [s].
             burst: Messages per period; more than one if the messages under a key differ.
 
@@ -169,7 +169,7 @@ class Diagnostics:
         Args:
             group: The report: SENSORS, WALK or COMMANDS.
             level: Its severity.
-            key: Of events that are alike; the log shows `burst` of them per period.
+            key: Key of events that are alike; the log shows `burst` of them per period.
             text: What happened.
             burst: See `key`.
         """
@@ -224,7 +224,7 @@ def report_publishers(counts: PublisherCounts, diagnostics: Diagnostics) -> None
         diagnostics.event(
             WALK, Level.ERROR, "gaits",
             f"{counts.joint_command} publishers on joint_command; allowed: one gait; the simulated "
-            "robot obeys the first",
+            "robot executes only the first one's commands",
         )  # fmt: skip
     if counts.cmd_vel > 1:
         diagnostics.event(
@@ -241,13 +241,13 @@ class Health:
     """The state of the gait at the end of a second.
 
     Attributes:
-        ticks: Of this second; None without a tick.
+        ticks: Ticks of this second; None without a tick.
         sensor_age: Wall time [s] since the last joint state; None before the first.
         missed_ticks: Frames that never arrived, since the start.
         rejected: Refused messages per topic, since the start.
         faults: Ticks whose targets were held or clipped by the guard, since the start.
         deadline_misses: Ticks that took longer than one control period, since the start.
-        status: Of the last tick; None before the first.
+        status: Status of the last tick; None before the first.
         command_age: Sensor time [s] since the last velocity command; None before the first.
         command_timed_out: A command to move is too old, and the robot stops.
         remarks: What happened in this second, by report.

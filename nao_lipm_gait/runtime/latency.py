@@ -43,7 +43,7 @@ class GarbageScheduler:
     It collects right after an answer was sent, and everything only while the robot rests.
 
     Attributes:
-        collections: Of either kind, since the start.
+        collections: Collections of either kind, since the start.
     """
 
     def __init__(self) -> None:

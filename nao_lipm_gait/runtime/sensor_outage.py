@@ -21,7 +21,7 @@ class SoleLoads:
     Used only while the IMU is missing, which otherwise detects a fall.
 
     Args:
-        mass: Of the robot [kg].
+        mass: Mass of the robot [kg].
     """
 
     def __init__(self, mass: float) -> None:
@@ -52,7 +52,7 @@ class SoleLoads:
             self._light_since = stamp
 
     def are_light(self, stamp: int) -> bool:
-        """Whether the soles have not carried the robot for a while at `stamp` [ns]."""
+        """Whether the soles have not carried the robot for some time at `stamp` [ns]."""
         since = self._light_since
         known = all(each is not None and stamp - each[0] < LOAD_AGE for each in self._force)
         return known and since is not None and stamp - since >= LIGHT_TIME
@@ -81,7 +81,7 @@ class SensorOutage:
     """Decides once per tick whether the sensors are good enough to walk.
 
     Args:
-        mass: Of the robot [kg].
+        mass: Mass of the robot [kg].
         imu_patience: Time without an IMU [s] after which the robot stops walking.
 
     Attributes:
@@ -100,7 +100,7 @@ class SensorOutage:
         """Assess the sensors of one frame.
 
         Args:
-            stamp: Of the frame [ns].
+            stamp: Stamp of the frame [ns].
             sync: Knows since when the IMU is missing.
             unread_since: Stamp since which joints cannot be read [ns]; None if they can.
             is_fallen: The gait knows that the robot lies.
@@ -112,8 +112,8 @@ class SensorOutage:
         self.blind = 0 if sync.blind_since is None else stamp - sync.blind_since + 1
         if self.blind > self._patience:
             if is_fallen or self.loads.are_light(stamp):
-                text = f"imu/data: none for {self.blind * 1e-9:.1f} s, and the soles carry nothing"
-                return Outage(f"{text}: relaxed", "imu/data", fallen=True)
+                text = f"imu/data: none for {self.blind * 1e-9:.1f} s, and the soles carry no load"
+                return Outage(f"{text}: relaxing", "imu/data", fallen=True)
             return self._no_imu(sync.imu_behind)
         if self.blind == 0 and before > self._patience:
             self.loads.clear()

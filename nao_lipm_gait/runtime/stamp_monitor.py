@@ -16,8 +16,8 @@ LATE = 100_000_000
 MEMORY = 100
 """Frames over which the mean step is averaged."""
 PROOF_FAR, PROOF_LATE = 2, 4
-"""Stamps in a row, rising from the new time, until it is accepted; far from and little behind the
-newest stamp."""
+"""Stamps in a row, increasing from the new time, until it is accepted; far from and little behind
+the newest stamp."""
 
 
 class Step(Enum):

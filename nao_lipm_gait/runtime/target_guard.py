@@ -44,7 +44,7 @@ class TargetGuard:
 
     Args:
         gait: The gait.
-        robot: Its limits.
+        robot: Robot whose limits apply.
         control_period: Time between two frames [s].
     """
 

@@ -32,7 +32,7 @@ def make_backend(
     Args:
         engine: one of `ENGINES`.
         robots: the individuals; all have the same physics and floor.
-        ground: prisms that stand out of the floor.
+        ground: prisms that rise above the floor.
         gui: open the engine's own window.
         ball: ball on the floor; None = none.
 

@@ -41,7 +41,7 @@ from sim_bridge.world import World
 CONTROL_PERIOD = 0.01
 """[s] between two readings; a NAO's own."""
 RESET_SILENCE = 0.6
-"""[s] of simulated time without sensors after a reset. The clock goes on, so a controller notices
+"""[s] of simulated time without sensors after a reset. The clock continues, so a controller notices
 the reset by this gap: more than 0.5 s is a new start for it."""
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -206,7 +206,7 @@ class BridgeNode(Node):
         now = self._world.time * 1e-9
         self._commands.admit(header.frame_id, now)
         if answers:
-            # Before the command is read: after a bad one the world goes on with the last targets.
+            # Before the command is read: after a bad one the world continues with the last targets.
             self._awaited, self._answered = None, stamp
         targets, warning = self._commands.read(
             header.frame_id, now, stamp, message.name, message.position, message.effort

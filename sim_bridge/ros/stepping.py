@@ -57,7 +57,7 @@ class Pacer:
         return (self._due() - self._clock()) * 1e-9
 
     def stepped(self) -> None:
-        """Count a step; give up the wall time beyond the backlog."""
+        """Count a step; discard wall time in excess of the backlog limit."""
         self._steps += 1
         if not self._wall_period:
             return
@@ -84,7 +84,7 @@ class SpeedMonitor:
     CALM = 3
 
     def __init__(self, factor: float, now: int) -> None:
-        """Start at `now` [ns] of wall time; `factor` is the speed that is asked for."""
+        """Start at `now` [ns] of wall time; `factor` is the requested speed."""
         self._factor = factor
         self._window_start = now
         self._lost = 0
@@ -168,7 +168,7 @@ def serve_until_due(
         wait = pacer.wait()
         if not node.waits_for_answer and wait <= 0.0 and served:
             if report_at > REPORT:
-                node.get_logger().info(f"lockstep: goes on after {waited:.0f} s")
+                node.get_logger().info(f"lockstep: resumed after {waited:.0f} s")
             return True
         executor.spin_once(timeout_sec=0.05 if node.waits_for_answer else min(max(wait, 0.0), 0.1))
         served = True

@@ -182,7 +182,7 @@ def test_another_gait_may_answer_after_a_while() -> None:
 
 def test_a_long_wait_is_logged_when_it_begins_gets_longer_and_ends() -> None:
     bridge, _, _ = serve(100.0)
-    assert bridge.log == ["waits for 3 s", "waits for 30 s", "lockstep: goes on after 100 s"]
+    assert bridge.log == ["waits for 3 s", "waits for 30 s", "lockstep: resumed after 100 s"]
 
 
 def test_a_stop_ends_the_wait() -> None:

@@ -44,7 +44,7 @@ class MujocoBackend:
 
         Args:
             robots: one individual.
-            ground: prisms that stand out of the floor.
+            ground: prisms that rise above the floor.
             gui: open MuJoCo's window.
             ball: ball on the floor; None = none.
 

@@ -76,7 +76,7 @@ class MujocoModel:
 
         Args:
             robot: the individual.
-            ground: prisms that stand out of the floor.
+            ground: prisms that rise above the floor.
             visual: with visual shapes and light, for the window.
             ball: ball on the floor; None = none.
 
@@ -107,12 +107,13 @@ class MujocoModel:
         option.timestep = physics.step
         option.gravity = [0.0, 0.0, -physics.gravity]
         option.iterations = physics.iterations
-        # Implicit integrators change a torque after it was limited, and report it before that.
+        # Implicit integrators modify the torque after the limit is applied, but report the
+        # unmodified one.
         option.integrator = mujoco.mjtIntegrator.mjINT_EULER
         option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         option.impratio = _IMPEDANCE_RATIO
         option.tolerance = _TOLERANCE
-        # a quarter faster for this robot, alone on its floor
+        # A sparse Jacobian makes a step a quarter faster for one robot alone on its floor.
         option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
         # Without automatic resets, which hide an unstable simulation.
         flags = mujoco.mjtDisableBit

@@ -27,7 +27,7 @@ def add_ground(spec: mujoco.MjSpec, ground: Iterable[Prism], *, visible: bool) -
 
     Args:
         spec: the model.
-        ground: prisms that stand out of the floor.
+        ground: prisms that rise above the floor.
         visible: with light and a visible floor, for the window.
     """
     spec.worldbody.add_geom(

@@ -49,7 +49,7 @@ class PyBulletBackend:
 
         Args:
             robots: one individual.
-            ground: prisms that stand out of the floor.
+            ground: prisms that rise above the floor.
             gui: open PyBullet's window.
             ball: ball on the floor; None = none.
 
