@@ -209,7 +209,9 @@ def generate_launch_description() -> LaunchDescription:
             SetEnvironmentVariable(
                 RANGE, EnvironmentVariable(RANGE, default_value="LOCALHOST")
             ),
-            DeclareLaunchArgument("namespace", default_value="", description="namespace of the nodes"),
+            DeclareLaunchArgument(
+                "namespace", default_value="", description="namespace of both nodes"
+            ),
             *(
                 DeclareLaunchArgument(name, default_value="", description=meaning)
                 for name, _, _, meaning in ARGUMENTS
