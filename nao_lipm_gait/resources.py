@@ -92,7 +92,7 @@ def find(kind: str, name_or_path: str | Path) -> Path:
     """
     shipped = names(kind)
     folder, suffixes = _KINDS[kind]
-    text = str(name_or_path)
+    text, field = str(name_or_path), kind.removesuffix("s")
     if text in shipped:
         return share(*folder, f"{text}{suffixes[0]}")
     allowed = f"a shipped name ({', '.join(shipped) or 'none'}) or the path of a {suffixes[0]} file"
@@ -101,9 +101,9 @@ def find(kind: str, name_or_path: str | Path) -> Path:
         path = Path(text).expanduser()
         is_file = bool(text) and path.is_file()
     except (OSError, ValueError, RuntimeError) as error:  # null bytes, names too long, no home
-        raise NaoGaitError(kind, text, allowed) from error
+        raise NaoGaitError(field, text, allowed) from error
     if is_file:
         return path
     if looks_like_path:
-        raise NaoGaitError(f"{kind} file", text, f"a file that exists; or {allowed}")
-    raise NaoGaitError(kind, text, allowed)
+        raise NaoGaitError(f"{field} file", text, f"a file that exists; or {allowed}")
+    raise NaoGaitError(field, text, allowed)

@@ -156,7 +156,7 @@ class BenchOptions:
         flags=("--task",),
     )  # fmt: skip
     window: float = option(
-        20.0, "seconds at speed", "T", flags=("--seconds",), above=0.0, maximum=3600.0
+        20.0, "measured time [s]", "T", flags=("--seconds",), minimum=0.01, maximum=3600.0
     )
     open_loop: str = option(
         "beside", "open loop beside the closed one, off, or only", "MODE",
@@ -214,7 +214,8 @@ class BenchOptions:
 def declared(kind: type[BenchOptions]) -> Mapping[str, Option]:
     """The options of a class by the name of their field.
 
-    A subclass may replace a default alone; the rest is then as its base declares it.
+    A subclass may replace only a default (`robots: int = 3`); the rest is then as its base declares
+    it. A field declared again with `option(...)` replaces all of it.
     """
     found = {}
     for field in dataclasses.fields(kind):

@@ -34,12 +34,13 @@ class Suite:
     """A benchmark.
 
     Attributes:
-        name: In `nao_gait bench NAME`.
+        name: Its name in `nao_gait bench NAME`.
         title: Heading of its results.
         summary: What it measures, for the help.
         measure: Runs it.
         options: Class of its options: its defaults, and the options that only it has.
-        takes: Fields of `BenchOptions` that matter to it, besides `EVERY_SUITE`.
+        takes: Shared options that it accepts (`robots`, `tasks`, `window`, `open_loop`, `phases`),
+            besides `EVERY_SUITE`; others are refused.
         quick: Its runs in `all`: field -> value of each where it differs from the default.
         check: Raises NaoGaitError, before any work, for what the suite cannot do.
         applies: Whether `all` runs it with these options.
@@ -55,6 +56,12 @@ class Suite:
     check: Callable[[Any], object] = lambda options: None
     applies: Callable[[Any], bool] = lambda options: True
 
+    def __post_init__(self) -> None:
+        fields = declared(self.options)
+        for name in (*self.takes, *(name for run in self.quick for name in run)):
+            if name not in fields:
+                raise NaoGaitError(f"suite {self.name}", name, f"one of {', '.join(fields)}")
+
     @property
     def taken(self) -> dict[str, Option]:
         """The options that may be given to it, by the name of their field."""
@@ -64,13 +71,19 @@ class Suite:
 
 @cache
 def suites() -> Mapping[str, Suite]:
-    """All suites by name: every module of the package `suites` that holds a `SUITE`."""
+    """All suites by name: every module of the package `suites` that holds a `SUITE`.
+
+    Raises:
+        NaoGaitError: Two suites have the same name.
+    """
     from gait_lab.bench import suites as package
 
     found = {}
     for module in pkgutil.iter_modules(package.__path__):
         suite = getattr(importlib.import_module(f"{package.__name__}.{module.name}"), "SUITE", None)
         if isinstance(suite, Suite):
+            if suite.name in found:
+                raise NaoGaitError(f"suite in {module.name}.py", suite.name, "a name not yet used")
             found[suite.name] = suite
     return found
 
