@@ -45,11 +45,14 @@ def test_share_finds_files_and_folders() -> None:
         resources.share("launch", "run.launch.py")
 
 
-@pytest.mark.parametrize("kind", ["urdf", "plants", "gait", "robots"])
-def test_an_unknown_name_lists_what_there_is(kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "field"),
+    [("urdf", "urdf"), ("plants", "plant"), ("gait", "gait"), ("robots", "robot")],
+)
+def test_an_unknown_name_lists_what_there_is(kind: str, field: str) -> None:
     with pytest.raises(NaoGaitError) as refused:
         resources.find(kind, "nobody")
-    assert str(refused.value).startswith(f"{kind}: got 'nobody'; allowed: ")
+    assert str(refused.value).startswith(f"{field}: got 'nobody'; allowed: ")
     for name in resources.names(kind):
         assert name in refused.value.allowed
 
