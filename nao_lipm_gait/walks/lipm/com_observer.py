@@ -1,7 +1,7 @@
 """The interface of a CoM observer: what the walk calls at a measurement.
 
-To use another observer, write it in a file of its own and pass it to `LipmWalk` where that chooses
-one (`make_observer`).
+To use another observer, write it in a file of its own, with a function that makes it from the
+parameters, and name that function as the default of `make_observer` in `LipmWalk`.
 """
 
 from typing import Protocol, final
