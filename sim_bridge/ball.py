@@ -12,46 +12,49 @@ from sim_bridge.shapes import Shape
 from sim_bridge.terrain import Prism, ground_height
 
 SHOE_HEIGHT = 0.0292
-"""[m] of the shell of a foot above its sole, which meets the ball; the plate that meets the other
-leg is lower."""
+"""[m] height over the sole of the shell of a foot, which meets the ball. The plate that meets the
+other leg is lower."""
 ROLLING_SLOWDOWN = 0.3
-"""[m/s^2] by which a rolling ball slows down; chosen, for a short carpet."""
+"""[m/s^2] deceleration of a rolling ball; chosen, for a short carpet."""
 CONTACT_TIME = 0.01
-"""[s] for which a bouncing ball touches; chosen, as is"""
+"""[s] duration of the contact of a bouncing ball; chosen."""
 CONTACT_DAMPING_RATIO = 0.16
-"""the damping, with which a ball comes back at about 0.6 of its speed."""
+"""Damping ratio of the contact; chosen: the ball bounces back at about 0.6 of its speed."""
 RIM_POINTS = 16
-"""Where the ground under a ball is looked at, beside its middle."""
+"""Number of points around the centre of a ball at which the height of the ground is evaluated."""
 FRICTION = 0.6
 """Coulomb coefficient of the ball with the floor and with a foot; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """A RoboCup SPL foam ball, and where it lies at the start."""
+    """A RoboCup SPL foam ball.
+
+    Attributes:
+        x: [m] in the world at the start.
+        y: [m] in the world at the start.
+        radius: [m].
+        mass: [kg].
+    """
 
     x: float = 0.5
-    """[m] in the world."""
     y: float = 0.0
-    """[m] in the world."""
     radius: float = 0.05
-    """[m]"""
     mass: float = 0.044
-    """[kg]"""
 
     @property
     def start(self) -> FloatArray:
-        """(3,) [m] of its centre, lying on the floor."""
+        """(3,) [m] of its centre at the start, on a level floor."""
         return np.array((self.x, self.y, self.radius))
 
     @property
     def inertia(self) -> float:
-        """[kg m^2] about any axis through the centre; foam all through."""
+        """[kg m^2] about any axis through the centre, of a solid sphere."""
         return 0.4 * self.mass * self.radius**2
 
     @property
     def stiffness(self) -> float:
-        """[N/m] of its contacts: half a period of mass and spring is the contact time."""
+        """[N/m] of its contacts: half the period of mass and spring is the contact time."""
         return self.mass * (math.pi / CONTACT_TIME) ** 2
 
     @property
@@ -60,23 +63,27 @@ class Ball:
         return 2.0 * CONTACT_DAMPING_RATIO * math.sqrt(self.stiffness * self.mass)
 
     def rolling_resistance(self, gravity: float) -> float:
-        """[m] by which the floor's force is ahead of the centre: a = delta g / (1.4 r)."""
+        """[m] distance delta of the floor's force ahead of the centre: a = delta g / (1.4 r)."""
         return ROLLING_SLOWDOWN * 1.4 * self.radius / gravity if gravity > 0.0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class BallState:
-    """Where the ball is, exactly."""
+    """Exact state of the ball.
+
+    Attributes:
+        position: (3,) [m] of the centre in the world.
+        velocity: (3,) [m/s] of the centre in the world.
+    """
 
     position: FloatArray
-    """(3,) [m] of the centre in the world."""
     velocity: FloatArray
-    """(3,) [m/s] of the centre in the world."""
 
 
 def shoe(sole: Sole) -> Shape:
-    """The box in the foot link that meets the ball: as long and wide as the foot's plate, and as
-    high as its shell.
+    """The box in the foot link that meets the ball.
+
+    It is as long and wide as the foot's plate and as high as the foot's shell.
     """
     length, width, height = sole.plate.size
     up = sole.rotation[:, 2]
@@ -87,7 +94,17 @@ def shoe(sole: Sole) -> Shape:
 def ball_position(
     x: float, y: float, radius: float, ground: tuple[Prism, ...] = ()
 ) -> FloatArray:
-    """(3,) [m] of a ball that lies there, on the highest of the ground under it."""
+    """Centre of a ball that lies on the highest point of the ground under it.
+
+    Args:
+        x: [m] in the world.
+        y: [m] in the world.
+        radius: of the ball [m].
+        ground: prisms that rise above the floor.
+
+    Returns:
+        (3,) [m] in the world.
+    """
     for name, value in (("x", x), ("y", y)):
         if not (math.isfinite(value) and abs(value) < 1e3):
             raise NaoGaitError(f"ball {name}", value, "-1000 to 1000 m")

@@ -1,8 +1,8 @@
-"""The body of one individual: masses, joints and shapes, for every engine and for the truth.
+"""The body of one individual: masses, joints and shapes, for the engines and the ground truth.
 
-Built once from the robot's URDF: masses scaled for the individual, fixed joints merged, joints that
-the robot description does not know held at zero. Engines get it as `simulation_urdf`; the true
-centre of mass comes from the same numbers.
+It is built once from the robot's URDF: masses are scaled for the individual, fixed joints merged,
+joints that are not in the robot description held at zero. The true centre of mass comes from the
+same numbers as the engine's model.
 """
 
 import math
@@ -21,89 +21,110 @@ from sim_bridge.shapes import Shape, half_height, read_colors, read_shapes
 from sim_bridge.soles import SolePoints, corner_points
 
 CONTACT_RADIUS = 0.005
-"""[m] of the spheres that stand for the corner points of a sole."""
+"""[m] of the spheres that represent the contact points of a sole."""
 SHOE = "_shoe"
-"""Ends the name of the link of a foot that only a ball meets."""
+"""Suffix of the name of a foot's link that only a ball meets."""
 _PLATE_THICKNESS = 0.02
 """[m] of the box with which a foot meets the other leg."""
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A rigid body in the frame of the joint that moves it (the root: in the torso frame)."""
+    """A rigid body in the frame of the joint that moves it (the root: in the torso frame).
+
+    Attributes:
+        name: name of the link.
+        joint: name of the joint that moves it; empty for the root.
+        parent: name of the parent link; empty for the root.
+        position: (3,) [m] of the joint in the parent link.
+        rotation: (3, 3) of the joint in the parent link.
+        axis: (3,) of the joint.
+        lower: [rad] lower end stop, true angle.
+        upper: [rad] upper end stop, true angle.
+        mass: [kg].
+        com: (3,) [m] centre of mass.
+        inertia: (3, 3) [kg m^2] about the centre of mass.
+        side: `left` or `right` for the links of the legs, otherwise empty.
+        collision: shapes for contacts.
+        visual: shapes for pictures.
+    """
 
     name: str
     joint: str
-    """Empty for the root."""
     parent: str
-    """Name of the parent link; empty for the root."""
     position: FloatArray
-    """(3,) [m] of the joint in the parent link."""
     rotation: FloatArray
-    """(3, 3) of the joint in the parent link."""
     axis: FloatArray
-    """(3,) of the joint."""
     lower: float
-    """[rad] end stop, true angle."""
     upper: float
-    """[rad] end stop, true angle."""
     mass: float
-    """[kg]."""
     com: FloatArray
-    """(3,) [m]."""
     inertia: FloatArray
-    """(3, 3) [kg m^2] about the centre of mass."""
     side: str
-    """`left` or `right` for the links of the legs, otherwise empty."""
     collision: tuple[Shape, ...]
     visual: tuple[Shape, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Sole:
-    """One sole: a frame fixed to a foot, with its contact points."""
+    """A sole: a frame fixed to a foot, with its contact points.
+
+    Attributes:
+        name: name of the sole frame.
+        parent: name of the foot link.
+        position: (3,) [m] in the foot link.
+        rotation: (3, 3), sole to foot link.
+        points: (3,) [m] centres of the contact spheres in the sole frame; the lowest points of the
+            spheres are in its plane z = 0.
+        plate: in the foot link; meets the other leg, never the floor.
+    """
 
     name: str
     parent: str
-    """Name of the foot link."""
     position: FloatArray
-    """(3,) [m] in the foot link."""
     rotation: FloatArray
-    """(3, 3) in the foot link."""
     points: tuple[FloatArray, ...]
-    """(3,) [m] centres of the contact spheres in the sole frame; bottoms in its plane z = 0."""
     plate: Shape
-    """In the foot link; meets the other leg, never the floor."""
 
 
 class BodyPose(NamedTuple):
-    """Where the body is, by kinematics."""
+    """Centre of mass and soles by forward kinematics.
+
+    Attributes:
+        com: (3,) [m] in the world.
+        sole_position: left, right (3,) [m] in the world.
+        sole_rotation: left, right (3, 3), sole to world.
+    """
 
     com: FloatArray
-    """(3,) [m] in the world."""
     sole_position: tuple[FloatArray, FloatArray]
-    """Left, right (3,) [m] in the world."""
     sole_rotation: tuple[FloatArray, FloatArray]
-    """Left, right (3, 3), sole to world."""
 
 
 class Body:
-    """The whole body of one individual."""
+    """The whole body of one individual.
 
-    links: tuple[Link, ...]
-    """Parents come first; the root is the torso."""
-    soles: tuple[Sole, Sole]
-    mass: float
-    """[kg]."""
-    imu_position: FloatArray
-    """(3,) [m] in the torso frame."""
-    imu_rotation: FloatArray
-    """(3, 3) IMU frame to torso."""
+    Attributes:
+        links: parents come first; the root is the torso.
+        soles: left, right.
+        mass: [kg].
+        imu_position: (3,) [m] in the torso frame.
+        imu_rotation: (3, 3), IMU frame to torso.
+    """
 
     def __init__(
         self, robot: RobotDescription, individual: Individual, soles: SolePoints | None = None
     ) -> None:
-        """`soles`: where they touch the floor; None = at the robot's own corners."""
+        """Read the URDF.
+
+        Args:
+            robot: URDF, joint names and frames.
+            individual: masses and encoder offsets.
+            soles: contact points; None = the corners of the robot's own soles.
+
+        Raises:
+            NaoGaitError: the URDF lacks a frame, or the torso or IMU is not fixed to the root.
+        """
         tree = ET.fromstring(robot.urdf)
         for link in tree.findall("link"):
             _scale_inertial(link, individual.mass_scale.get(link.attrib["name"], 1.0))
@@ -127,20 +148,26 @@ class Body:
             model.getFrameId(name, pin.FrameType.BODY) for name in robot.sole_frames
         )
         placements = [self._data.oMf[frame] for frame in self._sole_frames]
-        # Views of Pinocchio's own memory, which follow every update.
+        # Views of Pinocchio's own memory: every update changes them.
         self._sole_views = [(each.translation, each.rotation) for each in placements]
         imu = self._root_in_torso * self._frame(robot, robot.imu_frame, root=True)
-        self.imu_position = imu.translation.copy()
-        self.imu_rotation = imu.rotation.copy()
+        self.imu_position: FloatArray = imu.translation.copy()
+        self.imu_rotation: FloatArray = imu.rotation.copy()
         self._zero = dict(zip(robot.joint_names, individual.joint_zero.tolist(), strict=True))
         self.mass = float(sum(inertia.mass for inertia in model.inertias))
-        self.links = self._read_links(robot, tree)
-        self.soles = self._read_soles(robot, soles or corner_points(robot))
+        self.links: tuple[Link, ...] = self._read_links(robot, tree)
+        self.soles: tuple[Sole, Sole] = self._read_soles(robot, soles or corner_points(robot))
 
     def pose(
         self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray
     ) -> BodyPose:
-        """Kinematics of the torso at (3,) [m], (3, 3) in the world and (n,) true angles [rad]."""
+        """Forward kinematics.
+
+        Args:
+            torso_position: (3,) [m] in the world.
+            torso_rotation: (3, 3), torso to world.
+            joints: (n,) [rad] true angles.
+        """
         self._configure(torso_position, torso_rotation, joints)
         com = pin.centerOfMass(self._model, self._data, self._configuration, False)
         for frame in self._sole_frames:
@@ -153,7 +180,7 @@ class Body:
         )
 
     def lowest_point(self, torso_rotation: FloatArray, joints: FloatArray) -> float:
-        """[m] height of the lowest point of any shape, with the torso's origin at height 0."""
+        """[m] height of the lowest point of all shapes, with the torso's origin at height 0."""
         self._configure(np.zeros(3), torso_rotation, joints)
         model, data = self._model, self._data
         pin.forwardKinematics(model, data, self._configuration)
@@ -186,7 +213,7 @@ class Body:
         q[self._q_index] = joints
 
     def _frame(self, robot: RobotDescription, name: str, *, root: bool = False) -> pin.SE3:
-        """Placement of a frame in the joint that moves it."""
+        """Placement of a frame in the joint that moves it; `root`: it must be fixed to the root."""
         if not self._model.existFrame(name, pin.FrameType.BODY):
             raise NaoGaitError(str(robot.urdf_path), f"no link {name}", f"a link {name}")
         frame = self._model.frames[self._model.getFrameId(name, pin.FrameType.BODY)]
@@ -225,7 +252,7 @@ class Body:
                 joint = model.names[index]
                 name = elements[joint].find("child").attrib["link"]  # type: ignore[union-attr]
                 axis = _axis(elements[joint])
-                # end stops move with the zero error: a joint at its limit must not press on them
+                # End stops move with the encoder offset: a joint at its limit must not touch them.
                 q, zero = model.joints[index].idx_q, self._zero[joint]
                 lower = float(model.lowerPositionLimit[q]) + zero
                 upper = float(model.upperPositionLimit[q]) + zero
@@ -262,7 +289,7 @@ class Body:
             parent = next(link.name for link in self.links if link.joint == parent_joint)
             corners = [(x, mirror * y) for x, y in outline.corners]
             points = [(x, mirror * y) for x, y in outline.points]
-            # the largest rectangle whose sides run between the corners: never outside the sole
+            # the largest rectangle between the corners that is nowhere outside the sole
             xs, ys = (sorted(corner[axis] for corner in corners) for axis in (0, 1))
             size = (xs[2] - xs[1], ys[2] - ys[1], _PLATE_THICKNESS)
             centre = np.array([xs[1] + xs[2], ys[1] + ys[2], size[2]]) / 2.0

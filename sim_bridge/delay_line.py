@@ -1,4 +1,4 @@
-"""A pure delay for whole sensor frames; stamps are never touched."""
+"""A pure delay for whole sensor readings; their stamps stay."""
 
 from collections import deque
 from typing import Generic, TypeVar
@@ -9,10 +9,14 @@ Item = TypeVar("Item")
 
 
 class DelayLine(Generic[Item]):
-    """Gives out the newest item that is at least `delay` old."""
+    """Returns the newest item that is at least `delay` old.
+
+    Attributes:
+        delay: [ns].
+    """
 
     def __init__(self, delay: int) -> None:
-        """Args: delay [ns]."""
+        """`delay`: [ns], at least 0."""
         if delay < 0:
             raise NaoGaitError("delay", delay, "at least 0 ns")
         self.delay = delay
@@ -27,7 +31,7 @@ class DelayLine(Generic[Item]):
     def newest(self, now: int) -> Item | None:
         """The newest item with stamp <= now - delay; None before the first one is old enough.
 
-        Items older than the answer are dropped, so `now` must not go backwards.
+        Older items are dropped, so `now` must not go backwards.
         """
         limit = now - self.delay
         items = self._items
@@ -36,10 +40,11 @@ class DelayLine(Generic[Item]):
         return items[0][1] if items and items[0][0] <= limit else None
 
     def coming(self, now: int, period: int) -> list[Item | None]:
-        """What `newest` gives now and `period`, 2 `period`, ... [ns] later, as far as it is known
-        already: the next item is put in no sooner than one period from now.
+        """The results of `newest` now and after each of the next periods [ns] that are known now.
+
+        They are known if the next item is put no sooner than one period from now.
         """
-        self.newest(now)  # drops frames that are no longer needed
+        self.newest(now)  # drops older items
         return [self._at(now + later) for later in range(0, self.delay + period, period)]
 
     def _at(self, now: int) -> Item | None:
@@ -47,4 +52,5 @@ class DelayLine(Generic[Item]):
         return next((item for stamp, item in reversed(self._items) if stamp <= limit), None)
 
     def clear(self) -> None:
+        """Drop all items."""
         self._items.clear()

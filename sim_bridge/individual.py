@@ -1,4 +1,4 @@
-"""One robot out of the many that a plant describes."""
+"""One robot of the many that a plant describes."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -14,37 +14,45 @@ from nao_lipm_gait.types import FloatArray
 from sim_bridge.plant import Plant
 
 NOMINAL = -1
-"""The seed of the robot without any error."""
+"""Seed of the robot without errors."""
 
 
 @dataclass(frozen=True, slots=True)
 class Individual:
-    """The hidden truth about one robot; the gait never sees it."""
+    """Errors of one robot. The gait has no access to them.
+
+    Attributes:
+        seed: number of the robot; -1 = nominal.
+        joint_zero: (n,) [rad] encoder offsets: true angle = commanded angle + offset, encoder
+            reading = true angle - offset.
+        imu_rotation: (3, 3) orientation of the IMU's axes in the IMU frame of the URDF.
+        gyro_bias: (3,) [rad/s] in the IMU's axes.
+        accel_bias: (3,) [m/s^2] in the IMU's axes.
+        mass_scale: factor on mass and inertia, for each link of the URDF that has a mass.
+        friction: Coulomb coefficient of the pair sole and floor.
+        stiffness_scale: factor on the contact stiffness.
+        motor_strength: factor on every motor's torque.
+    """
 
     seed: int
     joint_zero: FloatArray
-    """(n,) [rad]; true angle = commanded angle + zero, encoder = true angle - zero."""
     imu_rotation: FloatArray
-    """(3, 3) orientation of the IMU's axes in the IMU frame of the URDF."""
     gyro_bias: FloatArray
-    """(3,) [rad/s] in the IMU's axes."""
     accel_bias: FloatArray
-    """(3,) [m/s^2] in the IMU's axes."""
     mass_scale: Mapping[str, float]
-    """Factor on mass and inertia of each link of the URDF that has a mass."""
     friction: float
-    """Coulomb coefficient of the pair sole and floor."""
     stiffness_scale: float
-    """Factor on the contact stiffness."""
     motor_strength: float
-    """Factor on every motor's torque."""
 
 
 def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individual:
-    """The robot number `seed` of this plant; seed -1 is the nominal robot.
+    """Draw the robot number `seed` of this plant; -1 is the nominal robot.
 
-    Every property has its own random stream, named after what it is: a property that is added later
-    leaves the others, and so all published robots, as they are.
+    Each property has a random stream of its own, seeded with its name. A property that is added
+    later leaves the others, and so all published robots, as they are.
+
+    Raises:
+        NaoGaitError: the seed is not a whole number from -1.
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < NOMINAL:
         raise NaoGaitError("robot_seed", seed, "a whole number from 0, or -1 for the nominal robot")
@@ -64,7 +72,7 @@ def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individ
         joint: float(normal(f"joint_zero/{joint}", variation.joint_zero_std, 1)[0])
         for joint in robot.joint_names
     }
-    for leader, follower in robot.coupled_joints:  # one motor, one encoder: one zero error
+    for leader, follower in robot.coupled_joints:  # one motor has one encoder and one offset
         zero[follower] = zero[leader]
     joint_zero = np.clip(
         [zero[joint] for joint in robot.joint_names],

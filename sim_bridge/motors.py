@@ -1,4 +1,4 @@
-"""What every engine's motors share: setpoints and torque limits."""
+"""Setpoints and torque limits of the motors, the same in every engine."""
 
 from collections.abc import Iterator
 
@@ -11,15 +11,26 @@ from sim_bridge.plant import Plant
 
 
 class Setpoints:
-    """Turns one target per control period into one setpoint per physics step.
+    """One setpoint per physics step from one target per control period.
 
-    Targets are cut at the joint limits and at the joint speeds, then approached linearly. Angles
-    here are in encoder coordinates; joint zero errors are added on output.
+    Targets are limited to the joint limits and joint speeds, then approached linearly. Targets are
+    in the angles of the encoders; the setpoints are true angles, with the encoder offsets added.
+
+    Attributes:
+        current: (n,) [rad] last setpoints, without encoder offsets.
     """
 
     def __init__(
         self, robot: RobotDescription, plant: Plant, individual: Individual, substeps: int
     ) -> None:
+        """Read the limits.
+
+        Args:
+            robot: joint limits, joint speeds and coupled joints.
+            plant: whether speeds are limited.
+            individual: encoder offsets.
+            substeps: physics steps per control period.
+        """
         self._lower = np.asarray(robot.lower, dtype=float)
         self._upper = np.asarray(robot.upper, dtype=float)
         period = substeps * plant.physics.step
@@ -32,16 +43,16 @@ class Setpoints:
         ]
         self._shares = (np.arange(substeps) + 1.0)[:, None] / substeps
         self.current: FloatArray = np.zeros(len(self._lower))
-        """(n,) [rad] where the setpoints stand, without zero errors."""
 
     def reset(self, position: FloatArray) -> None:
+        """Begin at (n,) [rad], without encoder offsets."""
         self.current = np.array(position, dtype=float)
 
     def advance(self, target: FloatArray) -> Iterator[FloatArray]:
         """(n,) [rad] setpoints of true angles, one per physics step of this control period."""
         target = np.minimum(np.maximum(target, self._lower), self._upper)
         for leader, follower in self._coupled:
-            target[follower] = target[leader]  # the shared motor follows the leader
+            target[follower] = target[leader]  # the shared motor follows the leader's target
         change = np.minimum(np.maximum(target - self.current, -self._stride), self._stride)
         setpoints = self.current + self._zero + self._shares * change
         self.current = self.current + change
@@ -49,17 +60,22 @@ class Setpoints:
 
 
 class TorqueLimits:
-    """The largest torque that each motor can put out now.
+    """Largest torque of each motor at its present speed.
 
     A driving motor has `fraction * stall * strength * (1 - |w|/w0)`, a braking one the whole
-    standstill torque. Of joints that share a motor the leader has all of it, the followers none.
+    standstill torque. Of joints that share a motor the leader has all torque, the followers none.
+
+    Attributes:
+        standstill: (n,) [N m] limit at standstill.
+        loss: (n,) [N m s/rad] loss of torque with speed while driving.
+        top_speed: (n,) [rad/s] speed at which no torque is left to drive.
     """
 
     def __init__(self, robot: RobotDescription, plant: Plant, individual: Individual) -> None:
+        """Motor facts of `robot`, motor model of `plant`, motor strength of `individual`."""
         motors = [robot.motors[joint] for joint in robot.joint_names]
         factor = plant.motor.torque_fraction * individual.motor_strength
         self.standstill: FloatArray = factor * np.array([motor.stall_torque for motor in motors])
-        """(n,) [N m]."""
         for _, follower in robot.coupled_joints:
             self.standstill[robot.index(follower)] = 0.0
         self._whole = self.standstill.copy()
@@ -67,13 +83,11 @@ class TorqueLimits:
         self._line = plant.motor.torque_speed_line
         self._inverse_no_load_speed = 1.0 / no_load_speed
         self.loss: FloatArray = self.standstill / no_load_speed * self._line
-        """(n,) [N m s/rad] of torque lost with speed while driving."""
         self._laws = tuple(zip(self.standstill.tolist(), self.loss.tolist(), strict=True))
         self.top_speed: FloatArray = no_load_speed if self._line else np.full(len(motors), np.inf)
-        """(n,) [rad/s] that no motor can drive a joint beyond."""
 
     def weaken(self, share: FloatArray) -> None:
-        """From now on the motors have these shares (n,) of their torque, 0 to 1."""
+        """Leave the motors these shares (n,) of their torque from now on, 0 to 1."""
         self.standstill[:] = share * self._whole
         self.loss[:] = self.standstill * self._inverse_no_load_speed * self._line
         self._laws = tuple(zip(self.standstill.tolist(), self.loss.tolist(), strict=True))
@@ -88,9 +102,12 @@ class TorqueLimits:
     def now(
         self, velocity: FloatArray, torque: FloatArray, wanted_velocity: FloatArray
     ) -> FloatArray:
-        """(n,) [N m]; a motor that slows its joint, or is about to, is braking.
+        """Limit of each motor (n,) [N m]; a motor that slows its joint, or is about to, brakes.
 
-        Args: (n,) joint velocity [rad/s], last motor torque [N m], velocity the servo aims at.
+        Args:
+            velocity: (n,) joint velocity [rad/s].
+            torque: (n,) last motor torque [N m].
+            wanted_velocity: (n,) [rad/s] that the servo demands.
         """
         if not self._line:
             return self.standstill
@@ -100,9 +117,12 @@ class TorqueLimits:
     def saturated(
         self, velocity: FloatArray, torque: FloatArray, share: float | FloatArray
     ) -> int:
-        """How many motors put out more than `share` of what they can at most, the way they push.
+        """Number of motors whose torque exceeds a share of their limit.
 
-        Args: (n,) joint velocity [rad/s] and motor torque [N m]; the share for all or for each.
+        Args:
+            velocity: (n,) joint velocity [rad/s].
+            torque: (n,) motor torque [N m].
+            share: of the limit, for all motors or (n,) for each.
         """
         count = 0
         shares = [share] * len(self._laws) if isinstance(share, float) else share.tolist()
@@ -118,7 +138,7 @@ class TorqueLimits:
     def span(self, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest torque (n,) [N m] at `velocity` (n,) [rad/s].
 
-        The same limits as `now`: a motor drives where torque and velocity have one sign.
+        The same limits as `now`: a motor drives if its torque and velocity have the same sign.
         """
         most, lost = self.standstill, self.loss * velocity
         return np.clip(-most - lost, -most, 0.0), np.clip(most - lost, 0.0, most)

@@ -1,7 +1,4 @@
-"""Sensor models: encoders, gyro, accelerometer and sole load, made from true states.
-
-Joint angles as the robot reads them.
-"""
+"""Encoders, gyro and accelerometer, from true states. No sensor measures the orientation."""
 
 import math
 
@@ -16,9 +13,10 @@ from sim_bridge.plant import Plant
 
 
 class Encoders:
-    """One encoder per joint, with its zero error, in steps."""
+    """One encoder per joint, with an offset and a resolution."""
 
     def __init__(self, plant: Plant, individual: Individual) -> None:
+        """Resolution of `plant`, offsets of `individual`."""
         self._zero = individual.joint_zero
         bits = plant.sensors.encoder_bits
         self._step = 2.0 * math.pi / 2**bits if bits else 0.0
@@ -34,12 +32,20 @@ class Encoders:
 
 
 class SensorModel:
-    """Samples the sensors once per control period. No sensor measures orientation."""
+    """Samples the sensors once per control period."""
 
     def __init__(
         self, plant: Plant, individual: Individual, body: Body, noise_seed: int, period: float
     ) -> None:
-        """Args: period [s] between two samples."""
+        """Prepare the sensors.
+
+        Args:
+            plant: noise, ranges and resolution.
+            individual: offsets, biases and the mounting of the IMU.
+            body: place of the IMU in the torso.
+            noise_seed: of the noise.
+            period: [s] between two samples.
+        """
         self._sensors = plant.sensors
         self._encoders = Encoders(plant, individual)
         self._rate = 1.0 / period
@@ -57,12 +63,12 @@ class SensorModel:
         self._quaternion = np.zeros(4)
 
     def reset(self) -> None:
-        """Forget the past; the noise starts over, so that a run can be repeated."""
+        """Forget earlier samples and restart the noise, so that a run can be repeated."""
         self._noise = np.random.default_rng(self._noise_seed)
         self._position = None
 
     def sample(self, stamp: int, state: TrueState) -> SensorFrame:
-        """The frame of this instant [ns]; to be called once per period."""
+        """Sample all sensors at `stamp` [ns]; call it once per period."""
         position = self._encoders.read(state.joint_position)
         first = self._position is None
         before = position if self._position is None else self._position
@@ -86,7 +92,7 @@ class SensorModel:
     def _accelerometer(
         self, state: TrueState, spin: Point3, noise: list[float], first: bool
     ) -> Point3:
-        """Mean specific force since the last sample, at the place of the IMU."""
+        """Mean specific force at the IMU since the last sample."""
         sensors, rate, quaternion = self._sensors, self._rate, state.torso_rotation
         torso = as_rotation(state.torso_matrix)
         x, y, z = rotate(torso, cross(spin, self._imu_position))
@@ -96,7 +102,7 @@ class SensorModel:
         if not first:
             (x, y, z), (vx, vy, vz) = velocity, self._imu_velocity
             force = (x - vx) * rate, (y - vy) * rate, (z - vz) * rate + self._gravity
-            torso = rotation_halfway(self._quaternion, quaternion)  # the axes turn meanwhile
+            torso = rotation_halfway(self._quaternion, quaternion)
         self._imu_velocity, self._quaternion = velocity, quaternion
         felt = rotate_back(self._imu_in_torso, rotate_back(torso, force))
         return self._mounted(
@@ -104,14 +110,22 @@ class SensorModel:
         )
 
     def _mounted(self, reading: Point3) -> Point3:
-        """From the IMU's axes to the torso's, using the nominal IMU mounting."""
+        """From the IMU's axes to the torso's, by the nominal mounting."""
         return reading if self._mount is None else rotate(self._mount, reading)
 
 
 def _read(
     true: Point3, bias: list[float], noise: list[float], sigma: float, limit: float | None
 ) -> Point3:
-    """What a sensor with a bias, noise of the deviation `sigma` and a range +- `limit` reads."""
+    """Reading of a sensor.
+
+    Args:
+        true: true values.
+        bias: constant errors.
+        noise: standard normal samples.
+        sigma: standard deviation of the noise.
+        limit: readings are clipped to +- this; None = no limit.
+    """
     (x, y, z), (bx, by, bz), (nx, ny, nz) = true, bias, noise
     reading = x + bx + nx * sigma, y + by + ny * sigma, z + bz + nz * sigma
     if limit is None or (max(reading) <= limit and min(reading) >= -limit):

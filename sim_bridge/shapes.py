@@ -1,4 +1,4 @@
-"""Shapes of the links: boxes, spheres and cylinders, as a URDF has them."""
+"""Shapes of the links: boxes, spheres and cylinders of a URDF."""
 
 import dataclasses
 import math
@@ -13,22 +13,25 @@ from nao_lipm_gait.types import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A primitive, placed in the frame of its link."""
+    """A primitive in the frame of its link.
+
+    Attributes:
+        kind: `box`, `sphere` or `cylinder`.
+        size: [m] box: edges x, y, z; sphere: radius; cylinder: radius, length along z.
+        position: (3,) [m] of its centre.
+        rotation: (3, 3), shape to link.
+        color: red, green, blue, alpha; for pictures.
+    """
 
     kind: str
-    """`box` (size x y z), `sphere` (radius), `cylinder` (radius, length along z)."""
     size: tuple[float, ...]
-    """[m]."""
     position: FloatArray
-    """(3,) [m]."""
     rotation: FloatArray
-    """(3, 3)."""
     color: tuple[float, ...] = (0.8, 0.8, 0.8, 1.0)
-    """Red, green, blue, alpha; only seen in pictures."""
 
 
 def read_colors(tree: ET.Element) -> dict[str, tuple[float, ...]]:
-    """Name of a material -> red, green, blue, alpha."""
+    """Red, green, blue, alpha by name of the material."""
     colors = {}
     for material in tree.iter("material"):
         color = material.find("color")
@@ -41,7 +44,14 @@ def read_colors(tree: ET.Element) -> dict[str, tuple[float, ...]]:
 def read_shapes(
     link: ET.Element, tag: str, placement: pin.SE3, colors: dict[str, tuple[float, ...]]
 ) -> list[Shape]:
-    """The primitives among the shapes of a link; meshes are left out."""
+    """Read the primitives of a link; meshes are left out.
+
+    Args:
+        link: element of the URDF.
+        tag: `collision` or `visual`.
+        placement: of the link in the frame in which the shapes are wanted.
+        colors: by name of the material.
+    """
     shapes = []
     for element in link.findall(tag):
         geometry = element.find("geometry")
@@ -71,7 +81,7 @@ def read_shapes(
 
 
 def half_height(shape: Shape, up: FloatArray) -> float:
-    """[m] from the middle of a shape down to its lowest point; `up` in the axes of the shape."""
+    """[m] from the centre of a shape to its lowest point; `up` (3,) is in the axes of the shape."""
     if shape.kind == "sphere":
         return shape.size[0]
     if shape.kind == "box":

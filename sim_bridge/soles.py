@@ -1,7 +1,8 @@
-"""Where the soles touch the floor, and how softly: the robot's own, and two for rough ground.
+"""Contact points of the soles and their stiffness.
 
-The second paper's designs (its Fig. 7): leaf springs along the sides of the foot, which touch at
-their tips, and a long narrow foot on a sponge. Their stiffness is not given; it is chosen here.
+Beside the robot's own soles there are the second paper's two designs for rough ground (its Fig. 7):
+leaf springs along the sides of the foot, which touch at their tips, and a long narrow foot on a
+sponge. The paper does not give their stiffness; it is chosen here.
 """
 
 from collections.abc import Mapping
@@ -17,25 +18,28 @@ from sim_bridge.terrain import is_uneven
 SPONGE_LENGTH, SPONGE_WIDTH = 0.206, 0.050
 """[m] as published."""
 STIFFNESS: Mapping[str, float | None] = {"own": None, "spring": 3e3, "sponge": 3e3}
-"""[N/m] of a sole at one corner, in series with the floor; chosen: 1.3 mm under standing Bruno."""
+"""[N/m] of a sole at one corner, in series with the floor; chosen: 1.3 mm under Bruno."""
 ROWS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
-"""Shares of the length and"""
+"""Contact points of a flat sole on uneven ground along its length, as shares of it."""
 COLUMNS = (0.0, 0.5, 1.0)
-"""of the width where a flat sole may meet a plate."""
+"""Contact points of a flat sole on uneven ground across its width, as shares of it."""
 
 
 @dataclass(frozen=True, slots=True)
 class SolePoints:
-    """The left sole in its frame, x y [m]; the right one is its mirror image."""
+    """The left sole in its frame; the right one is its mirror image.
+
+    Attributes:
+        corners: x, y [m]: front-inner, front-outer, rear-outer, rear-inner.
+        points: x, y [m] of the contact points.
+    """
 
     corners: tuple[Point2, ...]
-    """Front-inner, front-outer, rear-outer, rear-inner."""
     points: tuple[Point2, ...]
-    """What touches."""
 
 
 def corner_points(robot: RobotDescription) -> SolePoints:
-    """The robot's own soles on a level floor, where only the corners matter."""
+    """The robot's own soles on a level floor, which touch at the corners."""
     return SolePoints(robot.sole_corners, robot.sole_corners)
 
 
@@ -43,7 +47,7 @@ def sole_points(plant: Plant, robot: RobotDescription) -> SolePoints:
     """The soles of this plant; on uneven ground a flat sole also touches between its corners.
 
     Raises:
-        NaoGaitError: something soft on a rigid floor.
+        NaoGaitError: a soft sole or a carpet on a rigid floor.
     """
     if plant.contact.rigid and _soft(plant):
         raise NaoGaitError(
@@ -68,8 +72,8 @@ def sole_points(plant: Plant, robot: RobotDescription) -> SolePoints:
 def contact_of(plant: Plant, individual: Individual, count: int) -> tuple[float, float]:
     """Stiffness [N/m] and damping [N s/m] of one of the `count` points of a sole.
 
-    Floor, carpet and sole are springs in series; all points together are as stiff and damped as the
-    four corners of which the plant speaks.
+    Floor, carpet and sole are springs in series. All points of a sole together are as stiff and
+    damped as the four corners for which the plant gives the values.
     """
     stiffness = plant.contact.stiffness * individual.stiffness_scale
     for spring in _soft(plant):
@@ -79,14 +83,14 @@ def contact_of(plant: Plant, individual: Individual, count: int) -> tuple[float,
 
 
 def _soft(plant: Plant) -> list[float]:
-    """[N/m] of what gives way besides the floor, at one corner."""
+    """[N/m] of sole and carpet at one corner, as far as they are soft."""
     sole = plant.sole.stiffness or STIFFNESS[plant.sole.kind]
     carpet = plant.terrain.carpet_stiffness if plant.terrain.kind == "carpet" else None
     return [spring for spring in (sole, carpet) if spring is not None]
 
 
 def _sponge(corners: tuple[Point2, ...]) -> tuple[Point2, ...]:
-    """From the same heel forward, about the same middle."""
+    """Corners of the sponge: from the same heel forward, on the same centre line."""
     rear = min(x for x, _ in corners)
     middle = 0.5 * (min(y for _, y in corners) + max(y for _, y in corners))
     front, inner, outer = rear + SPONGE_LENGTH, middle - SPONGE_WIDTH / 2, middle + SPONGE_WIDTH / 2

@@ -1,7 +1,7 @@
-"""What lies on the floor: hexagonal plates of different height, a ramp, steps.
+"""Uneven ground: hexagonal plates of different height, a ramp, steps.
 
-Pure geometry, the same for every engine. The field is ahead of the robot, from `start` on in x and
-symmetric in y. It is made of upright prisms with a flat top, all convex.
+Pure geometry, the same in every engine. The field begins at x = `start` in front of the robot and
+is symmetric in y. It consists of convex upright prisms with a flat top.
 """
 
 import math
@@ -14,32 +14,35 @@ from nao_lipm_gait.types import FloatArray
 from sim_bridge.plant import Terrain
 
 LEVELS = 4
-"""Heights of the hexagons, evenly from the floor to the highest; chosen: the numbers of the paper's
-figure are not in its text."""
+"""Number of different heights of the hexagons, evenly spaced from the floor up; chosen, because the
+paper does not give them."""
 FOUNDATION = 0.05
-"""[m] that a prism reaches below the floor, so that nothing is pushed out downwards."""
+"""[m] by which a prism reaches below the floor, so that no contact pushes downwards."""
 
 _SEAM = 1e-12
-"""[m^2] of rounding: a point on a seam belongs to both sides."""
+"""[m^2] rounding tolerance: a point on an edge belongs to both prisms."""
 
 _LIGHTEST = 0.02
-"""[m] from which on a prism is lightest in pictures."""
+"""[m] height from which on a prism has its lightest colour."""
 _LOW, _HIGH = (0.25, 0.32, 0.42), (1.0, 0.72, 0.25)
-"""Red, green, blue."""
+"""Colours of the lowest and the highest prisms: red, green, blue."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prism:
-    """A convex outline with a flat top."""
+    """An upright prism with a convex outline and a flat top.
+
+    Attributes:
+        outline: (k, 2) [m] in the world, counter-clockwise.
+        top: (k,) [m] height at each corner; all in one plane.
+    """
 
     outline: FloatArray
-    """(k, 2) [m] in the world, counter-clockwise."""
     top: FloatArray
-    """(k,) [m] height over each corner; all in one plane."""
 
     @property
     def vertices(self) -> FloatArray:
-        """(2 k, 3) [m] in the world: the bottom, then the top."""
+        """(2 k, 3) [m] in the world: first the bottom, then the top."""
         count = len(self.outline)
         bottom = np.column_stack((self.outline, np.full(count, -FOUNDATION)))
         return np.vstack((bottom, np.column_stack((self.outline, self.top))))
@@ -56,7 +59,7 @@ class Prism:
         return (*top, *bottom, *sides)
 
     def height_at(self, x: float, y: float) -> float | None:
-        """[m] of its top over a point; None beside it."""
+        """[m] height of its top at a point; None outside of its outline."""
         ahead = np.roll(self.outline, -1, axis=0) - self.outline
         to = np.array((x, y)) - self.outline
         if (ahead[:, 0] * to[:, 1] - ahead[:, 1] * to[:, 0] < -_SEAM).any():
@@ -74,12 +77,12 @@ class Prism:
 
 
 def is_uneven(terrain: Terrain) -> bool:
-    """Whether the ground has any prisms."""
+    """Whether prisms rise above the floor."""
     return terrain.kind in ("hexagons", "ramp", "steps")
 
 
 def prisms(terrain: Terrain, seed: int) -> tuple[Prism, ...]:
-    """Everything that rises above the floor; `seed` (from -1) of the robot whose field it is."""
+    """All prisms that rise above the floor; `seed` (from -1) draws their heights."""
     if terrain.kind == "hexagons":
         return tuple(prism for prism in hexagons(terrain, seed) if prism.top[0] > 0.0)
     third, h = terrain.length / 3.0, terrain.height
@@ -95,10 +98,10 @@ def prisms(terrain: Terrain, seed: int) -> tuple[Prism, ...]:
 
 
 def hexagons(terrain: Terrain, seed: int) -> tuple[Prism, ...]:
-    """All plates that lie in the field with some part, those of height 0 too.
+    """All plates that overlap the field, including those of height 0.
 
     Rows of hexagons along x whose flats touch; each height is one of `LEVELS`, equally likely.
-    Those at the rim are whole, so the plates stick out of the field by up to their radius.
+    Plates at the rim are whole, so they extend beyond the field by up to their radius.
     """
     rng = np.random.default_rng([seed + 1, crc32(b"terrain")])
     radius = terrain.plate / math.sqrt(3.0)

@@ -1,4 +1,4 @@
-"""The body of one individual as a URDF, for engines that load URDF files."""
+"""The body of one individual as a URDF, for an engine that reads files."""
 
 import dataclasses
 import xml.etree.ElementTree as ET
@@ -14,10 +14,16 @@ from sim_bridge.shapes import Shape
 def simulation_urdf(
     body: Body, *, visual: bool = False, shoes: tuple[Shape, ...] = ()
 ) -> str:
-    """The body as a URDF of revolute joints; the contact points of a sole are a massless link, and
-    so are shapes in the foot links that only a ball meets, `<sole>_shoe`.
+    """The body as a URDF of revolute joints.
 
-    Inertias are given about their principal axes, so that no engine has to rotate them.
+    The contact points of a sole are a massless link. Inertias are given about their principal axes,
+    so that no engine has to rotate them.
+
+    Args:
+        body: the body.
+        visual: with visual shapes.
+        shoes: left, right: shapes in the foot links that only a ball meets; they become the
+            massless links `<sole>_shoe`. Empty = none.
     """
     robot = ET.Element("robot", name="simulated")
     for link in body.links:
@@ -34,7 +40,7 @@ def simulation_urdf(
         if link.joint:
             joint = _write_joint(robot, link.joint, "revolute", link)
             ET.SubElement(joint, "axis", xyz=_text(link.axis))
-            # the engines take torque and speed from the plant, not from here
+            # Torque and speed limits come from the plant.
             ET.SubElement(
                 joint,
                 "limit",
