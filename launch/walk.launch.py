@@ -34,6 +34,7 @@ ARGUMENTS = (
     ("real_time_factor", float, ("sim_bridge",), "speed; 0 = as fast as possible (1.0)"),
     ("lockstep", bool, ("sim_bridge",), "physics waits for the gait: deterministic (false)"),
     ("ball", bool, ("sim_bridge",), "a ball on the floor (false)"),
+    ("publish_clock", bool, ("sim_bridge",), "false for all but one of several robots (true)"),
     ("start_state", str, ("sim_bridge",), "how the robot starts (stand)"),
     ("push_duration", float, ("sim_bridge",), "how long a push acts [s] (0.1)"),
     ("preset", str, ("gait",), "gait parameters: shipped name or YAML file (default)"),

@@ -35,6 +35,7 @@ from sim_bridge.plant import load_plant
 from sim_bridge.robot import Reading
 from sim_bridge.ros import parameters
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
+from sim_bridge.ros.monitors import PublisherMonitor
 from sim_bridge.ros.parameters import NODE_PARAMETERS
 from sim_bridge.world import World
 
@@ -97,7 +98,9 @@ class BridgeNode(Node):
         )
 
     def _make_publishers(self) -> None:
-        self._clock_topic = self.create_publisher(Clock, "/clock", 10)
+        self._clock_topic = None
+        if of_type(declare(self, parameters.PUBLISH_CLOCK), bool):
+            self._clock_topic = self.create_publisher(Clock, "/clock", 10)
         self._imu = self.create_publisher(Imu, "imu/data", _RELIABLE)
         self._joint_states = self.create_publisher(JointState, "joint_states", _RELIABLE)
         self._wrenches = tuple(
@@ -111,6 +114,14 @@ class BridgeNode(Node):
             self._ball = self.create_publisher(PointStamped, "ground_truth/ball", _RELIABLE)
         description = self.create_publisher(String, "robot_description", _LATCHED)
         description.publish(String(data=self._robot.urdf))
+        advice = {
+            self._joint_states.topic_name: "is there another robot? Use another namespace or "
+            "ROS_DOMAIN_ID"
+        }
+        if self._clock_topic is not None:
+            advice["/clock"] = "is there another simulator? Set publish_clock:=false for one of them"
+        self._publisher_monitor = PublisherMonitor(advice)
+        self._watched_topics = tuple(advice)
 
     def _make_subscriptions(self) -> None:
         # Reliable in lockstep, where a lost command would stop the world.
@@ -141,7 +152,8 @@ class BridgeNode(Node):
         """Step the world by one control period and publish the clock, sensors and ground truth."""
         self._world.step()
         now = self._world.time
-        self._clock_topic.publish(self._truths.clock(now))
+        if self._clock_topic is not None:
+            self._clock_topic.publish(self._truths.clock(now))
         reading = self._world.robot.read()
         if reading is not None and reading is not self._sent and now >= self._silent_until:
             self._sent = reading
@@ -171,6 +183,12 @@ class BridgeNode(Node):
             f"lockstep: no joint_command with header.stamp {stamp:.3f} s for {waited:.0f} s; "
             f"{subscribers} subscriber(s) on joint_states"
         )
+
+    def check_publishers(self) -> None:
+        """Log topics of this bridge on which others publish too."""
+        counts = {topic: self.count_publishers(topic) for topic in self._watched_topics}
+        for message in self._publisher_monitor.update(counts):
+            self.get_logger().warning(message)
 
     def _send(self, reading: Reading) -> None:
         # The IMU goes first: the joint state of the same stamp starts a tick of the gait.

@@ -28,7 +28,10 @@ PUSH_DURATION = node_parameter(
     "push_duration", 0.1, "duration of a push (simulated time)", "s", 0.002, 10.0
 )
 BALL = node_parameter("ball", False, "a ball on the floor, 0.5 m in front of the start")
+PUBLISH_CLOCK = node_parameter(
+    "publish_clock", True, "publish /clock; false for all but one of several robots"
+)
 NODE_PARAMETERS = (
     URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
-    PUSH_DURATION, BALL,
+    PUSH_DURATION, BALL, PUBLISH_CLOCK,
 )  # fmt: skip

@@ -7,6 +7,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from nao_lipm_gait.ros.process import StopRequest
+from sim_bridge.ros.monitors import WINDOW, SpeedMonitor
 from sim_bridge.ros.node import BridgeNode
 
 BACKLOG = 0.2
@@ -20,8 +21,6 @@ stands still meanwhile, so a rule in simulated time cannot decide this."""
 REPORT = 3.0
 """[s] of wall time without an answer after which lockstep logs a warning; each next one comes after
 ten times as long."""
-WINDOW = 2.0
-"""[s] of wall time over which the speed of the simulation is measured."""
 _SECOND = 1_000_000_000
 
 
@@ -75,69 +74,25 @@ class Pacer:
         return self._start + round(self._steps * self._wall_period)
 
 
-class SpeedMonitor:
-    """Reports when the simulation becomes slower than asked, much slower, and fast enough again."""
-
-    SLOW, WORSE, RECOVERED = 0.95, 0.7, 0.99
-    """Share of the speed below which it is slow; share of the reported share below which it is
-    reported again; share from which on it has recovered, after `CALM` windows."""
-    CALM = 3
-
-    def __init__(self, factor: float, now: int) -> None:
-        """Start at `now` [ns] of wall time; `factor` is the requested speed."""
-        self._factor = factor
-        self._window_start = now
-        self._lost = 0
-        self._reported: float | None = None
-        self._slow_since = now
-        self._calm_windows = 0
-
-    def update(self, now: int, lost: int) -> str | None:
-        """A message if the speed has changed.
-
-        Args:
-            now: wall time [ns].
-            lost: [ns] of wall time given up so far, as of `Pacer`.
-        """
-        elapsed = now - self._window_start
-        if elapsed < WINDOW * _SECOND:
-            return None
-        share = 1.0 - (lost - self._lost) / elapsed
-        self._window_start, self._lost = now, lost
-        if self._reported is None:
-            if share >= self.SLOW:
-                return None
-            self._reported, self._slow_since, self._calm_windows = share, now - elapsed, 0
-            return self._text(share)
-        if share < self.WORSE * self._reported:
-            self._reported, self._calm_windows = share, 0
-            return self._text(share)
-        self._calm_windows = self._calm_windows + 1 if share >= self.RECOVERED else 0
-        if self._calm_windows < self.CALM:
-            return None
-        self._reported = None
-        slow = (now - self._slow_since) * 1e-9
-        return f"real_time_factor {self._factor:g} is reached again, after {slow:.0f} s"
-
-    def _text(self, share: float) -> str:
-        reached = share * self._factor
-        return f"slower than real_time_factor {self._factor:g}: {reached:.2g} is reached"
-
-
 def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:
     """Step physics when it is due and serve callbacks in between, until a stop is requested."""
     if not isinstance(node, BridgeNode):
         raise TypeError(type(node).__name__)
     pacer = Pacer(node.control_period, node.factor)
     speed = SpeedMonitor(node.factor, time.monotonic_ns())
+    check_at = 0
     while not stop:
         if not serve_until_due(node, executor, stop, pacer):
             return
         node.advance()
         pacer.stepped()
-        message = speed.update(time.monotonic_ns(), pacer.lost)
+        now = time.monotonic_ns()
+        message = speed.update(now, pacer.lost)
         if message is not None:
             node.get_logger().warning(message)
+        if now >= check_at:
+            check_at = now + round(WINDOW * _SECOND)
+            node.check_publishers()
 
 
 def serve_until_due(

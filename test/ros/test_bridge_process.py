@@ -213,3 +213,24 @@ def test_reset_stands_the_robot_up_and_the_clock_goes_on(probe: Probe):
     assert now.z > 0.26
     assert math.hypot(now.x - start.x, now.y - start.y) < 0.03
     assert set(np.diff([stamp(m) for m in robot.odometry])) == {PERIOD}
+
+
+def test_another_publisher_of_its_topics_is_reported_until_it_is_gone(probe: Probe):
+    bridge = probe.start("sim_bridge", engine="mujoco")
+    joints = probe.subscribe(JointState, "joint_states")
+    probe.wait(lambda: joints, "joint_states")
+    other = probe.node.create_publisher(JointState, "joint_states", 10)
+    clock = probe.node.create_publisher(Clock, "/clock", 10)
+    probe.wait(lambda: bridge.says("2 publishers on /joint_states"), "a warning")
+    probe.wait(lambda: bridge.says("2 publishers on /clock.*publish_clock:=false"), "a warning")
+    for publisher in (other, clock):
+        probe.node.destroy_publisher(publisher)
+    probe.wait(lambda: bridge.says("one publisher on /joint_states again"), "its end")
+    assert len(re.findall("2 publishers on", bridge.log)) == 2, "each is said once"
+
+
+def test_robot_beside_the_one_that_publishes_the_clock(probe: Probe):
+    probe.start("sim_bridge", engine="mujoco", publish_clock=False)
+    joints = probe.subscribe(JointState, "joint_states")
+    probe.wait(lambda: joints, "joint_states")
+    assert probe.node.count_publishers("/clock") == 0

@@ -7,15 +7,8 @@ from typing import Any
 
 import pytest
 
-from sim_bridge.ros.stepping import (
-    BACKLOG,
-    RELEASE,
-    RESEND,
-    WINDOW,
-    Pacer,
-    SpeedMonitor,
-    serve_until_due,
-)
+from sim_bridge.ros.monitors import WINDOW, PublisherMonitor, SpeedMonitor
+from sim_bridge.ros.stepping import BACKLOG, RELEASE, RESEND, Pacer, serve_until_due
 
 MS = 1_000_000
 SECOND = 1_000_000_000
@@ -107,6 +100,26 @@ def test_recovery_is_reported_once_it_lasts() -> None:
     said = messages([0.5, 1.0, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5])
     assert [index for index, _ in said] == [0, 5, 7]
     assert said[1][1] == "real_time_factor 1 is reached again, after 12 s"
+
+
+# -- other publishers ------------------------------------------------------------------------------
+
+
+def test_another_publisher_is_reported_when_it_comes_and_when_it_goes() -> None:
+    monitor = PublisherMonitor({"/clock": "set publish_clock:=false", "joint_states": "rename"})
+    said = [
+        monitor.update({"/clock": clock, "joint_states": joints})
+        for clock, joints in ((1, 1), (2, 1), (2, 1), (3, 2), (2, 2), (1, 2), (0, 1))
+    ]
+    assert said == [
+        [],
+        ["2 publishers on /clock; set publish_clock:=false"],
+        [],
+        ["3 publishers on /clock; set publish_clock:=false", "2 publishers on joint_states; rename"],
+        [],
+        ["one publisher on /clock again"],
+        ["one publisher on joint_states again"],
+    ]
 
 
 # -- lockstep --------------------------------------------------------------------------------------
