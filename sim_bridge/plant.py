@@ -264,6 +264,7 @@ def _sections(path: Path, above: tuple[Path, ...]) -> dict[str, dict[str, Any]]:
     keys = f"the keys base, {', '.join(_SECTIONS)}"
     if not isinstance(values, dict):
         raise NaoGaitError(f"plant {path}", values, f"a mapping of {keys}")
+    asked = dict(values)
     sections: dict[str, dict[str, Any]] = {}
     if "base" in values:
         sections = _sections(_base(path, values.pop("base"), above), (*above, path.resolve()))
@@ -273,7 +274,19 @@ def _sections(path: Path, above: tuple[Path, ...]) -> dict[str, dict[str, Any]]:
             raise NaoGaitError(where, options, f"one of {keys}")
         own = _SECTIONS[section].checked(options, where, partial=True)
         sections[section] = {**sections.get(section, {}), **own}
+    if "base" in asked and "friction" in (asked.get("contact") or {}):
+        _check_friction(
+            f"{path}: contact.friction", sections["contact"]["friction"],
+            sections.get("variation", {}).get("friction"),
+        )  # fmt: skip
     return sections
+
+
+def _check_friction(where: str, friction: float, drawn: tuple[float, float] | None) -> None:
+    """Refuse a friction that has no effect, because each individual draws its own."""
+    if drawn is not None:
+        allowed = "set variation.friction to null as well: each robot draws its friction from there"
+        raise NaoGaitError(where, friction, allowed)
 
 
 def _base(path: Path, base: Any, above: tuple[Path, ...]) -> Path:
@@ -306,13 +319,16 @@ def with_options(plant: Plant, options: Iterable[PlantOption]) -> Plant:
     """Replace some options of a plant; of an option given twice, the last value counts.
 
     Raises:
-        NaoGaitError: No plant has this option, or it cannot hold this value.
+        NaoGaitError: No plant has this option, it cannot hold this value, or it has no effect.
     """
+    options = tuple(options)
     for name, value in options:
         checked = _option(name).kind.check(name, value)
         section, _, key = name.partition(".")
         part = attrs.evolve(getattr(plant, section), **{key: checked})
         plant = attrs.evolve(plant, **{section: part})
+    if "contact.friction" in dict(options):
+        _check_friction("contact.friction", plant.contact.friction, plant.variation.friction)
     return plant
 
 

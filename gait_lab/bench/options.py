@@ -20,6 +20,7 @@ from typing import Any
 from gait_lab.trials.tasks import SPEED_TASKS
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
+from nao_lipm_gait.resources import names
 from sim_bridge.plant import PlantOption, option_text, parse_options
 
 _KEY = "option"
@@ -142,7 +143,9 @@ class BenchOptions:
         minimum=-1,
     )  # fmt: skip
     engine: str = option("pybullet", "physics engine: pybullet or mujoco", "E")
-    plant: str = option("reference", "shipped name (reference, ideal, worn) or YAML file", "P")
+    plant: str = option(
+        "reference", f"shipped name ({', '.join(names('plants'))}) or YAML file", "P"
+    )
     plant_options: tuple[PlantOption, ...] = option(
         (), "override one option of the plant, e.g. motor.play=0.035", "OPTION=VALUE",
         flags=("--plant-set",), parse=lambda text: parse_options([text])[0],

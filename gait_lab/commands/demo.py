@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from gait_lab.commands.terminal import say
+from nao_lipm_gait.resources import names
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -41,8 +42,9 @@ def add(parser: argparse.ArgumentParser) -> None:
                         help="the individual (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--robot", "--urdf", default="nao_h21_v33", metavar="NAME", dest="urdf",
                         help="shipped robot (nao_h21_v33, bruno) or a URDF file")  # fmt: skip
+    plants = ", ".join(names("plants"))
     parser.add_argument("--plant", default="reference", metavar="P",
-                        help="shipped name (reference, ideal, worn) or YAML file")  # fmt: skip
+                        help=f"shipped name ({plants}) or YAML file")  # fmt: skip
     parser.add_argument("--engine", default="pybullet", metavar="E",
                         help="physics engine: pybullet (default) or mujoco")  # fmt: skip
     parser.add_argument("--preset", default="default", metavar="NAME",

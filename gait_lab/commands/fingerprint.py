@@ -30,7 +30,8 @@ def run(arguments: argparse.Namespace) -> int:
     changed = _changed(before, found, engines)
     for key in changed:
         similar = key in found and key in before and found[key].is_same_walk(before[key])
-        note = " (but ends at the same place: perhaps another processor)" if similar else ""
+        cause = "another processor, or a small change of the walk"
+        note = f" (but ends within 2 cm and 2 deg: {cause})" if similar else ""
         say(f"changed: {key}{note}")
     say(f"{len(found)} reference rollouts, {len(changed)} changed")
     return EXIT_FAILED if changed else EXIT_OK

@@ -9,9 +9,17 @@ from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.stamp_faults import shifted
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.parameters import PARAMETERS
+from nao_lipm_gait.parameters import BY_NAME
 from nao_lipm_gait.runtime.diagnostics import PublisherCounts
 from nao_lipm_gait.runtime.inputs import TwistInput
+
+CHANGED = (
+    "pendulum_width", "pendulum_offset_y", "pendulum_shift_max", "com_height", "foot_spacing",
+    "torso_pitch", "swing_lift", "swing_travel_end", "step_forward_max", "step_side_max",
+    "step_turn_max", "feedback", "feedback_delay", "velocity_sigma", "offset_time", "heading_gain",
+    "gyro_pitch_gain", "tilt_roll_gain", "arm_swing", "walk", "stand_time", "fall_tilt",
+)  # fmt: skip
+"""Parameters that the fault `parameters` changes; a fixed list, so that a new one alters no run."""
 
 
 class GaitRestart(Fault):
@@ -145,7 +153,7 @@ class Parameters(Fault):
     def _changes(self, now: dict[str, float | bool | str]) -> dict[str, object]:
         changes: dict[str, object] = {}
         for _ in range(int(self.random.integers(1, 4))):
-            parameter = PARAMETERS[self.random.integers(len(PARAMETERS))]
+            parameter = BY_NAME[CHANGED[self.random.integers(len(CHANGED))]]
             value = now[parameter.name]
             kind = self.random.integers(4)
             if kind == 0:
