@@ -19,7 +19,7 @@ from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
 from nao_lipm_gait.motion.joints import BODY, joint_groups
 from nao_lipm_gait.motion.keyframes import Motion
 from nao_lipm_gait.motion.library import MotionLibrary
-from nao_lipm_gait.motion.scheduler import MotionScheduler
+from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.rate_limiter import RateLimiter
 from nao_lipm_gait.robot import RobotDescription
@@ -36,6 +36,7 @@ from nao_lipm_gait.types import (
     GaitState,
     GaitStatus,
     JointTargets,
+    Pose6,
     SensorFrame,
     VelocityCommand,
 )
@@ -109,6 +110,7 @@ class Gait:
         self._head.rest()
         self._last_command = STANDSTILL
         self._last_position: FloatArray | None = None
+        self._sent: FloatArray | None = None
         self._targets: BodyTargets | None = None
         self._stamp: int | None = None
         self._residual = 0.0
@@ -195,7 +197,7 @@ class Gait:
 
         # Head, joint limits.
         self._turn_head(position)
-        self._clip(position)
+        self._clip(position, frame)
         return JointTargets(frame.stamp, position)
 
     # -- parts of the tick -------------------------------------------------------------------------
@@ -285,10 +287,12 @@ class Gait:
         if not self._head.is_free:
             self._head.apply(position, self._estimator.torso_place, self._elapsed)
 
-    def _clip(self, position: FloatArray) -> None:
-        """Clip joint targets (n,) [rad] at the joint limits, in place."""
+    def _clip(self, position: FloatArray, frame: SensorFrame) -> None:
+        """Clip joint targets (n,) [rad] at the joint limits in angle and speed, in place."""
         self._clipped = self._limits.cut(position)
-        self._last_position = position
+        before = self._measured_position(frame) if self._sent is None else self._sent
+        self._limits.slow_down(position, before, self._elapsed)
+        self._last_position = self._sent = position
 
     def _motion_targets(self, frame: SensorFrame) -> JointTargets:
         """Targets of the running motion."""
@@ -299,7 +303,7 @@ class Gait:
         else:
             self._turn_head(targets.position)
         self._residual = 0.0
-        self._clip(targets.position)
+        self._clip(targets.position, frame)
         lowest = float(np.min(targets.stiffness))
         uniform = lowest == float(np.max(targets.stiffness))
         return JointTargets(
@@ -312,7 +316,8 @@ class Gait:
         self._residual = 0.0
         self._clipped = 0
         self._last_position = None
-        return JointTargets(frame.stamp, self._measured_position(frame), stiffness=0.0)
+        self._sent = self._measured_position(frame)
+        return JointTargets(frame.stamp, self._sent, stiffness=0.0)
 
     def _measured_position(self, frame: SensorFrame) -> FloatArray:
         """Measured joint angles (n,) [rad], clipped at the joint limits."""
@@ -400,6 +405,23 @@ class Gait:
     def state(self) -> GaitState:
         """Current mode."""
         return self._modes.state
+
+    @property
+    def torso_pose(self) -> Pose6:
+        """The torso in base_footprint: x, y, z [m], roll, pitch, yaw [rad]; after a tick only."""
+        return self._estimator.torso_place.in_footprint()
+
+    @property
+    def motion_waits(self) -> bool:
+        """A requested motion or get-up has not begun yet."""
+        motions = self._modes.motions
+        gets_up = motions.get_up_wanted and motions.attempts < ATTEMPTS
+        return motions.waiting is not None or gets_up
+
+    @property
+    def motion_ended(self) -> bool:
+        """No motion runs, or the last keyframe is held."""
+        return self._modes.motions.finished
 
     @property
     def status(self) -> GaitStatus:

@@ -3,14 +3,15 @@
 Without a goal the gait controls the head.
 """
 
-from math import cos, sin
+from math import asin, atan2, cos, sin
 from typing import NamedTuple
 
+from nao_lipm_gait.geometry import dot
 from nao_lipm_gait.head.gaze import neck_of
 from nao_lipm_gait.head.goals import Angles, Follow, Frame, Goal, Search
 from nao_lipm_gait.rate_limiter import limited_step
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point3, Pose2
+from nao_lipm_gait.types import FloatArray, Point3, Pose2, Pose6
 from nao_lipm_gait.whole_body.body_model import SolePose
 
 SPEED = 3.0
@@ -61,6 +62,20 @@ class TorsoPlace(NamedTuple):
         bx, by, yaw = self.base_footprint_in_odom
         dx, dy, c, s = point[0] - bx, point[1] - by, cos(yaw), sin(yaw)
         return self.from_footprint((c * dx + s * dy, c * dy - s * dx, point[2]))
+
+    def in_footprint(self) -> Pose6:
+        """The torso in base_footprint: x, y, z [m], roll, pitch, yaw [rad]."""
+        forward, left = self._ground_axes()
+        axes = (forward, left, self.up)  # of base_footprint, in the torso frame
+        middle = [
+            0.5 * (a + b)
+            for a, b in zip(self.left_sole.position, self.right_sole.position, strict=True)
+        ]
+        x, y, _ = (-sum(a * m for a, m in zip(axis, middle, strict=True)) for axis in axes)
+        # The lower sole is on the ground.
+        z = max(-dot(self.up, sole.position) for sole in (self.left_sole, self.right_sole))
+        pitch = asin(min(max(-self.up[0], -1.0), 1.0))
+        return x, y, z, atan2(self.up[1], self.up[2]), pitch, atan2(left[0], forward[0])
 
     def _ground_axes(self) -> tuple[Point3, Point3]:
         """Forward and left on the ground, in the torso frame: the mean heading of the soles."""

@@ -90,15 +90,14 @@ class MotionPlayer:
             after = np.array(wanted, dtype=float)
             needed = fastest(after - before, keyframe.interpolation, robot)
             time = max(keyframe.time, needed)
-            # The start of a joint that had no target yet is unknown: it begins at its target.
-            first = np.where(np.isnan(before), after, before)
             self._segments.append(
                 _Segment(
-                    first, after, begin, time, keyframe.interpolation,
+                    before, after, begin, time, keyframe.interpolation,
                     keyframe.stiffness, keyframe.support,
                 )
             )  # fmt: skip
-            before, begin = after, begin + time
+            # Joints that this keyframe does not move stay where they are.
+            before, begin = np.where(np.isnan(after), before, after), begin + time
         self.time = begin
         self._now = 0.0
         self._segment = 0

@@ -29,7 +29,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from nao_lipm_gait.geometry import compose, quaternion_from_rpy
 from nao_lipm_gait.runtime.diagnostics import Report
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
-from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2
+from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2, Pose6
 
 ODOM = "odom"
 BASE_FOOTPRINT = "base_footprint"
@@ -196,9 +196,13 @@ COMMAND_WRITERS: dict[str, type] = {  # by the value of command_interface
 
 
 class StatusWriter:
-    """Writes the status of a tick as odometry, transform and points. The messages are reused."""
+    """Writes the status of a tick as odometry, transforms and points. The messages are reused.
 
-    def __init__(self) -> None:
+    Args:
+        base_frame: The root link of the robot.
+    """
+
+    def __init__(self, base_frame: str = "base_link") -> None:
         self._odometry = Odometry()
         self._odometry.header.frame_id = ODOM
         self._odometry.child_frame_id = BASE_FOOTPRINT
@@ -210,6 +214,9 @@ class StatusWriter:
         self._transform = TransformStamped()
         self._transform.header.frame_id = ODOM
         self._transform.child_frame_id = BASE_FOOTPRINT
+        self._base = TransformStamped()
+        self._base.header.frame_id = BASE_FOOTPRINT
+        self._base.child_frame_id = base_frame
 
     def odometry(self, status: GaitStatus) -> Odometry:
         """Pose of base_footprint in odom, and its velocity in its own frame."""
@@ -233,6 +240,16 @@ class StatusWriter:
         message.transform.translation.y = y
         message.transform.rotation.z = math.sin(0.5 * yaw)
         message.transform.rotation.w = math.cos(0.5 * yaw)
+        return message
+
+    def base_transform(self, stamp: int, torso_pose: Pose6) -> TransformStamped:
+        """The transform from base_footprint to the root link; see `Gait.torso_pose`."""
+        x, y, z, roll, pitch, yaw = torso_pose
+        message = self._base
+        message.header.stamp = to_time(stamp)
+        translation, rotation = message.transform.translation, message.transform.rotation
+        translation.x, translation.y, translation.z = x, y, z
+        rotation.x, rotation.y, rotation.z, rotation.w = quaternion_from_rpy(roll, pitch, yaw)
         return message
 
     def point_in_q(self, point: Point3, stamp: int) -> PointStamped:

@@ -110,9 +110,10 @@ class GaitNode(Node):
         self._tick_count = 0
 
         self._command_writer = COMMAND_WRITERS[interface](self._robot.joint_names, period)
-        self._status_writer = StatusWriter()
+        self._status_writer = StatusWriter(self._robot.base_frame)
         self._make_publishers()
-        self._make_subscriptions(stamped)
+        self._stamped = stamped
+        self._make_subscriptions()
         self._make_services()
         known = frozenset({p.name for p in NODE_PARAMETERS} | set(BY_NAME))
         for name in unknown_overrides(self, known):
@@ -141,17 +142,21 @@ class GaitNode(Node):
             self._command_writer.message_type, "joint_command", 10
         )
         self._odom = self.create_publisher(Odometry, "odom", 10)
-        self._diagnostics = self.create_publisher(DiagnosticArray, "diagnostics", 10)
+        # Absolute: aggregators subscribe to this one topic, whatever the namespace of the node.
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._com_expected = self.create_publisher(PointStamped, "~/com_expected", 10)
         self._com_measured = self.create_publisher(PointStamped, "~/com_measured", 10)
         self._com_estimated = self.create_publisher(PointStamped, "~/com_estimated", 10)
         self._support_topic = self.create_publisher(String, "~/support", _LATCHED)
+        self._motion_result = self.create_publisher(String, "~/motion_result", _LATCHED)
         self._footsteps = self.create_publisher(MarkerArray, "~/footsteps", 10)
         self._transforms = _make_transform_broadcaster(self)
+        if self._transforms is None:
+            self.get_logger().info("tf2_ros is not installed: no transforms are published")
 
-    def _make_subscriptions(self, stamped: bool) -> None:
+    def _make_subscriptions(self) -> None:
         # The executor serves messages that are ready together in this order: IMU before joints.
-        kind = TwistStamped if stamped else Twist
+        kind = TwistStamped if self._stamped else Twist
         self._cmd_vel = self._subscribe(kind, "cmd_vel", twist_input, 10)
         self._subscribe(Imu, "imu/data", imu_input, qos_profile_sensor_data)
         self._joint_states = self._subscribe(
@@ -226,6 +231,8 @@ class GaitNode(Node):
             self._command.publish(self._command_writer.write(answer.targets))
             if answer.status is not None:
                 self._publish_status(answer.status)
+        for result in output.motion_results:
+            self._motion_result.publish(String(data=result))
         for line in output.log:
             self._log(line)
 
@@ -233,7 +240,12 @@ class GaitNode(Node):
         writer = self._status_writer
         self._odom.publish(writer.odometry(status))
         if self._transforms is not None:
-            self._transforms.sendTransform(writer.transform(status))
+            self._transforms.sendTransform(
+                [
+                    writer.transform(status),
+                    writer.base_transform(status.stamp, self._controller.torso_pose),
+                ]
+            )
         for publisher, point in (
             (self._com_expected, status.com_expected_in_q),
             (self._com_measured, status.com_measured_in_q),
@@ -280,17 +292,34 @@ class GaitNode(Node):
             cmd_vel=self.count_publishers(self._cmd_vel.topic_name),
             joint_states=self.count_publishers(self._joint_states.topic_name),
             joint_command=self.count_publishers(self._command.topic_name),
+            mismatched=self._mismatched_senders(),
         )
         self._publish(controller.run("diagnostics", partial(controller.note_publishers, counts)))
         status = controller.last_status
         self._diagnostics.publish(
             diagnostic_array(
-                self.get_name(),
+                self.get_fully_qualified_name().lstrip("/"),
                 self._robot.name,
                 None if status is None else status.stamp,
                 controller.reports(),
             )
         )
+
+
+    def _mismatched_senders(self) -> str:
+        """Senders of `cmd_vel` whose message type differs from ours, described; empty if none."""
+        stamped, unstamped = (
+            f"geometry_msgs/msg/{name}" for name in ("TwistStamped", "Twist")
+        )
+        ours = stamped if self._stamped else unstamped
+        for sender in self.get_publishers_info_by_topic(self._cmd_vel.topic_name):
+            if sender.topic_type != ours:
+                return (
+                    f"cmd_vel: got {sender.topic_type} from {sender.node_name}, which is not "
+                    f"received; allowed: {ours}, or set enable_stamped_cmd_vel to "
+                    f"{'false' if self._stamped else 'true'}"
+                )
+        return ""
 
 
 def _answer(

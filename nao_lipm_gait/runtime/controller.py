@@ -37,19 +37,21 @@ from nao_lipm_gait.runtime.diagnostics import (
     Level,
     LogLine,
     PublisherCounts,
+    PublisherWatch,
     Report,
     TickStatistics,
-    report_publishers,
     reports,
 )
 from nao_lipm_gait.runtime.frame_sync import FrameSync
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, finite, stamp_of
+from nao_lipm_gait.runtime.motion_requests import MotionRequests
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
 from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
 from nao_lipm_gait.runtime.target_guard import TargetGuard
 from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
 from nao_lipm_gait.types import (
     BUSY,
+    DOWN,
     GRAVITY,
     ON_THE_WAY,
     STANDSTILL,
@@ -57,6 +59,7 @@ from nao_lipm_gait.types import (
     GaitState,
     GaitStatus,
     JointTargets,
+    Pose6,
     SensorFrame,
 )
 
@@ -68,8 +71,11 @@ HELD_MAX = 5
 """Ticks in a row without usable targets, after which the gait restarts."""
 LOAD_ABSURD = 1e5
 """[N]"""
-OFF_RATE = 0.1
-"""Share by which the mean step of the stamps may differ from the control period."""
+OFF_RATE, RATE_AGAIN = 0.1, 0.05
+"""Share by which the mean step of the stamps may differ from the control period, and below which it
+is right again."""
+WAITING = 10.0
+"""[s] from the start without any joint state, after which it is a warning."""
 _CRASHES_MAX = 32
 
 
@@ -106,10 +112,12 @@ class Output(NamedTuple):
     Attributes:
         answers: The oldest first; two if a joint state completes the one before it.
         log: Lines for the log.
+        motion_results: What became of requested motions, as `name: outcome`.
     """
 
     answers: tuple[Answer, ...] = ()
     log: tuple[LogLine, ...] = ()
+    motion_results: tuple[str, ...] = ()
 
 
 class GaitController:
@@ -151,7 +159,12 @@ class GaitController:
         self._outage = SensorOutage(self._gait.mass, settings.imu_patience)
         self._velocity = VelocityInput(settings.cmd_vel_timeout)
         self._ticks = TickStatistics()
+        self._publishers = PublisherWatch(self._diagnostics, clock)
+        self._motions = MotionRequests()
         self._answers: list[Answer] = []
+        self._motion_results: list[str] = []
+        self._logged_state = GaitState.STAND
+        self._logged_timeout = False
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
         self._held = 0
@@ -170,6 +183,11 @@ class GaitController:
     def parameters(self) -> GaitParameters:
         """The last requested parameters; a walk applies them at its next support change."""
         return self._parameters
+
+    @property
+    def torso_pose(self) -> Pose6:
+        """The base link in base_footprint after the last tick; see `Gait.torso_pose`."""
+        return self._gait.torso_pose
 
     @property
     def needs_loads(self) -> bool:
@@ -209,9 +227,10 @@ class GaitController:
             self.unexpected += 1
             text = f"{topic}: {type(error).__name__}: {error}; message ignored"
             self._diagnostics.event(group, Level.ERROR, topic, text)
-        answers = tuple(self._answers)
+        answers, results = tuple(self._answers), tuple(self._motion_results)
         self._answers.clear()
-        return Output(answers, self._diagnostics.take_log())
+        self._motion_results.clear()
+        return Output(answers, self._diagnostics.take_log(), results)
 
     def _take(self, message: Input) -> None:
         if isinstance(message, JointInput):
@@ -228,6 +247,9 @@ class GaitController:
             command = read_velocity(message)
             # Its arrival counts, not its stamp: senders may use another clock than the sensors.
             self._velocity.receive(command, self._stamps.last)
+            if self._logged_timeout:
+                self._logged_timeout = False
+                self._diagnostics.log(Level.OK, "cmd_vel arrives again")
 
     def _take_joints(self, message: JointInput) -> None:
         stamp = stamp_of(message.sec, message.nanosec, "joint_states header.stamp")
@@ -241,10 +263,12 @@ class GaitController:
         else:
             sample = self._validation.read_joints(message, stamp)
         now = self._sensors_at = self._clock()
+        self._diagnostics.end("silence", "joint_states arrive")
         self._stamps.accept(stamp, step)
         if step is Step.REPEATED:
             self._answer_again(stamp)
-        elif step is Step.EARLY:
+            return
+        if step is Step.EARLY:
             self._answer_early(stamp)
         elif step in (Step.LATE, Step.DOUBTFUL):
             self._refuse(step, stamp)
@@ -266,22 +290,23 @@ class GaitController:
                 f"joint_states header.stamp: steps of {step:.4g} s on average; allowed: steps of "
                 f"control_period, {period:g} s; the walk runs {period / step:.2g} times as fast"
             )
-            self._diagnostics.event(SENSORS, Level.WARN, "rate", text)
+            self._diagnostics.begin(SENSORS, Level.WARN, "rate", text)
+        elif abs(step - period) < RATE_AGAIN * period:
+            self._diagnostics.end("rate", "joint_states arrive at the control period again")
 
     def _answer_again(self, stamp: int) -> None:
-        """Answer a repeated stamp: the sender missed the answer, or its IMU sample is missing.
-
-        Raises:
-            NaoGaitError: Always, to report the repeat.
-        """
+        """Answer a repeated stamp: the sender missed the answer, or its IMU sample is missing."""
         frame = self._sync.repeat(stamp)
         if frame is not None:
             self._tick(frame)
         elif self._last_targets is not None and self._last_targets.stamp == stamp:
             self._answers.append(Answer(self._last_targets))
-        raise NaoGaitError(
+        self._diagnostics.rejected["joint_states"] += 1
+        error = NaoGaitError(
             "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a later stamp"
         )
+        text = f"{error}; the answer is sent again"
+        self._diagnostics.event(SENSORS, Level.WARN, "repeated joint_states", text)
 
     def _answer_early(self, stamp: int) -> None:
         """Answer a stamp before the next tick is due: in lockstep the robot waits for it.
@@ -334,8 +359,12 @@ class GaitController:
             if self._gait.state in ON_THE_WAY:
                 self._gait.request_stand()
         else:
-            self._guard.restart()
-            self._gait.restart()
+            self._restart_gait()
+
+    def _restart_gait(self) -> None:
+        """Restart the gait; its next targets may be anywhere, and so may the robot be."""
+        self._gait.restart()
+        self._guard.restart()
 
     # -- the tick ----------------------------------------------------------------------------------
 
@@ -362,8 +391,41 @@ class GaitController:
             self._count_held(str(guarded.fault))
         else:
             self._held = 0
-            self.last_status = self._gait.status
-            self._answers.append(Answer(guarded.targets, self.last_status))
+            status = self.last_status = self._gait.status
+            self._answers.append(Answer(guarded.targets, status))
+            if status.state is not self._logged_state:
+                self._log_state(status)
+            result = self._motions.update(
+                status.state, status.motion, self._gait.motion_waits, self._gait.motion_ended
+            )
+            if result is not None:
+                self._report_motion(result)
+        if self._velocity.timed_out and not self._logged_timeout:
+            self._logged_timeout = True
+            timeout = self._settings.cmd_vel_timeout
+            text = f"no cmd_vel for {timeout:g} s: the robot stops"
+            self._diagnostics.log(Level.WARN, text)
+
+    def _log_state(self, status: GaitStatus) -> None:
+        """Log falls, get-ups and what else an operator must know of; steps of a walk are not."""
+        before, self._logged_state = self._logged_state, status.state
+        if status.state is GaitState.FALLEN:
+            failed = before is GaitState.GETTING_UP
+            text = "getting up has failed, relaxed" if failed else "fallen, relaxed"
+            self._diagnostics.log(Level.WARN, text)
+        elif status.state is GaitState.GETTING_UP:
+            self._diagnostics.log(Level.OK, f"getting up: {status.motion}")
+        elif status.state is GaitState.RELAXED:
+            self._diagnostics.log(Level.OK, "relaxed: no torque on the joints")
+        elif before is GaitState.GETTING_UP:
+            self._diagnostics.log(Level.OK, "stood up")
+        elif before in DOWN:
+            self._diagnostics.log(Level.OK, "upright, standing")
+
+    def _report_motion(self, result: str) -> None:
+        self._motion_results.append(result)
+        level = Level.OK if result.endswith(": done") else Level.WARN
+        self._diagnostics.log(level, f"motion {result}")
 
     def _count_held(self, fault: str) -> None:
         if len(self.crashes) < _CRASHES_MAX:
@@ -372,7 +434,7 @@ class GaitController:
         if self._held >= HELD_MAX:
             # The gait's internal state may be corrupt; standing does not depend on it.
             self._held = 0
-            self._gait.restart()
+            self._restart_gait()
 
     def _sensors_are_missing(self, stamp: int) -> bool:
         """Whether the robot must not walk in this tick; handles a fall and the end of an outage."""
@@ -383,11 +445,11 @@ class GaitController:
             self._gait.report_fall()
         # A fallen robot stays fallen until the IMU has shown for some time that it is upright.
         if outage.imu_returned and self._gait.state not in BUSY:
-            self._gait.restart()
-            self._guard.restart()
+            self._restart_gait()
         if outage.reason is None:
+            self._diagnostics.end("outage", "the sensors are complete again")
             return False
-        self._diagnostics.event(SENSORS, Level.ERROR, outage.key, outage.reason)
+        self._diagnostics.begin(SENSORS, Level.ERROR, "outage", outage.reason, outage.kind)
         return True
 
     def _acceleration_at_rest(self) -> FloatArray:
@@ -428,10 +490,22 @@ class GaitController:
         Raises:
             NaoGaitError: For a motion that is unknown or cannot begin here.
         """
-        if name.endswith(".yaml"):
-            self._gait.request_motion(load_motions(Path(name), self._gait.robot)[0])
-        else:
-            self._gait.request_motion(name)
+        try:
+            if name.endswith(".yaml"):
+                motion = load_motions(Path(name), self._gait.robot)[0]
+                self._gait.request_motion(motion)
+                name = motion.name
+            else:
+                self._gait.request_motion(name)
+        except NaoGaitError as error:
+            self._motion_results.append(self._motions.refuse(name, str(error)))
+            raise
+        self._follow_motion(name)
+
+    def _follow_motion(self, name: str) -> None:
+        replaced = self._motions.request(name)
+        if replaced is not None:
+            self._report_motion(replaced)
 
     def get_up(self) -> str:
         """Get up from the floor; describes what is going to happen.
@@ -440,6 +514,7 @@ class GaitController:
             NaoGaitError: If the robot does not lie.
         """
         self._gait.request_motion(GET_UP)
+        self._follow_motion(GET_UP)
         return "getting up once the robot has come to rest"
 
     def look(self, goal: Goal | None) -> None:
@@ -471,7 +546,7 @@ class GaitController:
         self._parameters = changed
         self._gait.set_parameters(changed)
         if needs_restart:
-            self._gait.restart()
+            self._restart_gait()
 
     # -- watching ----------------------------------------------------------------------------------
 
@@ -480,17 +555,19 @@ class GaitController:
         return self.run("watchdog", self._watch)
 
     def _watch(self) -> None:
+        self._diagnostics.watch()
         now = self._clock()
-        silent_since = self._started_at if self._sensors_at is None else self._sensors_at
-        patience = 4 * SILENCE if self._sensors_at is None else SILENCE
-        if now - silent_since > patience:
-            # Without sensors there are no commands; the robot holds the last targets.
-            text = f"no joint_states for {now - silent_since:.1f} s"
-            self._diagnostics.event(SENSORS, Level.ERROR, "silence", text)
+        if self._sensors_at is None:
+            if now - self._started_at > WAITING:
+                text = f"no joint_states in the first {WAITING:g} s; is a robot running?"
+                self._diagnostics.begin(SENSORS, Level.WARN, "silence", text)
+        elif now - self._sensors_at > SILENCE:
+            text = f"no joint_states for over {SILENCE:g} s: the robot holds its last targets"
+            self._diagnostics.begin(SENSORS, Level.ERROR, "silence", text)
 
     def note_publishers(self, counts: PublisherCounts) -> None:
-        """Report publishers that are one too many."""
-        report_publishers(counts, self._diagnostics)
+        """Report publishers that are one too many; to be called once per second."""
+        self._publishers.update(counts)
 
     def reports(self) -> tuple[Report, ...]:
         """The reports since the last call; to be called once per second."""

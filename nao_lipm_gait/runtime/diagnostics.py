@@ -17,6 +17,8 @@ SENSORS, WALK, COMMANDS = "sensors", "walk", "commands"
 """The reports, and the groups of what is said."""
 SILENCE = 0.5
 """[s] without joint states that is an error."""
+IDLE = 10.0
+"""[s] after the last velocity command, after which its absence is no warning any more."""
 UNREACHED = 1e-3
 """[m] Distance of a sole from its target that is reported."""
 _PER_REPORT = 32
@@ -109,17 +111,36 @@ class TickStatistics:
 # -- log -------------------------------------------------------------------------------------------
 
 
+class _Episode:
+    """Messages of one key since they began."""
+
+    __slots__ = ("count", "first", "held_back", "last", "shown", "until", "wait")
+
+    def __init__(self, now: float, wait: float) -> None:
+        self.first = self.last = now
+        self.wait = wait
+        self.until = now + wait
+        self.count = self.shown = 1
+        self.held_back = 0
+
+
 class Throttle:
-    """Lets a few messages per key and period through and counts those that it holds back.
+    """Shows the first messages of a key, then fewer and fewer of them while they continue.
 
     Args:
-        period: [s].
+        period: Time [s] after the first message until the next reminder; it grows with each.
     """
+
+    GROWTH = 5.0
+    LONGEST = 1000.0
+    QUIET = 10.0
+    """[s] without a message, after which a key's messages have ended."""
+    FORGET = 300.0
+    """[s] without a message, after which a message of the key is new again."""
 
     def __init__(self, period: float = 2.0) -> None:
         self._period = period
-        self._windows: dict[str, list[float]] = {}
-        """Key -> [begin of the window, messages in it]."""
+        self._episodes: dict[str, _Episode] = {}
 
     def allow(self, key: str, now: float, burst: int = 1) -> int | None:
         """Decide whether a message goes into the log.
@@ -127,27 +148,61 @@ class Throttle:
         Args:
             key: Key of messages that are alike.
             now: Any monotonic time [s].
-            burst: Messages per period; more than one if the messages under a key differ.
+            burst: Messages shown in the first period; more than one if those of a key differ.
 
         Returns:
-            None to hold it back; else how many of this key were held back in the last period.
+            None to hold it back; else how many of this key were held back since the last one.
         """
-        window = self._windows.get(key)
-        if window is None:
-            if len(self._windows) >= _KEYS_MAX:
-                self._windows.clear()  # keys come from outside: never grow without bound
-            self._windows[key] = [now, 1]
+        episode = self._episodes.get(key)
+        if episode is None or now - episode.last > self.FORGET:
+            if len(self._episodes) >= _KEYS_MAX:
+                self._episodes.clear()  # keys come from outside: never grow without bound
+            self._episodes[key] = _Episode(now, self._period)
             return 0
-        begin, count = window
-        if now - begin < self._period:
-            window[1] = count + 1
-            return 0 if count < burst else None
-        self._windows[key] = [now, 1]
-        return max(0, int(count) - burst)
+        if not episode.count:
+            episode.first = now
+        episode.last = now
+        episode.count += 1
+        if now < episode.until:
+            if episode.shown < burst:
+                episode.shown += 1
+                return 0
+            episode.held_back += 1
+            return None
+        held_back, episode.held_back = episode.held_back, 0
+        episode.wait = min(self.GROWTH * episode.wait, self.LONGEST)
+        episode.until = now + episode.wait
+        return held_back
+
+    def ended(self, now: float) -> list[tuple[str, int, float]]:
+        """The keys whose messages have ended since the last call, if some were held back.
+
+        Args:
+            now: As for `allow`.
+
+        Returns:
+            Key, number of messages, and time from the first to the last [s].
+        """
+        found = []
+        for key, episode in self._episodes.items():
+            if episode.count and now - episode.last > self.QUIET:
+                if episode.held_back:
+                    found.append((key, episode.count, episode.last - episode.first))
+                episode.count = episode.held_back = 0
+        return found
+
+
+class _Condition(NamedTuple):
+    group: str
+    level: Level
+    text: str
+    kind: str
 
 
 class Diagnostics:
     """Collects what is to be said: log lines at once, remarks for the next report.
+
+    An event happens at a moment; a condition lasts from `begin` to `end`.
 
     Args:
         clock: Any monotonic time [s].
@@ -161,7 +216,12 @@ class Diagnostics:
         self._throttle = Throttle()
         self._log: list[LogLine] = []
         self._remarks: dict[str, list[Remark]] = {SENSORS: [], WALK: [], COMMANDS: []}
+        self._conditions: dict[str, _Condition] = {}
         self.rejected: Counter[str] = Counter()
+
+    def log(self, level: Level, text: str) -> None:
+        """Add a line to the log."""
+        self._log.append(LogLine(level, text))
 
     def event(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
         """Report something that happened.
@@ -169,17 +229,47 @@ class Diagnostics:
         Args:
             group: The report: SENSORS, WALK or COMMANDS.
             level: Its severity.
-            key: Key of events that are alike; the log shows `burst` of them per period.
+            key: Key of events that are alike; see `Throttle`.
             text: What happened.
-            burst: See `key`.
+            burst: See `Throttle.allow`.
         """
+        self.remark(group, level, text)
+        held_back = self._throttle.allow(key, self._clock(), burst)
+        if held_back is not None:
+            self.log(level, text + (f" ({held_back} more like it)" if held_back else ""))
+
+    def begin(self, group: str, level: Level, key: str, text: str, kind: str = "") -> None:
+        """Report a condition that holds now; call it again to update its text.
+
+        It is logged when it begins, when its level rises and when its kind changes.
+
+        Args:
+            group: The report: SENSORS, WALK or COMMANDS.
+            level: Its severity.
+            key: Key of the condition.
+            text: What it is.
+            kind: Tells apart conditions that share a key and thereby their end.
+        """
+        before = self._conditions.get(key)
+        self._conditions[key] = _Condition(group, level, text, kind)
+        if before is None or level > before.level or kind != before.kind:
+            self.remark(group, level, text)
+            self.log(level, text)
+
+    def end(self, key: str, text: str) -> None:
+        """End a condition; if it held, `text` is logged."""
+        if self._conditions.pop(key, None) is not None:
+            self.log(Level.OK, text)
+
+    def holds(self, key: str) -> bool:
+        """Whether a condition holds now."""
+        return key in self._conditions
+
+    def remark(self, group: str, level: Level, text: str) -> None:
+        """Put something into the next report only."""
         remarks = self._remarks[group]
         if len(remarks) < _PER_REPORT:
             remarks.append(Remark(level, text))
-        held_back = self._throttle.allow(key, self._clock(), burst)
-        if held_back is not None:
-            more = f" ({held_back} more like it)" if held_back else ""
-            self._log.append(LogLine(level, text + more))
 
     def take_log(self) -> tuple[LogLine, ...]:
         """The log lines since the last call."""
@@ -189,12 +279,23 @@ class Diagnostics:
         self._log.clear()
         return lines
 
+    def watch(self) -> None:
+        """Log which events have ended; to be called a few times per second."""
+        for key, count, seconds in self._throttle.ended(self._clock()):
+            self.log(Level.OK, f"over: {key}, {count} times in {seconds:.1f} s")
+
     def take_remarks(self) -> dict[str, tuple[Remark, ...]]:
-        """The remarks since the last call, by group."""
+        """The conditions that hold, and what happened since the last call, by group."""
         taken = {group: tuple(remarks) for group, remarks in self._remarks.items()}
+        for condition in self._conditions.values():
+            remark = Remark(condition.level, condition.text)
+            taken[condition.group] = (remark, *taken[condition.group])
         for remarks in self._remarks.values():
             remarks.clear()
         return taken
+
+
+# -- publishers ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,32 +306,69 @@ class PublisherCounts:
         cmd_vel: Senders of velocity commands.
         joint_states: Robots.
         joint_command: Gaits, this one included.
+        mismatched: Senders of `cmd_vel` with another message type, described.
     """
 
     cmd_vel: int = 1
     joint_states: int = 1
     joint_command: int = 1
+    mismatched: str = ""
 
 
-def report_publishers(counts: PublisherCounts, diagnostics: Diagnostics) -> None:
-    """Report topics that have more publishers than they should."""
-    if counts.joint_states > 1:
-        diagnostics.event(
-            SENSORS, Level.ERROR, "robots",
-            f"{counts.joint_states} publishers on joint_states; allowed: one robot; does another "
-            "run share this ROS_DOMAIN_ID?",
+class PublisherWatch:
+    """Reports topics that have more publishers than they should.
+
+    Discovery keeps a process that was killed until its lease ends. A second publisher is therefore
+    logged only if it is still there after that time. The reports show it at once.
+
+    Args:
+        diagnostics: Takes what was found.
+        clock: Any monotonic time [s].
+    """
+
+    LEASE = 25.0
+    """[s] The default lease of Fast DDS is 20 s, of Cyclone DDS 10 s."""
+
+    def __init__(self, diagnostics: Diagnostics, clock: Callable[[], float]) -> None:
+        self._diagnostics = diagnostics
+        self._clock = clock
+        self._since: dict[str, float] = {}
+
+    def update(self, counts: PublisherCounts) -> None:
+        """Compare the numbers with those that are allowed; to be called once per second."""
+        n = counts.joint_states
+        self._check(
+            "joint_states", n, SENSORS, Level.ERROR,
+            f"{n} publishers on joint_states; allowed: one robot; does another run share this "
+            "ROS_DOMAIN_ID?",
         )  # fmt: skip
-    if counts.joint_command > 1:
-        diagnostics.event(
-            WALK, Level.ERROR, "gaits",
-            f"{counts.joint_command} publishers on joint_command; allowed: one gait; the simulated "
-            "robot executes only the first one's commands",
+        n = counts.joint_command
+        self._check(
+            "joint_command", n, WALK, Level.ERROR,
+            f"{n} publishers on joint_command; allowed: one gait; the simulated robot "
+            "executes only the commands of the first",
         )  # fmt: skip
-    if counts.cmd_vel > 1:
-        diagnostics.event(
-            COMMANDS, Level.WARN, "drivers",
-            f"{counts.cmd_vel} publishers on cmd_vel; the newest command counts",
+        n = counts.cmd_vel
+        self._check(
+            "cmd_vel", n, COMMANDS, Level.WARN,
+            f"{n} publishers on cmd_vel; the newest command counts",
         )  # fmt: skip
+        if counts.mismatched:
+            self._diagnostics.begin(COMMANDS, Level.ERROR, "cmd_vel type", counts.mismatched)
+        else:
+            self._diagnostics.end("cmd_vel type", "every sender of cmd_vel uses the right type")
+
+    def _check(self, topic: str, count: int, group: str, level: Level, text: str) -> None:
+        key = f"publishers of {topic}"
+        if count <= 1:
+            self._since.pop(topic, None)
+            self._diagnostics.end(key, f"one publisher on {topic} again")
+            return
+        now = self._clock()
+        if now - self._since.setdefault(topic, now) > self.LEASE:
+            self._diagnostics.begin(group, level, key, text)
+        else:
+            self._diagnostics.remark(group, level, text)
 
 
 # -- reports ---------------------------------------------------------------------------------------
@@ -249,7 +387,7 @@ class Health:
         deadline_misses: Ticks that took longer than one control period, since the start.
         status: Status of the last tick; None before the first.
         command_age: Sensor time [s] since the last velocity command; None before the first.
-        command_timed_out: A command to move is too old, and the robot stops.
+        command_timed_out: A command to move is too old, so the robot stops.
         remarks: What happened in this second, by report.
     """
 
@@ -361,9 +499,11 @@ def _commands(health: Health, remarks: Sequence[Remark]) -> Report:
     level, message = Level.OK, "cmd_vel arrives"
     if health.command_age is None:
         message = "no cmd_vel so far"
-    elif health.command_timed_out:
+    elif health.command_timed_out and health.command_age < IDLE:
         level = Level.WARN
         message = f"no cmd_vel for {health.command_age:.1f} s: the robot stops"
+    elif health.command_timed_out:
+        message = f"idle, no cmd_vel for {health.command_age:.0f} s"
     level, message = _with_remarks(level, message, remarks)
     age = "" if health.command_age is None else f"{health.command_age:.3f}"
     return Report(COMMANDS, level, message, {"cmd_vel age [s]": age})

@@ -63,13 +63,13 @@ class Outage(NamedTuple):
 
     Attributes:
         reason: Why the robot must not walk; None if it may.
-        key: Groups equal reasons in the log.
+        kind: Tells reasons apart; the log shows each once.
         fallen: The robot lies: take the torque off.
         imu_returned: The IMU is back after an outage.
     """
 
     reason: str | None = None
-    key: str = ""
+    kind: str = ""
     fallen: bool = False
     imu_returned: bool = False
 
@@ -113,7 +113,7 @@ class SensorOutage:
         if self.blind > self._patience:
             if is_fallen or self.loads.are_light(stamp):
                 text = f"imu/data: none for {self.blind * 1e-9:.1f} s, and the soles carry no load"
-                return Outage(f"{text}: relaxing", "imu/data", fallen=True)
+                return Outage(f"{text}: relaxing", "imu/data, fallen", fallen=True)
             return self._no_imu(sync.imu_behind)
         if self.blind == 0 and before > self._patience:
             self.loads.clear()

@@ -7,10 +7,8 @@ import numpy as np
 
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame, VelocityCommand
+from nao_lipm_gait.whole_body.joint_limits import SPEED_SHARE
 
-SPEED_SHARE = 4.0
-"""Fastest target as a share of the joint's speed limit. The robot itself stops at the limit; the
-walk asks for up to twice as much for single ticks. Faster targets are a fault."""
 _ROUNDING = 1e-9
 """[rad] Targets this little beyond a limit are clipped without a report."""
 _TICKS_MAX = 20
@@ -116,13 +114,20 @@ class TargetGuard:
         good = self._good
         start = np.asarray(frame.joint_position, dtype=float)
         ticks = 1
-        if good is not None and self._was_stiff:
-            start = good.position
+        if good is not None:
+            if self._was_stiff:
+                start = good.position
+            else:
+                # Joints without torque may be beyond the limits, at which their targets are.
+                nearer = np.abs(position - good.position) < np.abs(position - start)
+                start = np.where(nearer, good.position, start)
             ticks = max(1, min(_TICKS_MAX, round((frame.stamp - good.stamp) / self._period)))
+        else:
+            start = np.clip(start, self._lower, self._upper)
         stride = ticks * self._stride
         change = position - start
         worst = int(np.argmax(np.abs(change) - stride))
-        if abs(change[worst]) <= stride[worst]:
+        if abs(change[worst]) <= stride[worst] + _ROUNDING:
             return position, None
         slowed = np.clip(start + np.clip(change, -stride, stride), self._lower, self._upper)
         return slowed, (

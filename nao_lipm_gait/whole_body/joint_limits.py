@@ -1,9 +1,15 @@
-"""Joint limits; the range of the ankle roll may depend on the ankle pitch."""
+"""Joint limits in angle and speed; the range of the ankle roll may depend on the ankle pitch."""
 
 import itertools
 
+import numpy as np
+
 from nao_lipm_gait.robot import LegJoints, RobotDescription
 from nao_lipm_gait.types import FloatArray
+
+SPEED_SHARE = 4.0
+"""Fastest target as a share of the joint's speed limit. The robot itself stops at the limit; a walk
+asks for up to twice as much for single ticks. Only a robot that falls is asked for more."""
 
 
 class JointLimits:
@@ -16,6 +22,7 @@ class JointLimits:
     def __init__(self, robot: RobotDescription):
         self._lower: list[float] = robot.lower.tolist()
         self._upper: list[float] = robot.upper.tolist()
+        self._speed = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
         self._ankles = [
             _AnkleLimit(robot, leg, robot.ankle_limits[side])
             for side, leg in (("left", robot.left_leg), ("right", robot.right_leg))
@@ -34,6 +41,13 @@ class JointLimits:
         for ankle in self._ankles:
             beyond += ankle.cut(position, values)
         return beyond
+
+    def slow_down(self, position: FloatArray, before: FloatArray, dt: float) -> None:
+        """Limit the change of targets (n,) [rad] since `before` (n,), dt [s] ago, in place."""
+        change = position - before
+        stride = self._speed * dt
+        if (np.abs(change) > stride).any():
+            position[:] = before + np.clip(change, -stride, stride)
 
 
 class _AnkleLimit:

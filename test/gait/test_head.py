@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.head.gaze import CAMERA, PAN, TILT, neck_of
 from nao_lipm_gait.head.goals import Angles, Follow, Frame, LookAt, Search
 from nao_lipm_gait.head.head_control import (
@@ -207,3 +208,21 @@ def test_messages_are_checked() -> None:
     ):
         with pytest.raises(NaoGaitError, match="~/"):
             bad()
+
+
+@settings(max_examples=50)
+@given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.tuples(*[st.floats(-1.0, 1.0)] * 3))
+def test_the_pose_of_the_torso_undoes_the_way_of_a_point_into_the_torso(
+    roll: float, pitch: float, point: tuple[float, float, float]
+) -> None:
+    up = (-math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll))
+    torso = standing(up)
+    x, y, z, *angles = torso.in_footprint()
+    rotation = np.array(rotation_from_rpy(*angles))
+    lower = max(-np.dot(up, sole.position) for sole in (torso.left_sole, torso.right_sole))
+    assert z == pytest.approx(lower), "the lower sole is on the ground"
+    middle = np.mean([torso.left_sole.position, torso.right_sole.position], axis=0)
+    ground = rotation @ np.array(torso.from_footprint(point)) + (x, y, -np.dot(up, middle))
+    np.testing.assert_allclose(ground, point, atol=1e-9)
+    assert angles[0] == pytest.approx(roll)
+    assert angles[1] == pytest.approx(pitch)

@@ -55,7 +55,7 @@ class StandingRobot:
     def imu_message(self) -> Imu:
         message = Imu()
         message.orientation_covariance[0] = -1.0
-        # A living IMU, with noise: one that is stuck would not be believed.
+        # With noise: an IMU that repeats itself counts as stuck.
         message.linear_acceleration.z = 9.81 + 1e-3 * math.sin(self.now * 1e-6)
         return set_stamp(message, self.now)
 
@@ -168,7 +168,7 @@ def test_bad_messages_are_named_and_the_gait_goes_on(probe: Probe):
     assert "Traceback" not in robot.gait.log
 
 
-def test_zero_quaternion_is_told_but_the_robot_walks_on(probe: Probe):
+def test_zero_quaternion_is_reported_but_the_robot_walks_on(probe: Probe):
     robot = StandingRobot(probe)
     robot.tick(2)
     robot.now += PERIOD
@@ -183,7 +183,7 @@ def test_zero_quaternion_is_told_but_the_robot_walks_on(probe: Probe):
 
 def test_stamps_that_stand_still_go_back_or_jump(probe: Probe):
     support = probe.subscribe(String, "gait/support", LATCHED)
-    # Open loop: this robot has no delay and never tips, which no observer would believe.
+    # Open loop: this robot has no delay and never tips, unlike what the observer expects.
     robot = StandingRobot(probe, feedback=False)
     velocity = probe.publisher(Twist, "cmd_vel")
     robot.tick(100)
@@ -204,7 +204,7 @@ def test_stamps_that_stand_still_go_back_or_jump(probe: Probe):
     probe.wait(lambda: len(robot.commands) > answered, "the same answer again")
     assert bits(robot.commands[-1].position) == bits(robot.commands[-2].position)
     assert stamp(robot.commands[-1]) == stamp(robot.commands[-2])
-    probe.wait(lambda: robot.gait.says("header.stamp: got '.* again'"), "a word about it")
+    probe.wait(lambda: robot.gait.says("header.stamp: got '.* again'"), "a warning")
 
     def new_time(shift: int, word: str) -> None:
         """One stamp alone proves nothing; the next one does, and the robot stands."""
@@ -227,8 +227,19 @@ def test_stamps_that_stand_still_go_back_or_jump(probe: Probe):
     assert "Traceback" not in robot.gait.log
 
 
-def test_silence_is_told_in_log_and_diagnostics(probe: Probe):
-    reports = probe.subscribe(DiagnosticArray, "diagnostics")
+@pytest.mark.parametrize("stamped", [False, True])
+def test_a_sender_of_the_other_twist_is_named(probe: Probe, stamped: bool):
+    robot = StandingRobot(probe, enable_stamped_cmd_vel=stamped)
+    robot.tick()
+    ours, theirs = (TwistStamped, Twist) if stamped else (Twist, TwistStamped)
+    sender = probe.node.create_publisher(theirs, "cmd_vel", 10)
+    names = f"got geometry_msgs/msg/{theirs.__name__} from probe, .*allowed: .*{ours.__name__},"
+    probe.wait(lambda: robot.gait.says(names), "the type of the sender")
+    probe.node.destroy_publisher(sender)
+
+
+def test_silence_is_reported_in_log_and_diagnostics(probe: Probe):
+    reports = probe.subscribe(DiagnosticArray, "/diagnostics")
     robot = StandingRobot(probe)
     robot.tick(20)
 
@@ -236,7 +247,7 @@ def test_silence_is_told_in_log_and_diagnostics(probe: Probe):
         found = [s for r in reports for s in r.status if s.name == "gait: sensors"]
         return any(s.level == level for s in found)
 
-    probe.wait(lambda: robot.gait.says("no joint_states for"), "a warning")
+    probe.wait(lambda: robot.gait.says("no joint_states for over 0.5 s"), "an error")
     probe.wait(lambda: sensors(DiagnosticStatus.ERROR), "an error in the diagnostics")
     walk = next(s for r in reports for s in r.status if s.name == "gait: walk" and s.values)
     values = {pair.key: pair.value for pair in walk.values}
@@ -246,7 +257,7 @@ def test_silence_is_told_in_log_and_diagnostics(probe: Probe):
     robot.tick(3)
 
 
-def test_second_robot_in_the_same_domain_is_told(probe: Probe):
+def test_a_second_robot_in_the_same_domain_is_logged(probe: Probe):
     robot = StandingRobot(probe)
     robot.tick()
     second = probe.publisher(JointState, "joint_states")
@@ -256,7 +267,7 @@ def test_second_robot_in_the_same_domain_is_told(probe: Probe):
 
 def test_velocity_command_is_forgotten_on_the_clock_of_the_sensors(probe: Probe):
     support = probe.subscribe(String, "gait/support", LATCHED)
-    # Open loop, because this robot feels no steps that an observer could believe.
+    # Open loop: this robot does not sway, unlike what the observer expects.
     robot = StandingRobot(
         probe, enable_stamped_cmd_vel=True, cmd_vel_timeout=0.3, feedback=False
     )
@@ -274,7 +285,7 @@ def test_velocity_command_is_forgotten_on_the_clock_of_the_sensors(probe: Probe)
         robot.tick()
         if support[-1].data.startswith("stand"):
             break
-    assert support[-1].data.startswith("stand"), "nobody repeated the command"
+    assert support[-1].data.startswith("stand"), "the command was not repeated"
 
 
 def test_relax_and_stand(probe: Probe):

@@ -106,7 +106,7 @@ def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
 
 def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
     gait, truth, _, commands = walking(probe)
-    reports = probe.subscribe(DiagnosticArray, "diagnostics")
+    reports = probe.subscribe(DiagnosticArray, "/diagnostics")
     second = probe.start("gait")
 
     def told() -> bool:

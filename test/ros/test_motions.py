@@ -28,6 +28,7 @@ def standing(probe: Probe, **parameters: object) -> tuple[list[Any], Any]:
 
 def test_a_kick_by_its_name_moves_the_ball_and_nonsense_is_refused(probe: Probe) -> None:
     ball = probe.subscribe(PointStamped, "ground_truth/ball")
+    results = probe.subscribe(String, "gait/motion_result", LATCHED)
     support, gait = standing(probe, ball=True)
     put = probe.publisher(PointStamped, "sim_bridge/put_ball")
     spot = PointStamped()
@@ -37,21 +38,26 @@ def test_a_kick_by_its_name_moves_the_ball_and_nonsense_is_refused(probe: Probe)
     ask = probe.publisher(String, "gait/motion")
     ask.publish(String(data="fly"))
     probe.wait(lambda: gait.says(r"motion: got 'fly'.*kick_front_left"), "a refusal")
+    probe.wait(lambda: results[-1].data.startswith("fly: refused"), "the outcome")
     ask.publish(String(data="kick_front_left"))
     probe.wait(lambda: support[-1].data.startswith("motion"), "a motion")
     probe.wait(lambda: support[-1].data.startswith("stand"), "a stand")
     probe.wait(lambda: ball[-1].point.x > 0.5, "a ball on its way")
+    probe.wait(lambda: results[-1].data == "kick_front_left: done", "the outcome")
 
 
 def test_a_robot_on_the_floor_gets_up_when_asked(probe: Probe) -> None:
     support = probe.subscribe(String, "gait/support", LATCHED)
-    probe.start("gait")
+    gait = probe.start("gait")
     probe.start("sim_bridge", **FAST, start_state="lying_front")
     probe.wait(lambda: support and support[-1].data.startswith("fallen"), "a fallen robot")
     answer = probe.call(Trigger, "gait/get_up", Trigger.Request())
     assert answer.success
     probe.wait(lambda: any(m.data.startswith("getting_up") for m in support), "a get-up")
     probe.wait(lambda: support[-1].data.startswith("stand"), "a stand")
+    for line in ("fallen, relaxed", "getting up: get_up_front", "stood up"):
+        probe.wait(lambda text=line: gait.says(text), line)
+    assert not gait.says("held or clipped")
     refused = probe.call(Trigger, "gait/get_up", Trigger.Request())
     assert not refused.success
     assert "standing" in refused.message

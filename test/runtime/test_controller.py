@@ -12,7 +12,7 @@ from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.controller import HELD_MAX, GaitController, Output, Settings
 from nao_lipm_gait.runtime.diagnostics import Level, PublisherCounts, Report
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TwistInput
-from nao_lipm_gait.types import GaitState, JointTargets
+from nao_lipm_gait.types import GaitState, JointTargets, SensorFrame
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)
@@ -30,6 +30,8 @@ class Robot:
         imu_behind: Time [ms] by which its stamps are behind the joints'; None = it sends nothing.
         sent: All targets.
         log: All log lines.
+        results: All outcomes of motions.
+        imu_force: What the accelerometer measures [m/s^2]; None = that of an upright robot.
     """
 
     def __init__(self) -> None:
@@ -41,6 +43,8 @@ class Robot:
         self.imu_behind: int | None = 0
         self.sent: list[JointTargets] = []
         self.log: list[str] = []
+        self.results: list[str] = []
+        self.imu_force: tuple[float, float, float] | None = None
         self.controller = GaitController(ROBOT, GaitParameters(), Settings(), lambda: self.now)
 
     def take(self, output: Output) -> None:
@@ -48,6 +52,7 @@ class Robot:
             self.sent.append(answer.targets)
             self.pose = answer.targets.position.tolist()
         self.log += [line.text for line in output.log]
+        self.results += output.motion_results
 
     def tick(self, count: int = 1, period: float = 10) -> None:
         """Frames that are `period` [ms] apart."""
@@ -62,7 +67,8 @@ class Robot:
             stamp = divmod(self.stamp - self.imu_behind * MS, 1_000 * MS)
             if not self.imu_stuck:
                 self._noise = 1e-6 - self._noise  # a working IMU never repeats itself for long
-            imu = ImuInput(*stamp, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81 + self._noise))
+            x, y, z = self.imu_force or (0.0, 0.0, 9.81)
+            imu = ImuInput(*stamp, (0.0, 0.0, 0.0), (x, y, z + self._noise))
             self.take(self.controller.receive("imu/data", lambda: imu))
         joints = JointInput(sec, nanosec, NAMES, self.pose, [])
         self.take(self.controller.receive("joint_states", lambda: joints))
@@ -70,6 +76,9 @@ class Robot:
     def drive(self, x: float) -> None:
         twist = TwistInput((x, 0.0, 0.0), (0.0, 0.0, 0.0))
         self.take(self.controller.receive("cmd_vel", lambda: twist))
+
+    def request(self, motion: str) -> None:
+        self.take(self.controller.run("~/motion", lambda: self.controller.request_motion(motion)))
 
     def reports(self) -> dict[str, Report]:
         return {report.name: report for report in self.controller.reports()}
@@ -229,7 +238,11 @@ def test_a_rate_that_is_not_the_control_period_is_named() -> None:
     robot.tick(300)
     assert not robot.log
     robot.tick(300, 8)
-    assert any("steps of 0.008" in text and "1.2 times as fast" in text for text in robot.log)
+    assert any("steps of 0.00" in text and "on average" in text for text in robot.log)
+    assert "1.2 times as fast" in robot.reports()["sensors"].message
+    robot.tick(400)
+    assert robot.log[-1] == "joint_states arrive at the control period again"
+    assert len(robot.log) == 2
 
 
 @pytest.mark.parametrize("silent", [0.0, 1.0])
@@ -305,3 +318,113 @@ def test_an_imu_on_another_clock_is_named() -> None:
     robot.imu_behind = None
     robot.tick(600)
     assert any("imu/data: none for" in text for text in robot.log)
+
+
+# -- the log ---------------------------------------------------------------------------------------
+
+
+def test_what_the_robot_does_is_logged_once_each() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.drive(0.1)
+    robot.tick(200)
+    robot.drive(0.1)
+    robot.tick(200)
+    robot.controller.relax()
+    robot.tick(50)
+    robot.controller.stand()
+    robot.tick(100)
+    assert robot.log == [
+        "no cmd_vel for 0.5 s: the robot stops",
+        "cmd_vel arrives again",
+        "no cmd_vel for 0.5 s: the robot stops",
+        "relaxed: no torque on the joints",
+        "upright, standing",
+    ]
+
+
+def test_a_fall_is_logged() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.imu_force = (9.8, 0.0, 0.0)
+    robot.tick(200)
+    assert robot.controller.state is GaitState.FALLEN
+    assert robot.log[-1] == "fallen, relaxed"
+
+
+def test_silent_sensors_are_logged_when_they_fall_silent_and_when_they_return() -> None:
+    robot = Robot()
+    for _ in range(80):
+        robot.now += 0.25
+        robot.take(robot.controller.watch())
+    assert robot.log == ["no joint_states in the first 10 s; is a robot running?"]
+    robot.tick(10)
+    for _ in range(80):
+        robot.now += 0.25
+        robot.take(robot.controller.watch())
+    robot.tick(10)
+    assert robot.log[1:] == [
+        "joint_states arrive",
+        "no joint_states for over 0.5 s: the robot holds its last targets",
+        "joint_states arrive",
+    ]
+
+
+def test_ticks_that_take_too_long_for_half_an_hour_are_few_lines(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    robot = Robot()
+
+    def slow(_gait: Gait, frame: SensorFrame, _command: object) -> JointTargets:
+        robot.now += 1.0
+        return JointTargets(frame.stamp, ROBOT.stand_pose)
+
+    monkeypatch.setattr(Gait, "step", slow)
+    robot.tick(1800)
+    assert 1 <= len([text for text in robot.log if "took longer" in text]) < 10
+
+
+def test_repeated_joint_states_are_answered_and_are_few_lines() -> None:
+    robot = Robot()
+    robot.tick(10)
+    for _ in range(50):
+        robot.send()
+    assert len(robot.sent) == 60
+    assert len(robot.log) == 1
+    assert "again'; allowed: a later stamp" in robot.log[0]
+
+
+def test_an_outage_of_the_imu_is_logged_when_it_begins_and_ends() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.imu_behind = None
+    robot.tick(500)
+    robot.imu_behind = 0
+    robot.tick(100)
+    assert robot.log == [
+        "imu/data: none for 0.1 s; the robot stops", "the sensors are complete again",
+    ]  # fmt: skip
+
+
+def test_an_idle_robot_is_no_warning() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.drive(0.1)
+    robot.tick(300)
+    assert robot.reports()["commands"].level == Level.WARN
+    robot.tick(1000)
+    assert {report.level for report in robot.reports().values()} == {Level.OK}
+
+
+# -- motions ---------------------------------------------------------------------------------------
+
+
+def test_the_outcome_of_a_motion_is_returned() -> None:
+    robot = Robot()
+    robot.tick(200)
+    robot.request("fly")
+    assert robot.results[0].startswith("fly: refused, motion: got 'fly'")
+    robot.request("sit")
+    robot.tick(400)
+    assert robot.results[1:] == ["sit: done"]
+    assert robot.log[-1] == "motion sit: done"

@@ -1,32 +1,149 @@
-"""A flood of log lines is held back, and tick times are summarized."""
+"""What is logged, and how often; tick times are summarized."""
 
-from nao_lipm_gait.runtime.diagnostics import Throttle, TickStatistics
+import pytest
+
+from nao_lipm_gait.runtime.diagnostics import (
+    SENSORS,
+    Diagnostics,
+    Level,
+    PublisherCounts,
+    PublisherWatch,
+    Throttle,
+    TickStatistics,
+)
 
 
-def test_throttle_lets_one_through_and_counts_the_rest():
+class Clock:
+    """Wall time [s], set by the test."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def lines(diagnostics: Diagnostics) -> list[str]:
+    return [line.text for line in diagnostics.take_log()]
+
+
+# -- events ----------------------------------------------------------------------------------------
+
+
+def test_of_messages_that_continue_fewer_and_fewer_are_shown() -> None:
+    throttle = Throttle(period=2.0)
+    shown = [t for t in range(1800) if throttle.allow("a", float(t)) is not None]
+    assert shown[:3] == [0, 2, 12]
+    assert len(shown) < 10
+
+
+def test_the_ones_that_are_held_back_are_counted() -> None:
     throttle = Throttle(period=2.0)
     assert throttle.allow("a", 0.0) == 0
     assert throttle.allow("a", 0.5) is None
-    assert throttle.allow("b", 0.5) == 0, "another fault is not held back"
+    assert throttle.allow("b", 0.5) == 0, "another key"
     assert throttle.allow("a", 1.9) is None
     assert throttle.allow("a", 2.0) == 2
-    assert throttle.allow("a", 4.5) == 0
+    assert throttle.allow("a", 1000.0) == 0, "a new beginning"
 
 
-def test_throttle_lets_a_burst_through():
+def test_throttle_lets_a_burst_through() -> None:
     throttle = Throttle(period=2.0)
     assert [throttle.allow("a", 0.1 * i, burst=3) for i in range(5)] == [0, 0, 0, None, None]
     assert throttle.allow("a", 2.0, burst=3) == 2
 
 
-def test_throttle_does_not_grow_with_hostile_keys():
+def test_throttle_does_not_grow_with_hostile_keys() -> None:
     throttle = Throttle()
     for i in range(100_000):
         throttle.allow(str(i), 0.0)
     assert throttle.allow("0", 0.0) == 0, "forgotten"
 
 
-def test_tick_summary_is_of_the_time_since_the_last_one():
+def test_events_that_were_held_back_are_reported_as_over_once() -> None:
+    clock = Clock()
+    diagnostics = Diagnostics(clock)
+    for _ in range(11):
+        diagnostics.event(SENSORS, Level.WARN, "spike", "a spike")
+        clock.now += 0.1
+    diagnostics.watch()
+    assert lines(diagnostics) == ["a spike"]
+    clock.now += Throttle.QUIET
+    diagnostics.watch()
+    assert lines(diagnostics) == ["over: spike, 11 times in 1.0 s"]
+    clock.now += Throttle.QUIET
+    diagnostics.watch()
+    assert lines(diagnostics) == []
+
+
+# -- conditions ------------------------------------------------------------------------------------
+
+
+def test_a_condition_is_logged_when_it_begins_gets_worse_and_ends() -> None:
+    diagnostics = Diagnostics(Clock())
+    for level, text in (
+        (Level.WARN, "warm"), (Level.WARN, "warmer"), (Level.ERROR, "hot"), (Level.WARN, "warm"),
+    ):  # fmt: skip
+        diagnostics.begin(SENSORS, level, "heat", text)
+    diagnostics.end("heat", "cool")
+    diagnostics.end("heat", "cool")
+    assert lines(diagnostics) == ["warm", "hot", "cool"]
+
+
+def test_a_condition_is_in_every_report_while_it_holds() -> None:
+    diagnostics = Diagnostics(Clock())
+    diagnostics.begin(SENSORS, Level.WARN, "heat", "warm")
+    diagnostics.take_remarks()
+    assert [remark.text for remark in diagnostics.take_remarks()[SENSORS]] == ["warm"]
+    diagnostics.end("heat", "cool")
+    assert diagnostics.take_remarks()[SENSORS] == ()
+
+
+def test_a_condition_that_ends_within_a_second_is_in_one_report() -> None:
+    diagnostics = Diagnostics(Clock())
+    diagnostics.begin(SENSORS, Level.WARN, "heat", "warm")
+    diagnostics.end("heat", "cool")
+    assert [remark.text for remark in diagnostics.take_remarks()[SENSORS]] == ["warm"]
+
+
+# -- publishers ------------------------------------------------------------------------------------
+
+
+def watched(*counts: PublisherCounts, seconds: int) -> list[str]:
+    """Log lines, if each of the counts lasts so long."""
+    clock = Clock()
+    diagnostics = Diagnostics(clock)
+    watch = PublisherWatch(diagnostics, clock)
+    for each in counts:
+        for _ in range(seconds):
+            watch.update(each)
+            clock.now += 1.0
+    return lines(diagnostics)
+
+
+def test_a_publisher_that_discovery_still_keeps_after_its_end_is_not_logged() -> None:
+    assert watched(PublisherCounts(joint_states=2), PublisherCounts(), seconds=20) == []
+
+
+@pytest.mark.parametrize("topic", ["cmd_vel", "joint_states", "joint_command"])
+def test_a_second_publisher_is_logged_once_and_when_it_leaves(topic: str) -> None:
+    said = watched(PublisherCounts(**{topic: 2}), PublisherCounts(), seconds=120)
+    assert len(said) == 2
+    assert said[0].startswith(f"2 publishers on {topic}")
+    assert said[1] == f"one publisher on {topic} again"
+
+
+def test_a_sender_of_another_message_type_is_logged_once() -> None:
+    wrong = PublisherCounts(mismatched="cmd_vel: got TwistStamped")
+    assert watched(wrong, PublisherCounts(), seconds=5) == [
+        "cmd_vel: got TwistStamped", "every sender of cmd_vel uses the right type",
+    ]  # fmt: skip
+
+
+# -- tick times ------------------------------------------------------------------------------------
+
+
+def test_tick_summary_is_of_the_time_since_the_last_one() -> None:
     ticks = TickStatistics()
     assert ticks.summarize() is None
     for duration in range(100, 0, -1):
