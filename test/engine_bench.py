@@ -38,6 +38,7 @@ def changed(plant: Plant, **sections: dict[str, object]) -> Plant:
 
 
 def weightless(plant: Plant) -> Plant:
+    """The plant without gravity."""
     return changed(plant, physics={"gravity": 0.0})
 
 
@@ -58,19 +59,23 @@ class Bench:
         return self.observe()
 
     def step(self, push: FloatArray = STILL, stiffness: float = 1.0) -> TrueState:
+        """One physics step with a push (3,) [N] on the torso."""
         self.backend.step([StepInput(self.setpoint, stiffness, push)])
         return self.observe()
 
     def observe(self) -> TrueState:
+        """The state now."""
         (state,) = self.backend.observe()
         return state
 
     def set(self, joint: str, angle: float) -> int:
+        """Set the setpoint of a joint [rad]; its index."""
         index = self.robot.index(joint)
         self.setpoint[index] = angle
         return index
 
     def com(self, state: TrueState) -> FloatArray:
+        """(3,) [m] centre of mass in the world."""
         rotation = rotation_matrix(state.torso_rotation)
         return self.body.pose(state.torso_position, rotation, state.joint_position).com
 
@@ -108,6 +113,7 @@ class UrdfModel:
 
     @property
     def mass(self) -> float:
+        """[kg]."""
         return float(sum(inertia.mass for inertia in self.model.inertias))
 
 

@@ -18,33 +18,34 @@ G = 9.81
 
 
 def with_physics(plant: Plant, **options: object) -> Plant:
+    """The plant with some options of its physics replaced."""
     return attrs.evolve(plant, physics=attrs.evolve(plant.physics, **options))
 
 
-def targets(simulation: World, stiffness: float = 1.0, **joints: float) -> JointTargets:
+def targets(world: World, stiffness: float = 1.0, **joints: float) -> JointTargets:
     """The stand pose with some joints elsewhere [rad]."""
-    position = np.array(simulation.robot.description.stand_pose)
+    position = np.array(world.robot.description.stand_pose)
     for joint, angle in joints.items():
-        position[simulation.robot.description.index(joint)] = angle
-    return JointTargets(simulation.time, position, stiffness)
+        position[world.robot.description.index(joint)] = angle
+    return JointTargets(world.time, position, stiffness)
 
 
-def sway(simulation: World, tick: int) -> JointTargets:
+def sway(world: World, tick: int) -> JointTargets:
     """Legs in motion."""
     roll = 0.1 * math.sin(0.2 * tick)
-    return targets(simulation, LHipRoll=roll, RHipRoll=roll, LKneePitch=0.7 + roll)
+    return targets(world, LHipRoll=roll, RHipRoll=roll, LKneePitch=0.7 + roll)
 
 
-def run(simulation: World, ticks: int) -> tuple[FloatArray, FloatArray]:
+def run(world: World, ticks: int) -> tuple[FloatArray, FloatArray]:
     """(ticks, ...) truth and sensor frames while swaying and being pushed."""
     truths, frames = [], []
     for tick in range(ticks):
         if tick == ticks // 2:
-            simulation.robot.push(np.array([8.0, -5.0, 0.0]), 0.1)
-        simulation.robot.command(sway(simulation, tick))
-        simulation.step()
-        truths.append(flat(simulation.robot.truth()))
-        frame = simulation.robot.sense()
+            world.robot.push(np.array([8.0, -5.0, 0.0]), 0.1)
+        world.robot.command(sway(world, tick))
+        world.step()
+        truths.append(flat(world.robot.truth()))
+        frame = world.robot.sense()
         if frame is not None:
             frames.append(flat_frame(frame))
     return np.array(truths), np.array(frames)
@@ -65,6 +66,7 @@ def flat(truth: GroundTruth) -> FloatArray:
 
 
 def flat_frame(frame: SensorFrame) -> FloatArray:
+    """Everything but the stamp."""
     return np.concatenate(
         [
             frame.joint_position, frame.joint_velocity, frame.angular_velocity,

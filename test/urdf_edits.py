@@ -13,12 +13,14 @@ Xml = Callable[[ET.Element], None]
 
 
 def joint(root: ET.Element, name: str) -> ET.Element:
+    """The element of a joint."""
     element = root.find(f"joint[@name='{name}']")
     assert element is not None
     return element
 
 
 def edited_urdf(folder: Path, edit: Xml, name: str = "edited.urdf") -> Path:
+    """Write the edited URDF of the shipped NAO; its path."""
     root = ET.fromstring(find("urdf", "nao_h21_v33").read_text())
     edit(root)
     path = folder / name
@@ -27,10 +29,13 @@ def edited_urdf(folder: Path, edit: Xml, name: str = "edited.urdf") -> Path:
 
 
 def without_joint(name: str) -> Xml:
+    """Remove a joint."""
     return lambda root: root.remove(joint(root, name))
 
 
 def without_link(name: str) -> Xml:
+    """Remove a link."""
+
     def edit(root: ET.Element) -> None:
         for link in root.findall(f"link[@name='{name}']"):
             root.remove(link)
@@ -39,6 +44,8 @@ def without_link(name: str) -> Xml:
 
 
 def with_limit(name: str, **values: str | None) -> Xml:
+    """Change attributes of a joint's limit; None removes one."""
+
     def edit(root: ET.Element) -> None:
         limit = joint(root, name).find("limit")
         assert limit is not None
@@ -52,6 +59,8 @@ def with_limit(name: str, **values: str | None) -> Xml:
 
 
 def without_limit(name: str) -> Xml:
+    """Remove the limit of a joint."""
+
     def edit(root: ET.Element) -> None:
         element = joint(root, name)
         limit = element.find("limit")
@@ -62,6 +71,8 @@ def without_limit(name: str) -> Xml:
 
 
 def rehung(name: str, parent: str) -> Xml:
+    """Give a joint another parent link."""
+
     def edit(root: ET.Element) -> None:
         element = joint(root, name).find("parent")
         assert element is not None

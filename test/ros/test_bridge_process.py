@@ -215,6 +215,36 @@ def test_reset_stands_the_robot_up_and_the_clock_goes_on(probe: Probe):
     assert set(np.diff([stamp(m) for m in robot.odometry])) == {PERIOD}
 
 
+def test_control_passes_to_another_gait_by_simulated_time(probe: Probe):
+    """At a tenth of real time, 0.2 s of silence take 2 s: a slow machine changes no gait."""
+    bridge = probe.start("sim_bridge", engine="mujoco", real_time_factor=0.1, sensor_delay=0.0)
+    odometry = probe.subscribe(Odometry, "ground_truth/odom")
+    joints = probe.subscribe(JointState, "joint_states")
+    command = probe.publisher(JointState, "joint_command")
+
+    def look(sender: str, yaw: float) -> None:
+        message = JointState(name=["HeadYaw"], position=[yaw])
+        message.header.frame_id = sender
+        count = len(odometry)
+        command.publish(message)
+        probe.wait(lambda: len(odometry) > count, "a step")
+
+    def yaw() -> float:
+        return joints[-1].position[list(joints[-1].name).index("HeadYaw")]
+
+    probe.wait(lambda: joints and odometry, "the robot")
+    while yaw() > -0.05:
+        look("first", -0.5)
+    began, before = stamp(odometry[-1]), yaw()
+    while stamp(odometry[-1]) < began + 150_000_000:
+        look("second", 0.5)
+    assert yaw() < before
+    assert bridge.says("got 'second'; allowed: one gait at a time; 'first' is in control")
+    while yaw() < 0.0:
+        look("second", 0.5)
+    assert stamp(odometry[-1]) > began + 190_000_000
+
+
 def test_another_publisher_of_its_topics_is_reported_until_it_is_gone(probe: Probe):
     bridge = probe.start("sim_bridge", engine="mujoco")
     joints = probe.subscribe(JointState, "joint_states")

@@ -189,7 +189,7 @@ def test_lowest_point_standing_and_lying(robot: RobotDescription) -> None:
 def test_lowest_point_of_every_shape(robot: RobotDescription, body: Body) -> None:
     """Against points strewn over the shapes that the engines get."""
     random = np.random.default_rng(8)
-    position, rotation, joints = tumbled(robot, 12)
+    _, rotation, joints = tumbled(robot, 12)
     model, data, _ = kinematics(robot.urdf, robot, (np.zeros(3), rotation, joints))
     lowest = math.inf
     directions = random.normal(size=(20000, 3))

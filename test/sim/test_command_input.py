@@ -112,7 +112,7 @@ def test_one_gait_is_in_control_until_it_is_silent() -> None:
     commands = CommandInput(ROBOT)
     for now in (0.0, 0.05, 0.1, 0.15):
         assert send(commands, "first", now)
-        with pytest.raises(NaoGaitError, match="frame_id: got 'second'.*'first' is in control"):
+        with pytest.raises(NaoGaitError, match=r"frame_id: got 'second'.*'first' is in control"):
             send(commands, "second", now)
     assert send(commands, "second", 0.16 + TAKE_OVER)
     with pytest.raises(NaoGaitError, match="'second' is in control"):

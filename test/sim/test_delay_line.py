@@ -77,7 +77,7 @@ def test_stamps_have_to_rise() -> None:
     line: DelayLine[str] = DelayLine(0)
     line.put(5, "a")
     for stamp in (5, 4):
-        with pytest.raises(NaoGaitError, match="stamp: got .*later than 5 ns"):
+        with pytest.raises(NaoGaitError, match=r"stamp: got .*later than 5 ns"):
             line.put(stamp, "b")
     assert line.newest(5) == "a", "what was refused is not in there"
 

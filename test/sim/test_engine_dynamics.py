@@ -30,10 +30,12 @@ from sim_bridge.world import World
 def test_standing_weight_and_centre_of_pressure_are_those_of_the_urdf(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with World.single(robot, reference, robot_seed=NOMINAL, engine=engine, sensor_delay=0.0) as simulation:
+    with World.single(
+        robot, reference, NOMINAL, engine=engine, sensor_delay=0.0
+    ) as world:
         for _ in range(150):
-            simulation.step()
-        reading, truth = simulation.robot.read(), simulation.robot.truth()
+            world.step()
+        reading, truth = world.robot.read(), world.robot.truth()
         assert truth.sole_force.sum() == pytest.approx(UrdfModel(robot).mass * G, rel=1e-3)
         assert reading is not None
         pressure, total = np.zeros(2), 0.0
@@ -118,17 +120,17 @@ def test_accelerometer_reads_gravity_at_rest_and_nothing_in_free_fall(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
     exact = attrs.evolve(reference, sensors=load_plant("ideal").sensors)
-    with World.single(robot, exact, robot_seed=NOMINAL, engine=engine) as simulation:
+    with World.single(robot, exact, robot_seed=NOMINAL, engine=engine) as world:
         for _ in range(100):
-            simulation.step()
-        frame = simulation.robot.sense()
+            world.step()
+        frame = world.robot.sense()
         assert frame is not None
         assert frame.linear_acceleration == pytest.approx([0.0, 0.0, G], abs=0.1)
         assert frame.angular_velocity == pytest.approx(np.zeros(3), abs=0.01)
-        simulation.robot.start = dataclasses.replace(simulation.robot.start, torso_position=HIGH)
-        simulation.reset()
+        world.robot.start = dataclasses.replace(world.robot.start, torso_position=HIGH)
+        world.reset()
         for _ in range(10):
-            simulation.step()
-        frame = simulation.robot.sense()
+            world.step()
+        frame = world.robot.sense()
         assert frame is not None
         assert frame.linear_acceleration == pytest.approx(np.zeros(3), abs=0.1)

@@ -92,18 +92,18 @@ def test_one_motor_turns_both_hips(
 ) -> None:
     (leader, follower), = robot.coupled_joints
     first, second = robot.index(leader), robot.index(follower)
-    with World.single(robot, reference, robot_seed=0, engine=engine) as simulation:
+    with World.single(robot, reference, robot_seed=0, engine=engine) as world:
         target = np.array(robot.stand_pose)
         apart, torque = 0.0, 0.0
         for tick in range(150):
             target[first] = -0.4 * min(1.0, tick / 50.0)
             target[second] = 0.3  # nobody listens to this one
-            simulation.robot.command(JointTargets(simulation.time, target, 1.0))
-            simulation.step()
-            truth = simulation.robot.truth()
+            world.robot.command(JointTargets(world.time, target, 1.0))
+            world.step()
+            truth = world.robot.truth()
             apart = max(apart, abs(truth.joint_position[first] - truth.joint_position[second]))
             torque = max(torque, abs(truth.joint_torque[second]))
         assert apart < math.radians(0.1)
         assert torque == 0.0
-        zero = simulation.robot.individual.joint_zero[first]
+        zero = world.robot.individual.joint_zero[first]
         assert truth.joint_position[second] - zero == pytest.approx(-0.4, abs=0.02)

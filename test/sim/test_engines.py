@@ -16,35 +16,36 @@ from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, JointTargets
 from sim_bridge.engines import registry as engines
 from sim_bridge.plant import Plant, load_plant
+from sim_bridge.robot import RobotSpec
 from sim_bridge.world import World
 
 
 def test_a_frame_comes_late_by_the_delay(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with World.single(robot, reference, robot_seed=0, engine=engine) as simulation:
+    with World.single(robot, reference, robot_seed=0, engine=engine) as world:
         stamps = []
         for _ in range(8):
-            simulation.step()
-            frame = simulation.robot.sense()
-            stamps.append(None if frame is None else simulation.time - frame.stamp)
+            world.step()
+            frame = world.robot.sense()
+            stamps.append(None if frame is None else world.time - frame.stamp)
     assert stamps[:3] == [None, None, None]
     assert stamps[3:] == [40_000_000] * 5
 
 
-def walk_blindly(simulation: World) -> FloatArray:
+def walk_blindly(world: World) -> FloatArray:
     """(ticks, n + 7) of a robot that swings its legs and is pushed until it falls."""
     rows = []
-    robot = simulation.robot.description
+    robot = world.robot.description
     for tick in range(80):
         target = np.array(robot.stand_pose)
         for joint, sign in (("LHipRoll", 1.0), ("RHipRoll", 1.0), ("LKneePitch", 2.0)):
             target[robot.index(joint)] += sign * 0.15 * math.sin(0.12 * tick)
         if tick == 30:
-            simulation.robot.push(np.array([15.0, 10.0, 0.0]), 0.1)
-        simulation.robot.command(JointTargets(simulation.time, target, 1.0))
-        simulation.step()
-        truth = simulation.robot.truth()
+            world.robot.push(np.array([15.0, 10.0, 0.0]), 0.1)
+        world.robot.command(JointTargets(world.time, target, 1.0))
+        world.step()
+        truth = world.robot.truth()
         rows.append(
             np.concatenate([truth.torso_position, truth.torso_quaternion, truth.joint_position])
         )
@@ -54,14 +55,14 @@ def walk_blindly(simulation: World) -> FloatArray:
 def test_the_same_robot_does_the_same_to_the_last_bit(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with World.single(robot, reference, robot_seed=2, engine=engine) as simulation:
-        first = walk_blindly(simulation)
-        simulation.reset()
-        again = walk_blindly(simulation)
-    with World.single(robot, reference, robot_seed=2, engine=engine) as simulation:
-        fresh = walk_blindly(simulation)
-    with World.single(robot, reference, robot_seed=4, engine=engine) as simulation:
-        other = walk_blindly(simulation)
+    with World.single(robot, reference, robot_seed=2, engine=engine) as world:
+        first = walk_blindly(world)
+        world.reset()
+        again = walk_blindly(world)
+    with World.single(robot, reference, robot_seed=2, engine=engine) as world:
+        fresh = walk_blindly(world)
+    with World.single(robot, reference, robot_seed=4, engine=engine) as world:
+        other = walk_blindly(world)
     assert np.array_equal(first, again)
     assert np.array_equal(first, fresh)
     assert not np.array_equal(first, other)
@@ -81,13 +82,23 @@ def test_pybullet_refuses_what_it_cannot_honour(
     robot: RobotDescription, reference: Plant, option: str, value: float | bool
 ) -> None:
     plant = changed(reference, motor={option: value})
-    with pytest.raises(NaoGaitError, match=rf"motor\.{option}: got {value}; .*pybullet"):
+    refusal = rf"motor\.{option}: got {value}; .*pybullet.*engine:=mujoco"
+    with pytest.raises(NaoGaitError, match=refusal):
         World.single(robot, plant, engine="pybullet")
 
 
 def test_pybullet_refuses_the_worn_plant(robot: RobotDescription) -> None:
     with pytest.raises(NaoGaitError, match=r"worn: motor\.\w+: got .* with engine pybullet"):
         World.single(robot, load_plant("worn"), engine="pybullet")
+
+
+def test_an_engine_refuses_more_robots_than_it_can_simulate(
+    engine: str, robot: RobotDescription, reference: Plant
+) -> None:
+    with pytest.raises(NaoGaitError, match=f"got '2 robots'; allowed: 1 robot .* {engine}"):
+        World(reference, [RobotSpec(robot, 0), RobotSpec(robot, 1)], engine=engine)
+    with pytest.raises(NaoGaitError, match="got 'no robot'; allowed: at least one"):
+        World(reference, [], engine=engine)
 
 
 def test_an_unknown_engine_is_refused(robot: RobotDescription, reference: Plant) -> None:

@@ -208,7 +208,7 @@ def test_ideal_robots_are_all_nominal(robot: RobotDescription) -> None:
 
 @pytest.mark.parametrize("seed", [-2, True, 1.0, "1", None])
 def test_bad_seeds_are_refused(plant: Plant, robot: RobotDescription, seed: object) -> None:
-    with pytest.raises(NaoGaitError, match="robot_seed.*-1 for the nominal"):
+    with pytest.raises(NaoGaitError, match=r"robot_seed.*-1 for the nominal"):
         draw_individual(plant, robot, seed)  # type: ignore[arg-type]
 
 

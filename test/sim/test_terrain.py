@@ -162,10 +162,10 @@ def test_soft_layers_are_springs_in_series(bruno: RobotDescription) -> None:
 
 def stand(robot: RobotDescription, engine: str, *options: PlantOption) -> tuple[float, float]:
     """Height [m] of the middle of the lower sole, and the load [N], after half a second."""
-    with World.single(robot, plant_with(*options), robot_seed=-1, engine=engine) as simulation:
+    with World.single(robot, plant_with(*options), robot_seed=-1, engine=engine) as world:
         for _ in range(50):
-            simulation.step()
-        truth = simulation.robot.truth()
+            world.step()
+        truth = world.robot.truth()
     return float(min(sole.position[2] for sole in truth.soles)), float(truth.sole_force.sum())
 
 

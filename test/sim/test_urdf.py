@@ -233,7 +233,8 @@ def test_inertias_belong_to_real_bodies(robot: Robot) -> None:
             assert not inertia.any(), link
             continue
         low, middle, high = np.linalg.eigvalsh(inertia)
-        assert low > 0.0 and high <= low + middle, link
+        assert low > 0.0, link
+        assert high <= low + middle, link
 
 
 def test_only_primitive_shapes(robot: Robot) -> None:

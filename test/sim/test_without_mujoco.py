@@ -36,7 +36,10 @@ def test_asking_for_mujoco_says_what_to_install() -> None:
 
 
 def test_installed_finds_nothing_that_cannot_be_imported() -> None:
-    code = 'import sys; sys.modules["mujoco"] = None; from sim_bridge.engines.registry import installed; '
-    code += 'print(installed("mujoco"), installed("pybullet"))'
+    code = (
+        'import sys; sys.modules["mujoco"] = None; '
+        "from sim_bridge.engines.registry import installed; "
+        'print(installed("mujoco"), installed("pybullet"))'
+    )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert said.stdout.split() == ["False", str(engines.installed("pybullet"))]

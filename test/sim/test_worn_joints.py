@@ -10,7 +10,6 @@ import pytest
 
 from engine_bench import (
     HIGH,
-    TUMBLED,
     Bench,
     UrdfModel,
     changed,
@@ -21,7 +20,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import JointTargets
-from sim_bridge.engines.backend import StartState
+from sim_bridge.engines.backend import make_robot_model
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.world import World
@@ -40,35 +39,36 @@ def test_mass_matrix_is_pinocchio_s_plus_the_rotors(
     """Exact, where free fall leaves room for a wrong small number."""
     import mujoco
 
-    from sim_bridge.engines.mujoco.backend import MujocoBackend
+    from sim_bridge.engines.mujoco.model import MujocoModel
 
-    bench = Bench("mujoco", robot, reference)
+    model = MujocoModel(make_robot_model(robot, reference, NOMINAL)).model
+    data = mujoco.MjData(model)
     joints = np.random.default_rng(1).uniform(robot.lower, robot.upper)
-    bench.backend.reset([StartState(HIGH, TUMBLED, joints)])
-    backend = bench.backend
-    assert isinstance(backend, MujocoBackend)
-    mujoco.mj_forward(backend._model, backend._data)
-    full = np.zeros((backend._model.nv, backend._model.nv))
-    mujoco.mj_fullM(backend._model, backend._data, full)
-    own = full[6:, 6:] - np.diag(backend._model.dof_armature[6:])
-    model = UrdfModel(robot)
-    q = pin.neutral(model.model)
-    for joint, angle in zip(model.columns, joints, strict=True):
+    for name, angle in zip(robot.joint_names, joints, strict=True):
+        data.joint(name).qpos[:] = angle
+    mujoco.mj_forward(model, data)
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    columns = [int(model.joint(name).dofadr[0]) for name in robot.joint_names]
+    own = (full - np.diag(model.dof_armature))[np.ix_(columns, columns)]
+    by_pinocchio = UrdfModel(robot)
+    q = pin.neutral(by_pinocchio.model)
+    for joint, angle in zip(by_pinocchio.columns, joints, strict=True):
         q[joint.idx_q] = angle
-    expected = pin.crba(model.model, model.data, q)
+    expected = pin.crba(by_pinocchio.model, by_pinocchio.data, q)
     expected = np.triu(expected) + np.triu(expected, 1).T
-    rows = [joint.idx_v for joint in model.columns]
+    rows = [joint.idx_v for joint in by_pinocchio.columns]
     assert own == pytest.approx(expected[np.ix_(rows, rows)], abs=1e-9)
-    assert full[0, 0] == pytest.approx(model.mass, abs=1e-9)
+    assert full[0, 0] == pytest.approx(by_pinocchio.mass, abs=1e-9)
 
 
 @pytest.mark.usefixtures("mujoco_only")
 def test_a_servo_sags_by_torque_over_stiffness(robot: RobotDescription, reference: Plant) -> None:
     plant = changed(reference, motor={"stiffness": 150.0})
-    with World.single(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
+    with World.single(robot, plant, robot_seed=NOMINAL, engine="mujoco") as world:
         for _ in range(200):
-            simulation.step()
-        truth = simulation.robot.truth()
+            world.step()
+        truth = world.robot.truth()
     for joint in ("LKneePitch", "RKneePitch", "LAnklePitch", "LHipRoll"):
         index = robot.index(joint)
         sag = robot.stand_pose[index] - truth.joint_position[index]
@@ -78,24 +78,26 @@ def test_a_servo_sags_by_torque_over_stiffness(robot: RobotDescription, referenc
 
 @pytest.mark.usefixtures("mujoco_only")
 def test_play_is_free_and_no_wider(robot: RobotDescription, reference: Plant) -> None:
-    """A foot thrown to either side of its play goes that far while its motor stays."""
-    from sim_bridge.engines.mujoco.backend import MujocoBackend
+    """A foot that is pushed to either side of its play goes that far while its motor stays."""
+    import mujoco
+
+    from sim_bridge.engines.mujoco.model import MujocoModel, play_name
 
     play = 0.04
-    bench = mujoco_bench(robot, changed(weightless(reference), motor={"play": play}))
-    index = robot.index("LAnklePitch")
-    fixed = robot.stand_pose[index]
-    backend = bench.backend
-    assert isinstance(backend, MujocoBackend)
-    hinge = backend._model.joint("LAnklePitch_play").dofadr[0]
-    reached: dict[str, float] = {}
-    for name, side in (("down", 1.0), ("up", -1.0)):
-        bench.float()
-        backend._data.qvel[hinge] = side * 0.5
-        seen = [bench.step().joint_position[index] - fixed for _ in range(60)]
-        reached[name] = side * max(side * angle for angle in seen)
-    assert reached["down"] == pytest.approx(play / 2.0, abs=0.1 * play)
-    assert reached["up"] == pytest.approx(-play / 2.0, abs=0.1 * play)
+    plant = changed(weightless(reference), motor={"play": play})
+    model = MujocoModel(make_robot_model(robot, plant, NOMINAL)).model
+    for side in (1.0, -1.0):
+        data = mujoco.MjData(model)
+        data.qpos[:3] = HIGH
+        for name, angle in zip(robot.joint_names, robot.stand_pose, strict=True):
+            data.joint(name).qpos[:] = angle
+            data.actuator(name).ctrl[:] = angle
+        data.joint(play_name("LAnklePitch")).qvel[:] = side * 0.5
+        seen = []
+        for _ in range(60):
+            mujoco.mj_step(model, data)
+            seen.append(side * data.joint(play_name("LAnklePitch")).qpos[0])
+        assert max(seen) == pytest.approx(play / 2.0, abs=0.1 * play)
 
 
 @pytest.mark.usefixtures("mujoco_only")
@@ -125,10 +127,10 @@ def test_a_servo_that_sees_the_encoder_takes_up_the_play(
     motor = {"stiffness": 150.0, "play": 0.04, "encoder_feedback": encoder_feedback}
     plant = changed(reference, motor=motor)
     knees = [robot.index(joint) for joint in ("LKneePitch", "RKneePitch")]
-    with World.single(robot, plant, robot_seed=NOMINAL, engine="mujoco") as simulation:
+    with World.single(robot, plant, robot_seed=NOMINAL, engine="mujoco") as world:
         for _ in range(300):
-            simulation.step()
-        truth = simulation.robot.truth()
+            world.step()
+        truth = world.robot.truth()
     error = (robot.stand_pose - truth.joint_position)[knees]
     left = np.abs(error - truth.joint_torque[knees] / 150.0)
     assert np.abs(truth.joint_torque[knees]).min() > 0.3
@@ -143,8 +145,9 @@ def test_a_servo_that_sees_the_encoder_takes_up_the_play(
 def test_encoder_steps_reach_the_servo(
     robot: RobotDescription, reference: Plant, encoder_feedback: bool
 ) -> None:
-    """With 64 steps per turn no reading says 0.03 rad: the joint goes to where the reading changes
-    from too little to too much, half a step from 0.
+    """With 64 steps per turn no reading is 0.03 rad.
+
+    The joint goes to where the reading changes from too small to too large, half a step from 0.
     """
     plant = changed(
         weightless(reference),
@@ -167,17 +170,17 @@ def test_dry_friction_holds_a_relaxed_foot(
     plant = changed(reference, motor={"friction": friction})
     with World.single(
         robot, plant, robot_seed=NOMINAL, engine="mujoco", start_state="lying_back"
-    ) as simulation:
+    ) as world:
         target = np.array(robot.stand_pose)
         for _ in range(20):
-            simulation.robot.command(JointTargets(simulation.time, target, 1.0))
-            simulation.step()
+            world.robot.command(JointTargets(world.time, target, 1.0))
+            world.step()
         index = robot.index("LAnklePitch")
-        before = simulation.robot.truth().joint_position[index]
+        before = world.robot.truth().joint_position[index]
         for _ in range(60):
-            simulation.robot.command(JointTargets(simulation.time, target, 0.0))
-            simulation.step()
-        moved = abs(simulation.robot.truth().joint_position[index] - before)
+            world.robot.command(JointTargets(world.time, target, 0.0))
+            world.step()
+        moved = abs(world.robot.truth().joint_position[index] - before)
     assert (moved < 0.01) == holds
     if not holds:
         assert moved > 0.05
@@ -229,10 +232,10 @@ def test_mujoco_refuses_what_it_cannot_honour(
 
 @pytest.mark.usefixtures("mujoco_only")
 def test_the_worn_plant_stands(robot: RobotDescription) -> None:
-    with World.single(robot, load_plant("worn"), robot_seed=0, engine="mujoco") as simulation:
+    with World.single(robot, load_plant("worn"), robot_seed=0, engine="mujoco") as world:
         for _ in range(200):
-            simulation.step()
-        truth = simulation.robot.truth()
+            world.step()
+        truth = world.robot.truth()
     tilt = np.degrees(np.linalg.norm(pin.log3(rotation_matrix(truth.torso_quaternion))))
     assert tilt < 3.0
     assert truth.sole_force.min() > 10.0

@@ -18,15 +18,15 @@ from simulation_runs import MS, G, flat, flat_frame, run, sway, targets, tilt
 
 @pytest.mark.parametrize("delay", [0.0, 0.04, 0.015, 0.001])
 def test_frames_come_as_late_as_asked(robot: RobotDescription, ideal: Plant, delay: float) -> None:
-    with World.single(robot, ideal, NOMINAL, sensor_delay=delay) as simulation:
-        truths = {0: simulation.robot.truth()}
+    with World.single(robot, ideal, NOMINAL, sensor_delay=delay) as world:
+        truths = {0: world.robot.truth()}
         for tick in range(1, 13):
-            simulation.robot.command(sway(simulation, tick))
-            simulation.step()
-            assert simulation.time == tick * 10 * MS
-            truths[simulation.time] = simulation.robot.truth()
-            frame = simulation.robot.sense()
-            latest = (simulation.time - round(delay * 1e9)) // (10 * MS) * (10 * MS)
+            world.robot.command(sway(world, tick))
+            world.step()
+            assert world.time == tick * 10 * MS
+            truths[world.time] = world.robot.truth()
+            frame = world.robot.sense()
+            latest = (world.time - round(delay * 1e9)) // (10 * MS) * (10 * MS)
             if latest < 0:
                 assert frame is None
                 continue
@@ -40,53 +40,53 @@ def test_frames_come_as_late_as_asked(robot: RobotDescription, ideal: Plant, del
 
 
 def test_the_plant_s_own_delay_is_the_default(robot: RobotDescription, reference: Plant) -> None:
-    with World.single(robot, reference) as simulation:
-        assert simulation.robot.sense() is None
+    with World.single(robot, reference) as world:
+        assert world.robot.sense() is None
         for _ in range(4):
-            assert simulation.robot.sense() is None
-            simulation.step()
-        frame = simulation.robot.sense()
+            assert world.robot.sense() is None
+            world.step()
+        frame = world.robot.sense()
         assert frame is not None
         assert frame.stamp == 0
-        assert simulation.time == 40 * MS
+        assert world.time == 40 * MS
 
 
 def test_sensing_twice_is_sensing_once(robot: RobotDescription, reference: Plant) -> None:
-    with World.single(robot, reference, sensor_delay=0.0) as simulation:
-        simulation.step()
-        assert simulation.robot.sense() is simulation.robot.sense()
-        reading = simulation.robot.read()
+    with World.single(robot, reference, sensor_delay=0.0) as world:
+        world.step()
+        assert world.robot.sense() is world.robot.sense()
+        reading = world.robot.read()
         assert reading is not None
-        assert reading.frame is simulation.robot.sense()
-        assert np.array_equal(reading.joint_effort, simulation.robot.truth().joint_torque)
+        assert reading.frame is world.robot.sense()
+        assert np.array_equal(reading.joint_effort, world.robot.truth().joint_torque)
 
 
 def test_a_longer_control_period(robot: RobotDescription, ideal: Plant) -> None:
-    with World.single(robot, ideal, control_period=0.02) as simulation:
-        assert simulation.control_period == 20 * MS
-        simulation.step()
-        assert simulation.time == simulation.robot.truth().stamp == 20 * MS
+    with World.single(robot, ideal, control_period=0.02) as world:
+        assert world.control_period == 20 * MS
+        world.step()
+        assert world.time == world.robot.truth().stamp == 20 * MS
 
 
 def test_reset_goes_back_and_the_clock_goes_on(robot: RobotDescription, reference: Plant) -> None:
-    with World.single(robot, reference, robot_seed=1) as simulation:
-        start = flat(simulation.robot.truth())
-        first, first_frames = run(simulation, 12)
-        simulation.robot.command(targets(simulation, stiffness=0.1, HeadYaw=1.0))
-        simulation.step()
-        simulation.robot.push(np.array([50.0, 0.0, 0.0]), 10.0)
-        time = simulation.time
-        simulation.reset()
-        assert simulation.time == time == simulation.robot.truth().stamp
-        assert np.array_equal(flat(simulation.robot.truth()), start)
-        assert simulation.robot.sense() is None, "frames under way belong to the past"
-        again, again_frames = run(simulation, 12)
-        assert simulation.time == time + 12 * 10 * MS
+    with World.single(robot, reference, robot_seed=1) as world:
+        start = flat(world.robot.truth())
+        first, first_frames = run(world, 12)
+        world.robot.command(targets(world, stiffness=0.1, HeadYaw=1.0))
+        world.step()
+        world.robot.push(np.array([50.0, 0.0, 0.0]), 10.0)
+        time = world.time
+        world.reset()
+        assert world.time == time == world.robot.truth().stamp
+        assert np.array_equal(flat(world.robot.truth()), start)
+        assert world.robot.sense() is None, "frames under way belong to the past"
+        again, again_frames = run(world, 12)
+        assert world.time == time + 12 * 10 * MS
         assert np.array_equal(first, again)  # no push, no stiffness and no noise left over
         assert np.array_equal(first_frames, again_frames)
-        frame = simulation.robot.sense()
+        frame = world.robot.sense()
         assert frame is not None
-        assert frame.stamp == simulation.time - 40 * MS
+        assert frame.stamp == world.time - 40 * MS
 
 
 def test_two_simulations_do_not_disturb_each_other(
@@ -97,11 +97,11 @@ def test_two_simulations_do_not_disturb_each_other(
         truths, frames = run(alone, 30)
     with World.single(robot, reference, 1) as one, World.single(robot, reference, 2) as other:
         for tick in range(30):
-            for simulation in (one, other):
+            for world in (one, other):
                 if tick == 15:
-                    simulation.robot.push(np.array([8.0, -5.0, 0.0]), 0.1)
-                simulation.robot.command(sway(simulation, tick))
-                simulation.step()
+                    world.robot.push(np.array([8.0, -5.0, 0.0]), 0.1)
+                world.robot.command(sway(world, tick))
+                world.step()
             assert np.array_equal(flat(one.robot.truth()), truths[tick])
         assert not np.array_equal(flat(other.robot.truth()), truths[-1])
         last = one.robot.sense()
@@ -112,8 +112,8 @@ def test_two_simulations_do_not_disturb_each_other(
 def test_noise_has_a_seed_of_its_own(robot: RobotDescription, reference: Plant) -> None:
     results = []
     for seed in (0, 0, 7):
-        with World.single(robot, reference, robot_seed=1, noise_seed=seed) as simulation:
-            results.append(run(simulation, 12))
+        with World.single(robot, reference, robot_seed=1, noise_seed=seed) as world:
+            results.append(run(world, 12))
     (truth, frames), (same_truth, same_frames), (other_truth, other_frames) = results
     assert np.array_equal(truth, same_truth)
     assert np.array_equal(frames, same_frames)
@@ -125,27 +125,27 @@ def test_noise_has_a_seed_of_its_own(robot: RobotDescription, reference: Plant) 
 
 @pytest.mark.parametrize(("name", "chest"), [("lying_front", -1.0), ("lying_back", 1.0)])
 def test_lying(robot: RobotDescription, reference: Plant, name: str, chest: float) -> None:
-    with World.single(robot, reference, NOMINAL, start_state=name) as simulation:
-        start = simulation.robot.truth()
+    with World.single(robot, reference, NOMINAL, start_state=name) as world:
+        start = world.robot.truth()
         forward = pin.Quaternion(start.torso_quaternion).matrix()[:, 0]
         assert forward == pytest.approx([0.0, 0.0, chest], abs=1e-6)
         assert start.torso_position[2] < 0.15
         for _ in range(100):
-            simulation.step()
-        truth = simulation.robot.truth()
+            world.step()
+        truth = world.robot.truth()
         assert 60.0 < tilt(truth) < 120.0, "it stays down"
         # neither thrown up nor sunk in
         assert abs(truth.torso_position[2] - start.torso_position[2]) < 0.03
-        assert truth.sole_force.sum() < simulation.robot.body.mass * G
+        assert truth.sole_force.sum() < world.robot.body.mass * G
 
 
 @pytest.mark.parametrize("seed", [NOMINAL, 0, 1, 2])
 def test_standing(robot: RobotDescription, reference: Plant, seed: int) -> None:
-    with World.single(robot, reference, seed) as simulation:
-        start = simulation.robot.truth()
+    with World.single(robot, reference, seed) as world:
+        start = world.robot.truth()
         lowest = min(
             (sole.position + sole.rotation @ point)[2]
-            for sole, contacts in zip(start.soles, simulation.robot.body.soles, strict=True)
+            for sole, contacts in zip(start.soles, world.robot.body.soles, strict=True)
             for point in contacts.points
         )
         assert lowest == pytest.approx(0.005, abs=1e-6), "the soles just touch the floor"
@@ -155,8 +155,8 @@ def test_standing(robot: RobotDescription, reference: Plant, seed: int) -> None:
         count = 2.0 * math.pi / 4096
         assert frame.joint_position == pytest.approx(robot.stand_pose, abs=0.5 * count + 1e-12)
         for _ in range(100):
-            simulation.step()
-        truth = simulation.robot.truth()
+            world.step()
+        truth = world.robot.truth()
         assert tilt(truth) < 5.0
         assert np.abs(truth.torso_position - start.torso_position).max() < 0.02
 
@@ -188,9 +188,9 @@ def test_bad_options_are_refused(
 
 
 def test_closing_twice_is_allowed(robot: RobotDescription, ideal: Plant) -> None:
-    simulation = World.single(robot, ideal)
-    simulation.close()
-    simulation.close()
+    world = World.single(robot, ideal)
+    world.close()
+    world.close()
 
 
 def test_closing_gives_the_client_back(robot: RobotDescription, ideal: Plant) -> None:
