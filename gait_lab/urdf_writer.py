@@ -222,7 +222,7 @@ def main(args: Sequence[str] | None = None) -> int:
         prog="python -m gait_lab.urdf_writer", description="Write the URDF files from the facts."
     )
     parser.add_argument("--check", action="store_true", help="compare only; 1 if a file differs")
-    parser.add_argument("--folder", type=Path, metavar="DIR", help="of the files (shipped)")
+    parser.add_argument("--folder", type=Path, metavar="DIR", help="output folder (shipped)")
     options = parser.parse_args(args)
     try:
         different = outdated(options.folder or share("urdf"), write=not options.check)

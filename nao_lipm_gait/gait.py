@@ -51,7 +51,7 @@ from nao_lipm_gait.whole_body.stand_blend import StandBlend
 from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
 
 MISSED_TICKS_MAX = 20
-"""Longest gap between two frames that the gait bridges; after a longer one it begins anew."""
+"""Longest gap between two frames that the gait bridges; after a longer one it restarts."""
 HEIGHT_RATE = 0.05
 """Rate [m/s] at which the CoM height follows its parameter."""
 PITCH_RATE = 0.1
@@ -203,7 +203,7 @@ class Gait:
     # -- parts of the tick -------------------------------------------------------------------------
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
-        """Number of frames lost since the last one; begins anew with the first frame or a jump."""
+        """Number of frames lost since the last one; starts again with the first frame or a jump."""
         last, self._stamp = self._stamp, frame.stamp
         ticks = 0 if last is None else round((frame.stamp - last) / self._period)
         if 1 <= ticks <= MISSED_TICKS_MAX:
@@ -344,7 +344,7 @@ class Gait:
             self._stamp = stamp - self._period
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """Change the parameters; a walk takes them over at its next support change.
+        """Change the parameters; a walk applies them at its next support change.
 
         `NEEDS_RESET` ones take effect at the next reset.
         """

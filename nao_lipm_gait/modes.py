@@ -75,7 +75,7 @@ class Transition(NamedTuple):
         before: Mode until this tick.
         after: Mode from this tick on.
         motion: Motion to begin, or for `stand` the motion that has ended.
-        tipping_com: For `walk`: the CoM from which a capture step begins.
+        tipping_com: CoM from which a capture step begins, for `walk`.
     """
 
     before: GaitState
@@ -360,6 +360,6 @@ TRANSITIONS: dict[GaitState, tuple[tuple[GaitState, Condition], ...]] = {
 }
 """For each mode its transitions (next mode, condition); the first whose condition holds applies.
 
-A transition of a mode into itself begins it anew: the time upright of a fallen robot, or the next
+A transition of a mode into itself restarts it: the time upright of a fallen robot, or the next
 motion.
 """

@@ -292,7 +292,7 @@ PARAMETERS: tuple[schema.Field, ...] = schema.fields(GaitParameters)
 BY_NAME: Mapping[str, schema.Field] = {parameter.name: parameter for parameter in PARAMETERS}
 
 NEEDS_RESET = ("walk", "feedback_delay")
-"""Parameters that a gait reads only when it begins anew; they cannot change while it walks."""
+"""Parameters that a gait reads only when it restarts; they cannot change while it walks."""
 
 
 def load_preset(name_or_path: str | Path) -> GaitParameters:

@@ -54,9 +54,7 @@ def _locate(module: Path, prefixes: tuple[Path, ...]) -> Path:
         if (candidate / _MARKER).is_file():
             return candidate
     searched = ", ".join(str(candidate) for candidate in candidates)
-    raise NaoGaitError(
-        "shared files", "nowhere", f"{_MARKER} in one of the folders searched: {searched}"
-    )
+    raise NaoGaitError("shared files", "not found", f"{_MARKER} in one of: {searched}")
 
 
 @cache

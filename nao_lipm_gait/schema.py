@@ -132,7 +132,7 @@ class Text(Kind):
         raise NaoGaitError(where, value, self.allowed)
 
 
-NAME = Text(pattern="[a-z_][a-z0-9_]*", description="a name of small letters, digits and _")
+NAME = Text(pattern="[a-z_][a-z0-9_]*", description="a name of lowercase letters, digits and _")
 """A name that can also be a file name or a command line argument."""
 
 

@@ -80,7 +80,7 @@ def write_walk(
     """Walk the task of a specification and write the topics of both nodes.
 
     Args:
-        folder: Of the bag.
+        folder: Folder of the bag.
         spec: The walk.
         without: Topics to leave out.
         prefix: Namespace of the topics.

@@ -164,7 +164,7 @@ class BagContents:
     """What was found in a bag.
 
     Attributes:
-        path: Of the bag.
+        path: Path of the bag.
         messages: (log time [ns], message) of the wanted topics, in the order of the log; empty for
             a topic that the bag lacks.
         topics: All topics of the bag.

@@ -165,7 +165,7 @@ def soles_overlap(trace: Trace, outline: Sequence[tuple[float, float]]) -> BoolA
 
     Args:
         trace: The walk.
-        outline: Of the left sole in its frame [m], convex, counter-clockwise.
+        outline: Outline of the left sole in its frame [m], convex, counter-clockwise.
 
     Returns:
         (t,).
@@ -249,11 +249,11 @@ def measure(
 
     Args:
         trace: The walk.
-        start: Begin of the window [s since the first tick].
+        start: Start of the window [s since the first tick].
         end: End of the window [s since the first tick].
-        outline: Of the left sole in its frame [m], convex, counter-clockwise. If given, soles also
-            touch where their outlines overlap; these are larger than the plates that collide in
-            the engines.
+        outline: Outline of the left sole in its frame [m], convex, counter-clockwise. If given,
+            soles also touch where their outlines overlap; these are larger than the plates that
+            collide in the engines.
 
     Returns:
         The metrics.
@@ -301,7 +301,7 @@ def measure(
 
 
 def alarm_time(trace: Trace, fall: int | None) -> float | None:
-    """[s] since the first tick: begin of the alarm that leads to the fall; None without one.
+    """[s] since the first tick: start of the alarm that leads to the fall; None without one.
 
     Without a fall (`fall`, its tick, is None) the first alarm counts.
     """

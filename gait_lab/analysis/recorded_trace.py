@@ -221,7 +221,7 @@ def supports_at(phases: tuple[SupportPhase, ...], stamps: IntArray) -> IntArray:
 
 
 def read_trace(path: Path) -> Trace | None:
-    """The trace of a bag, without poses of the soles; None if it tells nothing of the motion."""
+    """The trace of a bag, without poses of the soles; None if the bag has no motion data."""
     walk = read_walk(path)
     return make_trace(walk, find_phases(walk), None)
 

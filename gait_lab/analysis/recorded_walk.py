@@ -41,7 +41,7 @@ class Part:
 PARTS: Mapping[str, Part] = {
     "joints": Part("/joint_states", (JOINT_STATE,), "joints, saturation, timing and the 3D replay"),
     "targets": Part("/joint_command", (JOINT_STATE,), "joint targets against measured"),
-    "command": Part("/cmd_vel", TWISTS, "the speeds that were asked for"),
+    "command": Part("/cmd_vel", TWISTS, "the commanded speeds"),
     "truth": Part("/ground_truth/odom", (ODOMETRY,), "true speeds and path (odometry instead)"),
     "true_com": Part("/ground_truth/com", (POINT,), "the CoM error against truth"),
     "odometry": Part("/odom", (ODOMETRY,), "the gait's own odometry"),
@@ -113,7 +113,7 @@ class Table:
     """t rows over time.
 
     Attributes:
-        stamp: (t,) [ns] of the values, strictly rising.
+        stamp: (t,) [ns] of the values, strictly increasing.
         arrived: (t,) [ns] when they were recorded, on the same clock.
         value: (t, n).
     """
@@ -164,14 +164,14 @@ class RecordedWalk:
     """The topics of one bag.
 
     Attributes:
-        name: Of the bag's folder.
+        name: Name of the bag's folder.
         bag: The contents as read.
         parts: Topic by part, see `PARTS`.
         missing: Which parts the bag lacks, in words.
         remarks: What was wrong with the bag, in words.
         origin: [ns] the zero of every time axis.
         age: [ns] median age of the sensors when they were recorded; 0 if unknown.
-        joint_names: Of the joint states.
+        joint_names: Joint names of the joint states.
         position: (t, j) [rad].
         velocity: (t, j) [rad/s].
         effort: (t, j) [N m].
@@ -340,7 +340,7 @@ def _age(joints: Table) -> int:
 def _rising(
     rows: list[tuple[int, int, Any]], width: int, topic: str, remarks: list[str]
 ) -> Table:
-    """The rows by rising stamp, each stamp once; the longest of several runs in one bag."""
+    """The rows by increasing stamp, each stamp once; the longest of several runs in one bag."""
     # Several messages can have the same log time; readers return them in any order.
     rows = sorted(rows, key=lambda row: (row[1], row[0]))
     stamps = np.array([row[0] for row in rows], dtype=np.int64)
@@ -349,7 +349,7 @@ def _rising(
         runs = list(itertools.pairwise(begins))
         first, last = max(runs, key=lambda run: run[1] - run[0])
         rows, stamps = rows[first:last], stamps[first:last]
-        remarks.append(f"{topic}: time begins anew {len(runs) - 1} times; the longest run is kept")
+        remarks.append(f"{topic}: time restarts {len(runs) - 1} times; the longest run is kept")
     _, order = np.unique(stamps, return_index=True)
     value = np.full((len(order), width), np.nan)
     for index, row in enumerate(order):

@@ -33,7 +33,7 @@ class Trace:
     coordinate system of the single support phase, on the ground plane.
 
     Attributes:
-        stamp: (t,) [ns] strictly rising.
+        stamp: (t,) [ns] strictly increasing.
         torso_position: (t, 3) [m] in world.
         torso_quaternion: (t, 4) xyzw, torso to world.
         torso_velocity: (t, 3) [m/s] in the torso frame.
@@ -45,7 +45,7 @@ class Trace:
         legs_touch: (t,) whether the legs touch each other.
         saturated: (t,) number of motors at their torque limit.
         alarm: (t,) whether the gait reports a fall.
-        command: (t, 3) asked velocity [m/s, m/s, rad/s].
+        command: (t, 3) commanded velocity [m/s, m/s, rad/s].
         odometry: (t, 3) the gait's own base_footprint in odom [m, m, rad]; NaN before the first
             frame.
         status_stamp: (t,) [ns] sampling time that the gait's values belong to; -1 before the first
@@ -86,7 +86,7 @@ class Trace:
             if rows != ticks:
                 raise NaoGaitError(f"trace.{field.name}", f"{rows} rows", f"{ticks} rows")
         if ticks > 1 and not np.all(np.diff(self.stamp) > 0):
-            raise NaoGaitError("trace.stamp", "one that does not rise", "strictly rising stamps")
+            raise NaoGaitError("trace.stamp", "not increasing", "strictly increasing stamps")
 
     def __len__(self) -> int:
         return len(self.stamp)
@@ -138,7 +138,7 @@ class Recorder:
         Args:
             truth: Ground truth.
             command: What the gait was commanded.
-            status: Of the gait; None before its first frame.
+            status: Status of the gait; None before its first frame.
         """
         left, right = truth.soles
         self._rows.append((
@@ -159,7 +159,7 @@ class Recorder:
 
     def _of_status(self, status: GaitStatus) -> tuple[float, ...]:
         # The status has the soles as commanded, ahead of the measurement by the delay: at the end
-        # of a phase the support sole already swings. So the pose at the phase's begin is kept.
+        # of a phase the support sole already swings. So the pose at the start of the phase is kept.
         phase = (status.support, status.step_count)
         if phase != self._phase:
             self._phase = phase

@@ -21,8 +21,8 @@ class Contender:
     """One gait of a comparison.
 
     Attributes:
-        name: As in the names of its metrics.
-        parameters: Of the gait.
+        name: Name as in its metrics.
+        parameters: Parameters of the gait.
         walker: Makes what walks in place of the gait; None for the gait with these parameters.
     """
 
@@ -36,7 +36,7 @@ class Outcome:
     """How the robots walked and withstood pushes with one gait.
 
     Attributes:
-        name: Of the gait.
+        name: Name of the gait.
         scores: One per task.
         cells: Direction and impulse [N s] -> pushes on the spot.
         detection: Fall detection over walks and pushes.

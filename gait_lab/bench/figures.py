@@ -114,7 +114,7 @@ def crossing_figure(spec: CrossingSpec, path: Path, frames: int = 4) -> Crossing
 
     Args:
         spec: The crossing.
-        path: Of the PNG.
+        path: Path of the PNG.
         frames: Number of pictures.
 
     Returns:

@@ -80,7 +80,7 @@ STARTS = {
 PLACE_TOLERANCE, TURN_TOLERANCE = 0.02, math.radians(2.0)
 """[m] and [rad] between two ends of the same walk on other processors."""
 MOTION_AT, MOTION_REST = 1.5, 1.0
-"""[s] when a motion is asked for, and for how long the robot is watched after it."""
+"""[s] when a motion is requested, and for how long the robot is watched after it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ class Option:
         metavar: Placeholder of the value; empty for a switch.
         flags: Names on the command line, the usual one first.
         parse: Converts the text of the command line.
-        repeated: The option may be given often; its value is a tuple.
+        repeated: The option may be repeated; its value is a tuple.
         minimum: Smallest allowed value.
         above: The value has to be larger than this.
         maximum: Largest allowed value.
@@ -133,7 +133,7 @@ class BenchOptions:
     """What a suite runs on. The text of each option is its meaning.
 
     Attributes:
-        parameters: Of the gait, from `--preset` and `--set`.
+        parameters: Parameters of the gait, from `--preset` and `--set`.
         show: Show a progress bar, on a terminal.
     """
 
@@ -189,7 +189,7 @@ class BenchOptions:
 
     @property
     def loops(self) -> tuple[bool, ...]:
-        """Closed (true) and open (false) loop, as far as asked for."""
+        """Closed (true) and open (false) loop, as far as requested."""
         return {"beside": (True, False), "off": (True,), "only": (False,)}[self.open_loop]
 
     @property
@@ -241,10 +241,10 @@ def add_argument(parser: argparse.ArgumentParser, name: str, each: Option, defau
     """Declare one option on a command line; its text is read by `given`.
 
     Args:
-        parser: Of the command.
-        name: Of the field.
+        parser: Parser of the command.
+        name: Name of the field.
         each: The option.
-        default: For the help; None if it has none or several.
+        default: Default shown in the help; None if it has none or several.
     """
     text = each.help
     if isinstance(default, bool) or not each.metavar:
@@ -252,7 +252,7 @@ def add_argument(parser: argparse.ArgumentParser, name: str, each: Option, defau
                             help=text)  # fmt: skip
         return
     if each.repeated:
-        text += "; may be given often"
+        text += "; may be repeated"
     if default not in (None, ()):
         shown = ", ".join(default) if isinstance(default, tuple) else f"{default}"
         text += f" ({shown})"
@@ -289,7 +289,7 @@ def command_line(
         suite: Its name.
         kind: The class of its options.
         values: Field -> value. Defaults and the number of processes are left out.
-        preset: Of the gait.
+        preset: Preset of the gait.
         settings: `name=value` of the gait's parameters.
 
     Returns:

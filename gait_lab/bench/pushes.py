@@ -122,7 +122,7 @@ class PushSeries:
         return name if self.closed_loop else f"{name}_open_loop"
 
     def of(self, direction: str) -> dict[float, Cell]:
-        """The cells of a direction by rising impulse [N s]."""
+        """The cells of a direction by increasing impulse [N s]."""
         found = {key[1]: cell for key, cell in self.cells.items() if key[0] == direction}
         return dict(sorted(found.items()))
 
@@ -150,7 +150,7 @@ def push_cells(
         options: Robots, phases, engine, plant, parameters.
         text: The task.
         wanted: Directions and impulses [N s].
-        label: Of the progress bar.
+        label: Label of the progress bar.
         walker: Makes what walks in place of the gait.
 
     Returns:
@@ -240,7 +240,7 @@ def push_all(
         wanted: Series, direction and impulse [N s] of each cell.
         options: Robots, phases, engine, plant, parameters.
         robots: Only these of the robots.
-        label: Of the progress bar.
+        label: Label of the progress bar.
     """
     specs: list[RolloutSpec] = []
     owners: list[tuple[PushSeries, Cell, Unpushed]] = []

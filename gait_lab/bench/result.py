@@ -109,9 +109,9 @@ class SuiteResult:
     """What a suite measured.
 
     Attributes:
-        measurements: For machines.
+        measurements: Measurements, for machines.
         title: What was done, and on which robots.
-        tables: For people.
+        tables: Tables, for people.
         notes: What the tables mean; one paragraph each.
         same_robots: The robots of the options did everything; false if each run has its own.
     """

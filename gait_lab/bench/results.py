@@ -2,8 +2,8 @@
 
 A section is one run of a suite. Its file holds the commit, the command, the rows, the tables and
 the fingerprints of the walks that the figures depend on. A finished section of the same commit,
-command and fingerprints is not run again, so an interrupted run goes on where it stopped. The page
-is written from the files alone.
+command and fingerprints is not run again, so an interrupted run continues where it stopped. The
+page is written from the files alone.
 """
 
 import hashlib
@@ -41,7 +41,7 @@ class Section:
     """One run of a suite on the page.
 
     Attributes:
-        name: Of its file, and for `--only`.
+        name: Name of its file, also for `--only`.
         title: Heading.
         suite: Name of the suite.
         full: Its options, besides `REPORTED`.
@@ -49,7 +49,7 @@ class Section:
         walks: Keys of the reference rollouts that the figures depend on.
         figure: Draws values of metrics to a file; None without a figure.
         picture: Name of a file in images/, and what draws it after the run.
-        caption: Of the figure or picture.
+        caption: Caption of the figure or picture.
         of_this_machine: The figures depend on the machine.
     """
 
@@ -185,7 +185,7 @@ def _git(root: Path, *arguments: str) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class ResultsOptions:
-    """What `nao_gait results` is asked for.
+    """Options of `nao_gait results`.
 
     Attributes:
         docs: Folder of results.md, results/ and images/.
@@ -212,7 +212,9 @@ class ResultsOptions:
             if name not in names:
                 raise NaoGaitError("only", name, f"one of {', '.join(names)}")
         if "peers" in self.only and self.placo_python is None:
-            raise NaoGaitError("placo-python", "", "needed by the section peers")
+            raise NaoGaitError(
+                "placo-python", "", "a Python with placo (required by the section peers)"
+            )
         left_out = () if self.placo_python else ("peers",)
         wanted = self.only or [name for name in names if name not in left_out]
         return tuple(section for section in SECTIONS if section.name in wanted)
@@ -398,7 +400,7 @@ def _one_commit(contents: Iterable[Mapping[str, Any]]) -> bool:
 def _write_json(file: Path, content: Mapping[str, Any]) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        # In one step: an interrupted run leaves no half file.
+        # In one step: an interrupted run leaves no partial file.
         new = file.with_suffix(".new")
         new.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         new.replace(file)

@@ -134,8 +134,8 @@ class Score:
 
         Args:
             pick: max, mean, ...
-            attribute: Of `Metrics`.
-            factor: From SI to the unit of the table.
+            attribute: Attribute of `Metrics`.
+            factor: Factor from SI to the unit of the table.
 
         Returns:
             NaN if no robot has a finite value.
@@ -215,7 +215,7 @@ def walk_all(
         options: Robots, engine, plant, parameters.
         variants: What differs.
         tasks: Instead of those of the options.
-        label: Of the progress bar.
+        label: Label of the progress bar.
 
     Returns:
         For each variant the scores of all tasks and loops.

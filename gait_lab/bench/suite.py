@@ -109,9 +109,9 @@ def plan(
     """The runs behind the name of a suite, or behind `all`, with their input checked.
 
     Args:
-        name: Of a suite, or `all` for the quick form of each.
+        name: Name of a suite, or `all` for the quick form of each.
         asked: Field of the options -> value, where it is not the default.
-        preset: Of the gait: a shipped name or a file; `default` is the robot's own.
+        preset: Preset of the gait: a shipped name or a file; `default` is the robot's own.
         settings: `name=value` of the gait's parameters.
 
     Returns:
@@ -171,9 +171,9 @@ def run(
     """Run a suite (or all), print its tables and write its JSON.
 
     Args:
-        name: Of a suite, or `all` for the quick form of each.
+        name: Name of a suite, or `all` for the quick form of each.
         asked: Field of the options -> value, where it is not the default.
-        preset: Of the gait.
+        preset: Preset of the gait.
         settings: `name=value` of the gait's parameters.
         json_file: Where the rows are written.
         out: Prints a text.

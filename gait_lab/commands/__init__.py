@@ -1,1 +1,1 @@
-"""The subcommands of `nao_gait`, one file each: what may be asked for, and who does it."""
+"""The subcommands of `nao_gait`, one file each: its arguments and the function that runs it."""

@@ -38,7 +38,7 @@ def _add_suite(parser: argparse.ArgumentParser, chosen: "list[Suite]") -> None:
     gait.add_argument("--preset", default="default", metavar="NAME",
                       help="shipped preset or a YAML file (the robot's own)")  # fmt: skip
     gait.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", dest="settings",
-                      help="override one parameter; may be given often")  # fmt: skip
+                      help="override one parameter; may be repeated")  # fmt: skip
     parser.set_defaults(run=run, options=options)
 
 

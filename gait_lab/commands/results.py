@@ -27,7 +27,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="few robots, short windows; "
                         "uncommitted changes are allowed")  # fmt: skip
     parser.add_argument("--only", action="append", default=[], metavar="SECTION",
-                        help="only this section, e.g. speed; may be given often")  # fmt: skip
+                        help="only this section, e.g. speed; may be repeated")  # fmt: skip
     parser.add_argument("--allow-dirty", action="store_true",
                         help="measure although there are uncommitted changes")  # fmt: skip
     parser.add_argument("--mark-stale", action="store_true", help="measure nothing; mark the "

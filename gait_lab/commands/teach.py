@@ -37,7 +37,7 @@ def add(parser: argparse.ArgumentParser) -> None:
                         help="record poses of the running robot, play a file on it, check a file, "
                         "list the shipped motions")  # fmt: skip
     parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="motion file (.yaml)")
-    parser.add_argument("--urdf", default="nao_h21_v33", metavar="FILE", help="of the robot")
+    parser.add_argument("--urdf", default="nao_h21_v33", metavar="FILE", help="URDF of the robot")
     parser.add_argument("--meaning", default="", metavar="TEXT", help="record: what it is for")
     parser.add_argument("--starts", default="standing", metavar="P", help="record: posture before")
     parser.add_argument("--ends", default="standing", metavar="P", help="record: posture after")

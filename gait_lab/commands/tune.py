@@ -37,13 +37,13 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--workers", type=int, metavar="N", help="processes (all cores)")
     parser.add_argument("--backend", default="loky", metavar="B",
                         help="loky: this machine (default); ray or dask: a cluster")  # fmt: skip
-    parser.add_argument("--address", metavar="A", help="of a running Ray or Dask cluster "
+    parser.add_argument("--address", metavar="A", help="address of a running Ray or Dask cluster "
                         "(one is started here)")  # fmt: skip
     parser.add_argument("--resume", action="store_true",
                         help="continue the study in --out")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="DIR",
                         help="trials, preset, figures, report (out/tune/STUDY)")  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the method (0)")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the method (0)")
     parser.add_argument("--engine", metavar="E", help="physics engine of the search (the study's)")
     parser.add_argument("--no-confirm", action="store_false", dest="confirm",
                         help="do not confirm the winner on unseen robots")  # fmt: skip

@@ -22,7 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("--port", type=int, default=8080, metavar="P",
-                        help="of the page on 127.0.0.1 (8080, or the next free one)")  # fmt: skip
+                        help="port of the page on 127.0.0.1 (8080, or next free one)")  # fmt: skip
     parser.add_argument("--namespace", default="", metavar="NS", help="namespace of the robot")
     parser.add_argument("--stamped", action="store_true", help="send TwistStamped")
     parser.add_argument("--duration", type=float, metavar="S", help="end after S s of wall time")

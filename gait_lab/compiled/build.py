@@ -39,12 +39,14 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
     made_of = f"{sources(SOURCE)} {_compiler()} {optimise}\n"
     if folder.is_dir() and any(folder.iterdir()):
         if not (folder / MADE_OF).is_file():
-            raise NaoGaitError("folder", str(folder), "a new or empty one, or of an earlier run")
+            raise NaoGaitError(
+                "folder", str(folder), "a new or empty folder, or one that `nao_gait compile` wrote"
+            )
         if (folder / MADE_OF).read_text(encoding="utf-8") == made_of:
             return
         shutil.rmtree(folder)
     elif folder.exists() and not folder.is_dir():
-        raise NaoGaitError("folder", str(folder), "no file")
+        raise NaoGaitError("folder", str(folder), "a folder, not a file")
     modules = sorted(path.relative_to(SOURCE.parent) for path in _modules_of_the_tick())
     say(f"compiling {len(modules)} modules of the gait (about a minute) ...")
     with tempfile.TemporaryDirectory(prefix="nao_gait_") as temporary:

@@ -121,7 +121,7 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
 def _walk(
     options: DemoOptions, out: Path, say: Callable[[str], None]
 ) -> tuple[float | None, list[str]]:
-    """Run both nodes and the tour; return the simulated time of its begin [s], and problems."""
+    """Run both nodes and the tour; return the simulated time of its start [s], and problems."""
     problems: list[str] = []
     tour_began: float | None = None
     with (
@@ -275,6 +275,6 @@ def _draw(out: Path, options: DemoOptions, tour_began: float, say: Callable[[str
 
 
 def _forward_phase(tour: tuple[TourPhase, ...]) -> tuple[TourPhase, float]:
-    """Return the fastest phase forward and its begin [s since the tour began]."""
+    """Return the fastest phase forward and its start [s since the tour began]."""
     fastest = max(tour, key=lambda phase: phase.command.x)
     return fastest, duration(tour[: tour.index(fastest)])

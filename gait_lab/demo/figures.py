@@ -61,9 +61,9 @@ def com_figure(walk: RecordedWalk, start: float, phase: str, path: Path) -> Path
 
     Args:
         walk: The recording.
-        start: Begin of the window of `COM_WINDOW` [s of simulated time].
+        start: Start of the window of `COM_WINDOW` [s of simulated time].
         phase: What the robot does, for the title.
-        path: Of the PNG.
+        path: Path of the PNG.
 
     Returns:
         The file.
@@ -98,7 +98,7 @@ def path_figure(
         walk: The recorded tour.
         tour: Its phases.
         begins: [s of simulated time] of the phases, and the end of the last one.
-        path: Of the PNG.
+        path: Path of the PNG.
 
     Returns:
         The file.
@@ -160,7 +160,7 @@ def speed_figure(
         walk: The recorded tour.
         tour: Its phases.
         begins: [s of simulated time] of the phases, and the end of the last one.
-        path: Of the PNG.
+        path: Path of the PNG.
 
     Returns:
         The file.
@@ -218,7 +218,7 @@ def frames_figure(
         walk: The recorded tour.
         tour: Its phases.
         begins: [s of simulated time] of the phases, and the end of the last one.
-        path: Of the PNG.
+        path: Path of the PNG.
         urdf: Name or file of the robot.
 
     Returns:

@@ -49,7 +49,7 @@ def write_walk_gif(
     Args:
         walk: The recorded tour.
         urdf: Name or file of the robot.
-        start: Begin of the walk at constant speed [s of simulated time].
+        start: Start of the walk at constant speed [s of simulated time].
         end: End of that walk.
         path: File to write.
 
@@ -103,7 +103,7 @@ def motion_between(
 def loop_rows(motion: Motion) -> list[int] | None:
     """Return the rows of the frames of a loop without a visible jump at its end.
 
-    At the end of the loop, the joints are where they were at its begin, and the robot has walked
+    At the end of the loop, the joints are where they were at its start, and the robot has walked
     over a whole number of periods of the floor's pattern. None if the motion is too short.
     """
     step = round(FRAME_PERIOD / 0.01)

@@ -60,7 +60,7 @@ class TourPhaseResult:
 
     Attributes:
         phase: The phase.
-        start: Begin of the measurement [s since the tour began].
+        start: Start of the measurement [s since the tour began].
         end: End of the phase [s since the tour began].
         achieved: Mean ground-truth velocity in the torso's own heading; yaw gained over time.
         com_error_y: Mean absolute difference between expected and measured CoM along y, relative to

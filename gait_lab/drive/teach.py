@@ -79,7 +79,7 @@ class Lesson:
         if words:
             seconds = float(words.pop(0)) if _is_number(words[0]) else math.nan
         if words or not is_name(name) or name == STAND or not 0.02 <= seconds <= 60.0:
-            raise NaoGaitError("pose", line, "[a name of small letters] [seconds, 0.02 to 60]")
+            raise NaoGaitError("pose", line, "[a name of lowercase letters] [seconds, 0.02 to 60]")
         self.poses[name] = self._within_limits(position)
         self.order.append((name, seconds))
         return f"{name}, {seconds:g} s"
@@ -249,7 +249,9 @@ def record(
             the motion cannot be executed.
     """
     if not is_name(path.stem) or path.suffix != ".yaml":
-        raise NaoGaitError("file", str(path), "a name of small letters, digits and _ with .yaml")
+        raise NaoGaitError(
+            "file", str(path), "a name of lowercase letters, digits and _ with .yaml"
+        )
     postures = _posture("starts", starts), _posture("ends", ends)
     with ros_node("nao_gait_teach", namespace) as node:
         client = _RobotClient(node, load_robot(urdf))
@@ -317,9 +319,9 @@ def play(
         limit = motion.time if held else PLAY_FACTOR * motion.time + ANSWER_TIMEOUT
         ended = client.spin_until(over, limit)
         if not (ended or held):
-            raise NaoGaitError("motion", motion.name, "an end in time")
+            raise NaoGaitError("motion", motion.name, "a motion that ends within its time limit")
         if client.state == "fallen":
-            raise NaoGaitError("motion", motion.name, "a robot that does not fall")
+            raise NaoGaitError("motion", motion.name, "a motion that does not make the robot fall")
         say(f"{motion.name}: done, the gait is in {client.state}")
 
 

@@ -78,7 +78,7 @@ class FaultResult:
 
 
 def run_fault(run: FaultRun) -> FaultResult:
-    """Stand, walk, inject the fault, and go on to the end of the run."""
+    """Stand, walk, inject the fault, and continue to the end of the run."""
     # Both faults of the comparison get the same robots and commands.
     kind = list(ALL_FAULTS).index(run.fault.replace("ignored", "gone"))
     random = np.random.default_rng((kind, run.seed))

@@ -187,7 +187,7 @@ class Harness:
         del self.gaits[0]
 
     def reset_robot(self) -> None:
-        """Reset the robot as the service of the bridge does: the clock goes on."""
+        """Reset the robot as the service of the bridge does: the clock continues."""
         self.world.reset()
         self._command_input.reset(self.world.time)
         self.targets = self._published = None
@@ -269,7 +269,7 @@ class Harness:
                 command.sender, now, targets.stamp, names, position, effort
             )
         except NaoGaitError:
-            return  # the bridge warns and goes on
+            return  # the bridge warns and continues
         if accepted is not None:
             self.targets = accepted
             self.obeyed = command.sender

@@ -112,7 +112,7 @@ class LateController(Fault):
 
 
 class StarvedProcessor(TemporaryFault):
-    """The gait gets no processor time for a while, then processes what has arrived."""
+    """The gait gets no processor time for 20 to 300 ms, then processes what has arrived."""
 
     summary = "the gait repeatedly gets no processor time for 20 to 300 ms"
     why = "as for silence."

@@ -48,7 +48,7 @@ class LimpMotor(WeakMotor):
 
 
 class SlipperyPatch(TemporaryFault):
-    """The floor is slippery for a while."""
+    """The floor is slippery for 0.2 to 2 s."""
 
     summary = "friction 0.05 to 0.3 under both soles for 0.2 to 2 s"
     why = "the soles slip."

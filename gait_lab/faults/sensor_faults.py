@@ -173,7 +173,7 @@ class BiasJump(Fault):
 
 
 class ImuOutage(TemporaryFault):
-    """No IMU messages for a while; half of the outages last to the end."""
+    """No IMU messages for a limited time; half of the outages last to the end."""
 
     summary = "no IMU message for 0.05 s or longer, up to the end"
     longest = 20.0

@@ -42,7 +42,7 @@ class Planner:
     """Robot, solver and trajectory of one request.
 
     Args:
-        request: As the module describes it.
+        request: Request as the module describes it.
     """
 
     def __init__(self, request: dict[str, Any]):

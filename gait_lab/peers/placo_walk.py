@@ -104,10 +104,14 @@ def _planned(
                 command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False
             )
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise NaoGaitError("placo-python", python, f"a plan ({error})") from error
+            raise NaoGaitError(
+                "placo-python", python, f"a Python that returns a plan ({error})"
+            ) from error
         if done.returncode or not answered.is_file():
             reason = _last_line(done.stderr) or f"exit status {done.returncode}"
-            raise NaoGaitError("placo-python", python, f"a Python whose placo plans ({reason})")
+            raise NaoGaitError(
+                "placo-python", python, f"a Python whose placo can plan the walk ({reason})"
+            )
         with np.load(answered) as answer:
             return JointPlan(answer["joints"], answer["support"], answer["com"])
 
@@ -123,8 +127,8 @@ def request(
     Args:
         robot: Its URDF and joints.
         knots: Times [s] with commands x, y [m/s], yaw [rad/s]; linear between them.
-        end: Of the plan [s].
-        period: Of the control ticks [s].
+        end: End of the plan [s].
+        period: Period of the control ticks [s].
 
     Returns:
         What is written as JSON.

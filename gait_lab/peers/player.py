@@ -45,7 +45,7 @@ class Player:
     Args:
         robot: Its joint limits apply.
         plan: What is played.
-        period: Of the control ticks [s].
+        period: Period of the control ticks [s].
     """
 
     def __init__(self, robot: RobotDescription, plan: JointPlan, period: float):

@@ -62,7 +62,7 @@ class ClockOrder:
         """Add a message of the clock.
 
         Args:
-            topic: Of the clock.
+            topic: Topic of the clock.
             arrived: [ns] arrival on any steady clock.
             stamp: [ns] simulated time in the message.
             data: The serialised message.

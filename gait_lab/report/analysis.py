@@ -48,7 +48,7 @@ class Event:
     Attributes:
         time: [s] since the origin of the recording.
         kind: `fall`, `push` or `alarm`.
-        text: In words.
+        text: Description in words.
     """
 
     time: float
@@ -82,13 +82,13 @@ def find_events(walk: RecordedWalk, trace: Trace | None) -> tuple[Event, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """A stretch of one command, without the settling at its begin.
+    """A stretch of one command, without the settling at its start.
 
     Attributes:
         command: None for a bag without commands.
         start: [s] since the origin of the recording.
         end: [s] since the origin of the recording.
-        metrics: As the benchmark measures a task.
+        metrics: Metrics as the benchmark measures them for a task.
     """
 
     command: VelocityCommand | None
@@ -251,13 +251,13 @@ class Analysis:
         phases: Support phases.
         steps: Complete steps.
         origins: Pendulum origins under the left and the right sole, see `origins_under_sole`.
-        trace: As the benchmark measures it.
+        trace: Trace as the benchmark measures it.
         stretches: Stretches of one command.
-        walking: From the first step to the last, as one window.
+        walking: One window from the first step to the last.
         events: Falls, alarms and pushes.
-        innovation: Of the CoM observer.
+        innovation: Innovation of the CoM observer.
         motors: Torques and speeds.
-        timing: Of sensors and answers.
+        timing: Timing of sensors and answers.
         paths: Odometry and truth.
     """
 

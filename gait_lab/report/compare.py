@@ -37,11 +37,11 @@ class Compared:
     """A number of both walks.
 
     Attributes:
-        name: In the table.
-        unit: Of both values.
-        digits: After the point.
-        before: Of walk A; NaN if unknown.
-        after: Of walk B; NaN if unknown.
+        name: Name in the table.
+        unit: Unit of both values.
+        digits: Digits after the point.
+        before: Value of walk A; NaN if unknown.
+        after: Value of walk B; NaN if unknown.
         better: +1: more is better, -1: less is, 0: neither.
     """
 
@@ -251,7 +251,7 @@ def _speeds_over_time(
 ) -> Figure | None:
     made = TimeFigure(
         store, "speeds", "Speeds over time",
-        "Means over 0.5 s, both from the beginning of their bag; dashed: what was asked of A.",
+        "Means over 0.5 s, both from the beginning of their bag; dashed: commands of A.",
         ("forward [cm/s]", "left [cm/s]", "turn [°/s]"), 150,
     )  # fmt: skip
     for analysis, name, color in ((before, names[0], A_COLOR), (after, names[1], B_COLOR)):
@@ -278,7 +278,7 @@ def _by_stretch(
     if not pairs:
         return None
     figure = Figure("reached", "Speed reached, command by command",
-                    "Share of the asked speed along the main axis.", 300)  # fmt: skip
+                    "Share of the commanded speed along the main axis.", 300)  # fmt: skip
     labels = [f"{index + 1} {a.name}" for index, (a, _) in enumerate(pairs)]
     for side, (name, color) in enumerate(zip(names, (A_COLOR, B_COLOR), strict=True)):
         values = [pair[side].reached for pair in pairs]

@@ -43,12 +43,12 @@ class Figure:
     """One plot with a heading and a sentence below it.
 
     Attributes:
-        identity: Of the HTML element.
-        title: Above the figure.
-        note: Below the figure.
+        identity: Id of the HTML element.
+        title: Title above the figure.
+        note: Note below the figure.
         height: [pixels].
-        traces: Of plotly.js.
-        layout: Of plotly.js.
+        traces: Traces for plotly.js.
+        layout: Layout for plotly.js.
         over_time: The x axis is the report's time axis, with cursor, marks and common zoom.
         window: [s] that are shown around the cursor; 0: the common zoom.
     """
@@ -83,12 +83,12 @@ class TimeFigure:
 
     Args:
         store: Takes the numbers.
-        identity: Of the HTML element.
-        title: Above the figure.
-        note: Below the figure.
+        identity: Id of the HTML element.
+        title: Title above the figure.
+        note: Note below the figure.
         rows: The label of the y axis of each plot; with several columns, row by row.
         row_height: [pixels].
-        columns: Of plots.
+        columns: Number of columns of plots.
 
     Attributes:
         figure: The figure so far.
@@ -148,10 +148,10 @@ class TimeFigure:
             row: The plot, counted from 0.
             time: (t,) [s].
             value: (t,) in the unit of the axis.
-            name: In the legend; lines of the same name share an entry.
-            color: Of the line.
+            name: Name in the legend; lines of the same name share an entry.
+            color: Color of the line.
             step: Hold each value until the next one.
-            dash: Of plotly.js.
+            dash: Dash style of plotly.js.
             width: [pixels].
             opacity: 0 to 1.
             markers: Draw points instead of a line.
@@ -273,7 +273,7 @@ def page(
     """The complete page.
 
     Args:
-        title: Of the page.
+        title: Title of the page.
         subtitle: Below the title.
         top: HTML above the blocks.
         blocks: Figures and tables in their order.

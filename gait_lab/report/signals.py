@@ -104,7 +104,7 @@ class JointUse:
     """One joint over the whole bag.
 
     Attributes:
-        name: Of the joint.
+        name: Name of the joint.
         tracking: RMS of target minus angle, the lag taken out [rad]; NaN without targets.
         lag: [s] from target sent to the angle that fits it best; NaN without motion.
         torque_share: Largest share of the torque that the motor has at that speed; NaN without
@@ -232,7 +232,7 @@ class Timing:
         interval: (t,) between two joint states.
         tick_time: (d,) on the report's axis.
         tick: (d, 2) the gait's own p50 and p99 [us] of one tick, from its diagnostics.
-        missed_by_gait: As the gait itself counted.
+        missed_by_gait: Missed frames as the gait itself counted them.
     """
 
     period: float

@@ -9,7 +9,7 @@ from gait_lab.analysis.metrics import FLIGHT_LIMIT, tilt_of
 from gait_lab.report.analysis import Analysis
 
 REACHED = 0.9
-"""Share of the asked speed that counts as reached."""
+"""Share of the commanded speed that counts as reached."""
 PAPER_ERROR = 7.76e-3
 """[m] mean |expected - measured| of the CoM's y at 31 cm/s, the paper's largest."""
 DRIFT = math.radians(5.0)
@@ -35,10 +35,10 @@ class TextTable:
     """A table of texts.
 
     Attributes:
-        identity: Of the HTML element.
+        identity: Id of the HTML element.
         title: Above the table.
         note: Below the table.
-        head: Of the columns.
+        head: Headings of the columns.
         rows: Cells.
     """
 
@@ -82,8 +82,8 @@ def stretch_table(analysis: Analysis) -> TextTable | None:
         f"Every command, measured from 2.5 s after its change as `nao_gait bench` "
         f"measures ({source}, torso's own heading). CoM: mean |expected − measured| and "
         "|expected − true| in y.",
-        ("", "time [s]", "asked x [cm/s]", "y [cm/s]", "turn [°/s]", "got x [cm/s]", "y [cm/s]",
-         "turn [°/s]", "reached [%]", "CoM y [mm]", "to truth [mm]", "flight [%]"),
+        ("", "time [s]", "commanded x [cm/s]", "y [cm/s]", "turn [°/s]", "measured x [cm/s]",
+         "y [cm/s]", "turn [°/s]", "reached [%]", "CoM y [mm]", "to truth [mm]", "flight [%]"),
         tuple(rows),
     )  # fmt: skip
 

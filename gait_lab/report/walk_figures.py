@@ -40,7 +40,7 @@ def largest(values: FloatArray) -> float:
 
 
 def smoothed(values: FloatArray, time: FloatArray) -> FloatArray:
-    """(n,) values at rising times (n,) [s], each the mean over `SMOOTHING`."""
+    """(n,) values at increasing times (n,) [s], each the mean over `SMOOTHING`."""
     period = float(np.median(np.diff(time)))
     window = max(1, round(SMOOTHING / period)) if period > 0.0 else 1
     if len(values) <= window:
@@ -180,7 +180,7 @@ def odometry_error(analysis: Analysis, store: ArrayStore) -> Figure | None:
         return None
     made = TimeFigure(
         store, "odometry", "Odometry against ground truth",
-        "Error of the gait's own odometry since the begin.",
+        "Error of the gait's own odometry since the start.",
         ("distance [cm]", "heading [°]"), 130,
     )  # fmt: skip
     time = analysis.walk.seconds(paths.stamp)

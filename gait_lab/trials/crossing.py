@@ -28,11 +28,11 @@ class CrossingRobot:
     """A robot with its soles, its gait and its speed.
 
     Attributes:
-        name: In tables.
+        name: Name shown in tables.
         urdf: Name or file of the robot.
-        preset: Of its gait.
+        preset: Preset of its gait.
         sole: Kind of its soles.
-        speed: [m/s] asked.
+        speed: Commanded speed [m/s].
         steps: [s] of walking after which it pauses.
         pause: [s] of standing.
         paper: [s] published for the paper's field.
@@ -83,10 +83,10 @@ class CrossingSpec(TrialSpec):
 
 @dataclass(frozen=True, slots=True)
 class CrossingResult:
-    """What came of an attempt.
+    """Result of an attempt.
 
     Attributes:
-        spec: What was asked for.
+        spec: The specification.
         end: `crossed`, `fell`, `left` the field sideways, or `late`.
         seconds: [s] from the torso over the field's beginning to the torso over its end; None
             unless crossed.
@@ -106,7 +106,7 @@ def plant_of(spec: CrossingSpec) -> Plant:
 
 
 class _Steering(Policy):
-    """Someone sees the robot and steers it along the field."""
+    """Steers the robot along the field from ground truth, like an operator."""
 
     def __init__(self, robot: CrossingRobot) -> None:
         self._robot = robot
@@ -123,7 +123,7 @@ def cross(spec: CrossingSpec, watch: Callable[[Tick], None] | None = None) -> Cr
     trial, plant = replace(spec, urdf=spec.robot.urdf), plant_of(spec)
     field = plant.terrain
     if field.length <= BEYOND:
-        raise NaoGaitError("terrain.length", field.length, f"over {BEYOND} m to be crossed")
+        raise NaoGaitError("terrain.length", field.length, f"more than {BEYOND} m")
     entered = over = math.nan
     x, end = 0.0, "late"
     with make_world(trial, plant=plant) as world:

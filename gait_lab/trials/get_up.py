@@ -48,10 +48,10 @@ class GetUpSpec(TrialSpec):
 
 @dataclass(frozen=True, slots=True)
 class GetUpResult:
-    """What came of an attempt.
+    """Result of an attempt.
 
     Attributes:
-        spec: What was asked for.
+        spec: The specification.
         tries: Get-ups that the gait began until the robot stood.
         time: [s] from lying at rest to the gait's stand; None if it never stood.
         stood: It stood for `STAND` seconds after that.
@@ -109,7 +109,7 @@ class _Attempt:
     """One attempt, step by step.
 
     Attributes:
-        use: Of the motors, from the moment in which the gait starts.
+        use: Use of the motors from the start of the gait on.
         tick: The last one.
     """
 

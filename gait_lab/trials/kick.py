@@ -49,10 +49,10 @@ class KickSpec(TrialSpec):
 
 @dataclass(frozen=True, slots=True)
 class KickResult:
-    """What came of an attempt.
+    """Result of an attempt.
 
     Attributes:
-        spec: What was asked for.
+        spec: The specification.
         distance: [m] from where the ball was put to where it came to rest.
         direction: [rad] of its way, counter-clockwise from the robot's heading before the kick.
         speed: [m/s] largest of the ball.

@@ -24,7 +24,7 @@ def spot_in_world(truth: GroundTruth, x: float, y: float) -> FloatArray:
     """The place of a ball in front of a standing robot.
 
     Args:
-        truth: Of the robot.
+        truth: Ground truth of the robot.
         x: [m] along the heading of the torso, from the middle between the soles.
         y: [m] to the left.
 
@@ -70,7 +70,7 @@ class MotionWatch:
     Args:
         world: The robot; times count from now.
         gait: Its gait.
-        asked: The motions, at rising times.
+        asked: The motions, at increasing times.
 
     Raises:
         NaoGaitError: The robot does not have one of the motions.

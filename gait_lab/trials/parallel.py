@@ -8,7 +8,7 @@ from nao_lipm_gait.errors import NaoGaitError
 
 
 def workers(asked: int | None = None) -> int:
-    """Number of worker processes: what was asked for, or all cores that this process may use."""
+    """Number of worker processes: the requested one, or all cores that this process may use."""
     if asked is not None:
         if asked < 1:
             raise NaoGaitError("jobs", asked, "a number of processes, at least 1")
@@ -33,7 +33,7 @@ def parallel_map(
         function: Picklable.
         items: Its arguments.
         jobs: Number of processes; None for all cores.
-        label: Of the progress bar.
+        label: Label of the progress bar.
         show: Show the progress bar on a terminal.
         note: A short text about a result, for the progress bar.
 

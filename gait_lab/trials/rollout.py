@@ -50,11 +50,11 @@ class RolloutSpec(TrialSpec):
 
 @dataclass(frozen=True, slots=True)
 class RolloutResult:
-    """What came of a rollout.
+    """Result of a rollout.
 
     Attributes:
-        spec: What was asked for.
-        metrics: Of the task's window.
+        spec: The specification.
+        metrics: Metrics of the task's window.
         trace: If the specification keeps it.
         motions: What became of the motions of the task that were due.
     """
@@ -79,7 +79,9 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
     """Run one task on one robot, until its end or a fall."""
     task = spec.task
     if spec.walker is not None and task.motions:
-        raise NaoGaitError("walker", task.name, "a task without motions, which only the gait has")
+        raise NaoGaitError(
+            "walker", task.name, "a task without motions: only the gait can play motions"
+        )
     world, gait = make_pair(spec)
     walker: Walker = gait
     recorder = Recorder()
@@ -112,7 +114,7 @@ def run_all(
         specs: The rollouts.
         jobs: Number of processes; None for all cores.
         show: Show a progress bar on a terminal.
-        label: Of the progress bar.
+        label: Label of the progress bar.
 
     Returns:
         The results in the order of the specs.

@@ -30,7 +30,7 @@ class AskedMotion:
 
     Attributes:
         time: [s] since the start.
-        name: Of the motion.
+        name: Name of the motion.
     """
 
     time: float
@@ -42,12 +42,12 @@ class Task:
     """A walk: the command over time and the measured window; times are in s since the start.
 
     Attributes:
-        name: In tables.
-        knots: Command at rising times; linear between them, held after the last.
-        start: Begin of the measured window.
+        name: Name shown in tables.
+        knots: Command at increasing times; linear between them, held after the last.
+        start: Start of the measured window.
         end: End of the measured window and of the task.
         axis: `x`, `y` or `yaw`: the axis whose speed is the result; None for standing and stepping.
-        motions: Requested on the way, at rising times; the world then has a ball.
+        motions: Requested on the way, at increasing times; the world then has a ball.
     """
 
     name: str
@@ -60,10 +60,10 @@ class Task:
     def __post_init__(self) -> None:
         times = [time for time, _ in self.knots]
         if not times or any(late <= early for early, late in itertools.pairwise(times)):
-            raise NaoGaitError(f"task {self.name}", times, "knots at rising times")
+            raise NaoGaitError(f"task {self.name}", times, "knots at increasing times")
         asked = [motion.time for motion in self.motions]
         if asked != sorted(asked):
-            raise NaoGaitError(f"task {self.name}", asked, "motions at rising times")
+            raise NaoGaitError(f"task {self.name}", asked, "motions at increasing times")
         if not 0.0 <= self.start < self.end:
             raise NaoGaitError(f"task {self.name}", (self.start, self.end), "0 <= start < end")
 
@@ -120,7 +120,7 @@ def walk(
     """Stand, ramp up to a velocity, settle, and walk at it.
 
     Args:
-        name: Of the task.
+        name: Name of the task.
         x: [m/s] forward.
         y: [m/s] to the left.
         yaw: [rad/s] counter-clockwise.
@@ -166,7 +166,7 @@ def find_task(text: str) -> Task:
     if not equals:
         return task
     if task.axis is None:
-        raise NaoGaitError("task", text, f"{name} has no speed to set")
+        raise NaoGaitError("task", text, f"{name} without =SPEED")
     unit, factor = AXES[task.axis]
     try:
         speed = float(number) / factor
@@ -195,7 +195,7 @@ class RandomCommands:
     """Random, smooth, omnidirectional commands over time.
 
     Args:
-        seed: Of the random generator.
+        seed: Seed of the random generator.
     """
 
     def __init__(self, seed: Sequence[int]) -> None:
@@ -204,7 +204,7 @@ class RandomCommands:
         self._change, self._end = 0.0, STAND_TIME
 
     def at(self, time: float) -> VelocityCommand:
-        """The command at rising times [s]."""
+        """The command at increasing times [s]."""
         while time >= self._end:
             self._before, self._after = self._after, self._draw()
             self._change = self._end

@@ -66,8 +66,8 @@ class TrialSpec:
 
     Attributes:
         robot_seed: The individual; -1 is the nominal robot.
-        noise_seed: Of the sensor noise, and of what else a trial draws at random.
-        parameters: Of the gait.
+        noise_seed: Seed of the sensor noise, and of what else a trial draws at random.
+        parameters: Parameters of the gait.
         plant: Name or file of the plant.
         plant_options: Replaced options of the plant: (("motor.play", 0.035), ...).
         urdf: Name or file of the robot.
@@ -104,7 +104,7 @@ def make_world(
         spec: The trial.
         start_state: `stand`, `lying_front` or `lying_back`.
         ball: A ball on the floor; None for none.
-        plant: In place of the plant of the specification.
+        plant: Plant to use in place of that of the specification.
 
     Returns:
         The robot at rest, at time 0.
@@ -155,7 +155,7 @@ class Tick(NamedTuple):
     Attributes:
         truth: Ground truth.
         command: What the gait was commanded in this period.
-        status: Of the gait; None before its first frame.
+        status: Status of the gait; None before its first frame.
         fallen: The torso is tilted too far or too low.
     """
 
@@ -170,12 +170,13 @@ Action = VelocityCommand | JointTargets | None
 
 
 class Policy:
-    """What happens to a robot in a trial; this base class lets it stand for ever.
+    """What happens in a trial; the base class commands standing and never ends the trial.
 
     Attributes:
-        timed: `command` depends on the time alone, and nothing else is asked of the gait. The
-            walker may then answer several frames in a row before the world follows, which is
-            faster and changes no bit: frames that the sensor delay still holds back cannot change.
+        timed: `command` depends on the time alone, and no other requests are made to the gait. The
+            walker may then answer several frames in a row before the world is stepped, which is
+            faster and gives bit-identical results: frames that the sensor delay still holds back
+            cannot change.
     """
 
     timed = False
@@ -187,7 +188,7 @@ class Policy:
         """What is commanded.
 
         Args:
-            time: [s] since the start, at rising times.
+            time: [s] since the start, at increasing times.
             tick: The last complete control period, of `time` - T; None at the start, and always
                 None if the policy is `timed`.
 
@@ -232,10 +233,10 @@ class TimedCommands(Policy):
     """Commands by the time alone, and pushes.
 
     Args:
-        command_at: The command by time since the start [s]; called at rising times.
-        pushes: In any order.
-        ahead: Whether the walker may answer frames in a row; False if the caller asks the gait for
-            anything between two ticks.
+        command_at: The command by time since the start [s]; called at increasing times.
+        pushes: Pushes, in any order.
+        ahead: Whether the walker may answer frames in a row; False if the caller makes
+            requests to the gait between two ticks.
     """
 
     def __init__(
@@ -274,8 +275,8 @@ class Controller(Protocol):
 
     Attributes:
         command: What was commanded last.
-        targets: For the next control period; None holds the last ones.
-        status: Of the gait; None before its first frame.
+        targets: Targets for the next control period; None holds the last ones.
+        status: Status of the gait; None before its first frame.
     """
 
     command: VelocityCommand

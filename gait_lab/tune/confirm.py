@@ -93,8 +93,8 @@ class Comparison:
 
     Attributes:
         place: Engine and plant.
-        before: With the parameters of the start.
-        after: With the parameters of the winner.
+        before: Measures with the parameters of the start.
+        after: Measures with the parameters of the winner.
     """
 
     place: Place

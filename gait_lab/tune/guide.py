@@ -230,10 +230,12 @@ def text(sweep: Sweep, samples: Sequence[SweepSample]) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run sweeps, print their numbers and draw their figures; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m gait_lab.tune.guide", description=__doc__)
-    parser.add_argument("parameters", nargs="*", help=f"of {', '.join(SWEEPS)} (all)")
+    parser.add_argument(
+        "parameters", nargs="*", help=f"parameters to sweep: {', '.join(SWEEPS)} (all)"
+    )
     parser.add_argument("--out", type=Path, default=Path("docs/images"))
     parser.add_argument("--preset", default="default")
-    parser.add_argument("--speed", type=float, default=0.30, help="asked [m/s] (0.30)")
+    parser.add_argument("--speed", type=float, default=0.30, help="commanded speed [m/s] (0.30)")
     parser.add_argument("--robots", type=int, nargs="+", default=[0, 2], help="seeds (0 2)")
     parser.add_argument("--engine", default="mujoco")
     parser.add_argument("--plant", default="reference")

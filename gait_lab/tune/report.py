@@ -92,7 +92,7 @@ def write_preset(
         path: File to write.
         parameters: All parameters.
         varied: The parameters that the study varied; they come first.
-        lines: Comments at the begin of the file.
+        lines: Comments at the top of the file.
 
     Returns:
         The file.

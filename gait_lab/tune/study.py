@@ -35,7 +35,9 @@ class Penalty(Settings):
 
     fall: float = number(3.0, minimum=0.0)
     dishonest: float = number(
-        1.0, minimum=0.0, meaning="Times the excess over the limits of flight, slip, leg contact."
+        1.0,
+        minimum=0.0,
+        meaning="Penalty per unit of excess over the flight, slip and leg-contact limits.",
     )
 
 
@@ -43,7 +45,9 @@ class Penalty(Settings):
 class Finals(Settings):
     """How many of the best trials walk again, and on which further robots, to choose the winner."""
 
-    candidates: int = number(0, 0, 100, whole=True, meaning="0 = the search's best wins.")
+    candidates: int = number(
+        0, 0, 100, whole=True, meaning="0 = no finals; the best trial of the search wins."
+    )
     robots: tuple[int, ...] = _seeds(0, ())
 
 
@@ -62,7 +66,9 @@ class StudyFile(Settings):
     parameters: dict[str, tuple[float, float]] = schema.field(
         Table(Interval(Number(), strict=True), minimum=1), meaning="Varied: [low, high] by name."
     )
-    protocol: dict[str, Any] = schema.field(Table(Anything()), meaning="Its name and options.")
+    protocol: dict[str, Any] = schema.field(
+        Table(Anything()), meaning="Name and options of the protocol."
+    )
     objective: dict[str, float] = schema.field(
         Table(Number(), minimum=1), meaning="Weight by measure; the weighted sum is the score."
     )

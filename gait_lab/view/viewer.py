@@ -229,7 +229,7 @@ def run(
     duration: float | None = None,
     say: Callable[[str], None],
 ) -> None:
-    """Show the robot until Ctrl-C, or for a while.
+    """Show the robot until Ctrl-C, or for `duration`.
 
     Args:
         port: Port of the page on this machine.

@@ -1,7 +1,7 @@
 """The side on which a robot lies, from the accelerometer alone.
 
-At rest the specific force points up. The torso axis nearest to it tells the side, but only once
-this has been so for some time: a robot that still rolls has no side.
+At rest the specific force points up. The torso axis nearest to it gives the side, but only
+after it has been constant for some time; a rolling robot has none.
 """
 
 from math import sqrt

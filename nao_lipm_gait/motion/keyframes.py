@@ -97,7 +97,7 @@ class Motion:
         meaning: What it does.
         starts: Posture in which it may start.
         ends: Posture in which it ends.
-        keyframes: At least one.
+        keyframes: Keyframes, at least one.
         balance: Gyro stabilisation of keyframes with a support leg.
         kick: None for motions that are no kick.
     """

@@ -88,7 +88,7 @@ class RobotDescription:
         sole_corners: [m] Four points of that outline: front inner, front outer, rear outer, rear
             inner.
         ankle_limits: `left`, `right` -> rows (AnklePitch, lowest AnkleRoll, highest AnkleRoll)
-            [rad] of rising pitch.
+            [rad] of increasing pitch.
         motors: Motor by joint.
         limits: Limits by joint.
         lower: (n,) [rad]

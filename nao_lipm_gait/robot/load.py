@@ -95,8 +95,8 @@ def _inside(
     Args:
         pose: [rad] By joint; 0 for joints that are not named.
         joint_names: The order of the result.
-        limits: By joint.
-        urdf_path: For the error message.
+        limits: Limits by joint.
+        urdf_path: Path of the URDF, for the error message.
 
     Returns:
         (n,) [rad]; read-only.

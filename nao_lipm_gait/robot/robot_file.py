@@ -106,7 +106,7 @@ def load_robot_file(path: Path) -> RobotFile:
     last = -math.inf
     for pitch, low, high in file.ankle_limits:
         if low > high or pitch <= last:
-            allowed = "rows of rising pitch, lowest roll <= highest roll"
+            allowed = "rows of increasing pitch, lowest roll <= highest roll"
             raise NaoGaitError(f"{where}ankle_limits", [pitch, low, high], allowed)
         last = pitch
     return file

@@ -165,8 +165,7 @@ def run(
         stop: Already installed.
 
     Returns:
-        Exit status: 0 after a stop; REFUSED, with one line on stderr, if the node cannot start as
-        asked.
+        Exit status: 0 after a stop; REFUSED, with one line on stderr, if the node cannot start.
     """
     import rclpy
     from rclpy.exceptions import ParameterException

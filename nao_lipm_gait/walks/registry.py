@@ -1,7 +1,7 @@
 """The walk engines. To add one, write its folder and add one line to `WALKS`.
 
 The parameter `walk` takes its choices from here, so this module imports no engine; `make_walk` of
-`nao_lipm_gait.walks.base` loads the one that is asked for.
+`nao_lipm_gait.walks.base` loads the requested one.
 """
 
 from typing import NamedTuple

@@ -44,7 +44,7 @@ class PostureFeedback:
         Args:
             position: Joint targets (n,) [rad].
             support: Supporting leg, LEFT or RIGHT.
-            angular_velocity: Of the torso, in the torso frame [rad/s].
+            angular_velocity: Angular velocity of the torso, in the torso frame [rad/s].
             parameters: Parameters of the gait.
             dt: Time since the last tick [s].
         """

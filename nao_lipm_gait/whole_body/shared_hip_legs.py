@@ -3,7 +3,7 @@
 For a given hip yaw-pitch angle the other five joints of a leg reach any ankle position and any sole
 normal in closed form. They cannot choose the rotation of the sole about its normal. One shared
 angle serves two soles: the difference of the two rotations determines it, by a few secant steps.
-Their mean is left to the yaw of the torso, which is free.
+The torso yaw, which is free, absorbs their mean.
 """
 
 from math import acos, asin, atan2, cos, hypot, sin, sqrt

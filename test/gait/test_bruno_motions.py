@@ -167,7 +167,7 @@ def test_a_motion_that_the_robot_does_not_have_is_refused_before_it_walks() -> N
     task = Task("dance", ((0.0, STANDSTILL),), 1.0, 2.0, motions=(AskedMotion(1.0, "dance"),))
     with pytest.raises(NaoGaitError, match=r"dance.*kick_front_left"):
         rollout(spec(task=task))
-    with pytest.raises(NaoGaitError, match="rising times"):
+    with pytest.raises(NaoGaitError, match="increasing times"):
         Task("two", ((0.0, STANDSTILL),), 1.0, 2.0,
              motions=(AskedMotion(1.5, "sit"), AskedMotion(1.0, "stand")))  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Shipped files are found in every kind of installation, and what is not there is told well."""
+"""Shipped files are found in every kind of installation, and a missing file is reported clearly."""
 
 from __future__ import annotations
 

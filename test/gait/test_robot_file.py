@@ -77,7 +77,7 @@ def settings() -> Settings:
         (put("sole_corners", 0, value=[0.2, 0.0]), "four points of sole_outline"),
         (drop("sole_corners", 0), "at least 4 items"),
         (put("ankle_limits", value=[]), "at least 1 item"),
-        (put("ankle_limits", 1, value=[-2.0, -0.1, 0.1]), "rising pitch"),
+        (put("ankle_limits", 1, value=[-2.0, -0.1, 0.1]), "increasing pitch"),
         (put("ankle_limits", 1, value=[-0.9, 0.1, -0.1]), "lowest roll"),
         (put("motors", 0, "stall_torque", value=0.0), "motors[1].stall_torque: got"),
         (put("motors", 0, "stall_torque", value="strong"), "motors[1].stall_torque: got"),

@@ -29,7 +29,7 @@ class SwayingTorso:
         bias: Bias [rad/s] of the roll gyro.
         joints: Yaw rate [rad/s] over the soles, by the joint angles.
         slope: Slope [rad] of the ground, downwards ahead.
-        seed: Of the gyro's noise.
+        seed: Seed of the gyro's noise.
 
     Attributes:
         filter: The estimator under test.

@@ -223,7 +223,7 @@ def test_com_error_uses_the_support_side_and_skips_double_support() -> None:
 def test_a_trace_that_does_not_fit_is_refused() -> None:
     with pytest.raises(NaoGaitError, match=r"trace\.com: got '3 rows'; allowed: 1000 rows"):
         walk(com=np.zeros((3, 3)))
-    with pytest.raises(NaoGaitError, match="strictly rising"):
+    with pytest.raises(NaoGaitError, match="strictly increasing"):
         walk(2, stamp=np.array((5, 5)))
 
 

@@ -55,8 +55,8 @@ def test_spot_steps_without_being_a_standstill() -> None:
     assert TASKS["stand"].command.is_zero
 
 
-def test_a_task_needs_rising_times_and_a_window() -> None:
-    with pytest.raises(NaoGaitError, match="rising times"):
+def test_a_task_needs_increasing_times_and_a_window() -> None:
+    with pytest.raises(NaoGaitError, match="increasing times"):
         Task("bad", ((1.0, STANDSTILL), (1.0, STANDSTILL)), 0.0, 1.0)
     with pytest.raises(NaoGaitError, match="start < end"):
         Task("bad", ((1.0, STANDSTILL),), 2.0, 2.0)

@@ -81,5 +81,5 @@ def test_the_tool_lists_and_checks(tmp_path: Path, capsys: pytest.CaptureFixture
     assert cli.main(["teach", "check", str(file)]) == 2
     assert "nowhere" in capsys.readouterr().err
     assert cli.main(["teach", "check"]) == 2
-    with pytest.raises(NaoGaitError, match="small letters"):
+    with pytest.raises(NaoGaitError, match="lowercase letters"):
         teach.record(tmp_path / "No Name.yaml", lines=[])

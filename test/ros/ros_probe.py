@@ -129,7 +129,7 @@ class Probe:
         return messages
 
     def publisher(self, kind: type, topic: str) -> Any:
-        """A publisher that somebody listens to."""
+        """A publisher with a subscriber."""
         publisher = self.node.create_publisher(kind, topic, 10)
         self.wait(lambda: publisher.get_subscription_count() > 0, f"a subscriber of {topic}")
         return publisher

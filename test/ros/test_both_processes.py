@@ -60,7 +60,7 @@ def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, paramete
         position = message.pose.pose.position
         return math.hypot(position.x - start.x, position.y - start.y)
 
-    assert walked(truth[-1]) < 0.01, "stands as long as nobody asks"
+    assert walked(truth[-1]) < 0.01, "stands without a command"
     driver.forward = 0.15
     begin = stamp(truth[-1])
     probe.wait(lambda: walked(truth[-1]) > 0.4, "0.4 m of way")
@@ -110,7 +110,7 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
         for topic, message in bad:
             publishers[topic].publish(message)
         again += 20_000_000
-        probe.wait(lambda n=again: stamp(truth[-1]) > n, "the world to go on")
+        probe.wait(lambda n=again: stamp(truth[-1]) > n, "the world to continue")
     now = truth[-1].pose.pose.position
     assert now.z > 0.25, "upright"
     assert math.hypot(now.x - start.x, now.y - start.y) > 0.15, "and on its way"
@@ -201,7 +201,7 @@ def test_signal_ends_both_with_status_0(probe: Probe, number: int):
         assert process.wait(timeout=10.0) == 0, process.log
         assert "Traceback" not in process.log and "rror" not in process.log, process.log
         with pytest.raises(ProcessLookupError):
-            os.killpg(process.pid, 0)  # nobody left in its group
+            os.killpg(process.pid, 0)  # no process is left in its group
 
 
 @pytest.mark.parametrize("name", ["gait", "sim_bridge"])

@@ -174,7 +174,7 @@ def test_bad_messages_are_refused_and_the_robot_stands_on(probe: Probe):
         last, truth = stamp(robot.joints[-1]), stamp(robot.odometry[-1])
         message = JointState(**{"name": names, **fields})
         robot.command.publish(set_stamp(message, last))
-        # Refused or not, it was an answer: the world goes on with the targets of before.
+        # Refused or not, it was an answer: the world continues with the targets of before.
         robot.wait_for_reading(last, truth)
         assert robot.bridge.says(f"joint_command .*{pattern}"), pattern
     for pattern, force in ((r"force\.x: got nan", math.nan), (r"force\.x: got 1e\+30", 1e30)):

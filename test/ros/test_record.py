@@ -94,7 +94,7 @@ def test_a_recording_ends_whole_and_in_order(probe: Probe, tmp_path: Path) -> No
     assert bag.topics["/robot_description"].count == 1
     joints = bag.messages["/joint_states"]
     sampled = np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for _, m in joints])
-    # In lockstep a reading that nobody has answered yet is sent again.
+    # In lockstep an unanswered reading is sent again.
     assert np.all(np.diff(sampled) >= 0), "in order"
     assert np.all(np.diff(np.unique(sampled)) == 10_000_000), "none is missing"
     ages = np.array([stamp for stamp, _ in joints]) - sampled

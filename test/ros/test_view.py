@@ -136,7 +136,7 @@ def _look(probe: Probe, address: str) -> None:
 
 
 def _listening(port: int) -> set[str]:
-    """Addresses in hex on which somebody listens on the port, of all network namespaces here."""
+    """Addresses in hex with a listener on the port, of all network namespaces here."""
     found = set()
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         for line in Path(table).read_text().splitlines()[1:]:

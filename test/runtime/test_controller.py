@@ -24,7 +24,7 @@ class Robot:
 
     Attributes:
         now: Wall time [s].
-        stamp: Of the last sensors [ns].
+        stamp: Stamp of the last sensors [ns].
         pose: (n,) [rad].
         imu_stuck: The IMU repeats its last values.
         imu_behind: Time [ms] by which its stamps are behind the joints'; None = it sends nothing.

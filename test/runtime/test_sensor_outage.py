@@ -1,4 +1,4 @@
-"""Without an IMU the loads on the soles tell a fall."""
+"""Without an IMU the loads on the soles reveal a fall."""
 
 from nao_lipm_gait.runtime.sensor_outage import SoleLoads
 

@@ -97,7 +97,7 @@ def test_one_motor_turns_both_hips(
         apart, torque = 0.0, 0.0
         for tick in range(150):
             target[first] = -0.4 * min(1.0, tick / 50.0)
-            target[second] = 0.3  # nobody listens to this one
+            target[second] = 0.3  # this target is ignored
             world.robot.command(JointTargets(world.time, target, 1.0))
             world.step()
             truth = world.robot.truth()

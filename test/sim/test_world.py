@@ -117,7 +117,8 @@ def test_noise_has_a_seed_of_its_own(robot: RobotDescription, reference: Plant) 
     (truth, frames), (same_truth, same_frames), (other_truth, other_frames) = results
     assert np.array_equal(truth, same_truth)
     assert np.array_equal(frames, same_frames)
-    assert np.array_equal(truth, other_truth), "noise does not move a robot that listens to nobody"
+    message = "noise does not move a robot that ignores its sensors (open loop)"
+    assert np.array_equal(truth, other_truth), message
     gyro = slice(44, 46)
     assert not (frames[:, gyro] == other_frames[:, gyro]).any()
     assert np.array_equal(frames[:, :44], other_frames[:, :44])

@@ -2,7 +2,7 @@
 
 One walk is timed by its parts, and twice more by itself: once as a whole, once tick by tick. For
 the parts three things run side by side: the whole rollout, its simulation alone, and its physics
-steps alone. The clocks and the other two, which use the caches, make it slower than by itself.
+steps alone. The timers and cache contention from the other two runs slow it down.
 """
 
 import math

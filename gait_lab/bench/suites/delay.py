@@ -40,7 +40,7 @@ class Delay:
     Attributes:
         sensors: [ms].
         matched: Whether the gait's delay follows that of the sensors.
-        feedback_delay: Of the gait [s].
+        feedback_delay: Feedback delay of the gait [s].
     """
 
     sensors: int

@@ -61,7 +61,7 @@ class Journey:
     """What one robot walked.
 
     Attributes:
-        stretches: In their order.
+        stretches: Stretches in their order.
     """
 
     stretches: tuple[Stretch, ...]

@@ -61,7 +61,7 @@ def _rows(score: Score) -> list[Measurement]:
 
 def _table(scores: Sequence[Score]) -> Table:
     columns = (
-        Column("task"), Column("loop"), Column("upright"), Column("asked", "cm/s"),
+        Column("task"), Column("loop"), Column("upright"), Column("commanded", "cm/s"),
         Column("speed", "median"), Column("", "worst"), Column("y, true", "mm", 2),
         Column("worst", "", 2), Column("y, meas.", "mm", 2), Column("paper", "mm", 2),
         Column("x, true", "mm", 2), Column("x, meas.", "mm", 2), Column(""),

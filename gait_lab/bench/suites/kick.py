@@ -77,7 +77,7 @@ class _Spread:
     """Distance and direction of one kick over all its attempts.
 
     Args:
-        name: Of the kick.
+        name: Name of the kick.
         results: Its attempts.
         intended: Direction of the ball [rad].
     """

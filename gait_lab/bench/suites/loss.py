@@ -33,7 +33,7 @@ def check(options: Options) -> None:
     """Raise NaoGaitError for a task that is not straight ahead."""
     for task in tasks_of(options):
         if task.command.y != 0.0 or task.command.yaw != 0.0 or task.command.x <= 0.0:
-            raise NaoGaitError("task", task.name, "forward walks for the suite loss, as forward=20")
+            raise NaoGaitError("task", task.name, "forward walks for suite loss, e.g. forward=20")
 
 
 def loss(options: Options) -> SuiteResult:
@@ -64,7 +64,7 @@ def loss(options: Options) -> SuiteResult:
              median, violations)
         )  # fmt: skip
     columns = (
-        Column("task"), Column("lost", "%"), Column("upright"), Column("asked", "cm/s"),
+        Column("task"), Column("lost", "%"), Column("upright"), Column("commanded", "cm/s"),
         Column("worst", "cm/s"), Column("median", "cm/s"), Column("violations"),
     )  # fmt: skip
     title = (

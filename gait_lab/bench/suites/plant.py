@@ -42,11 +42,11 @@ class Ingredient:
     """One option of the plant and its values, the hardest to walk with last.
 
     Attributes:
-        name: In metrics.
-        option: Of the plant.
-        unit: Of the values.
+        name: Name in metrics.
+        option: Option of the plant.
+        unit: Unit of the values.
         values: The values, in `unit`.
-        factor: From `unit` to the unit of the option.
+        factor: Factor from `unit` to the unit of the option.
         along: Other options that have to change for this one to count.
     """
 
@@ -88,7 +88,7 @@ class Level:
 
     Attributes:
         ingredient: The ingredient.
-        value: In its unit.
+        value: Value in the unit of the ingredient.
         scores: One per task and loop.
     """
 

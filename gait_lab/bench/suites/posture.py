@@ -79,7 +79,7 @@ SOCCER = (
     Piece(1.5, 0.0, side=-0.1),
     Piece(8.0, 1.0, kick="kick_front_left"),  # while it walks; it walks on by itself
     Piece(2.0, 0.0),
-    Piece(1.5, -0.4),  # back to the own half
+    Piece(1.5, -0.4),  # back to its own half
     Piece(2.5, 1.0, turn=0.3),
     Piece(2.0, 0.0),
 )
@@ -190,7 +190,7 @@ class Half:
 def experiments_of(options: Options) -> list[Task]:
     """The walks of the experiments; raises NaoGaitError for what cannot be walked."""
     if len(options.tasks) != 1 or find_task(options.tasks[0]).axis != "x":
-        raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, as forward=40")
+        raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, e.g. forward=40")
     speed = find_task(options.tasks[0]).asked
     every = [start_task(speed), straight_task(speed, options.window), soccer_task(speed)]
     names = {task.name for task in every}

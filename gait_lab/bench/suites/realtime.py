@@ -48,7 +48,7 @@ class Replay:
     """One replay of the messages of a walk.
 
     Attributes:
-        load: With the other processes.
+        load: Whether the other processes run.
         keeper: Python's garbage collector is kept off the tick.
         wake: [s] that the process woke up late, sorted.
         tick: [s] from waking up to the answer, sorted.

@@ -14,8 +14,8 @@ PLANTS: Mapping[str, Variant] = {
     "unchanged": Variant(),
     # Every robot on the same floor.
     "stiff_floor": Variant((("contact.stiffness", 4e4), ("variation.stiffness_scale", None))),
-    # As others measure it. At speed these motors are no weaker than the plant's, which have the
-    # torque-speed line.
+    # As other authors simulate it: the URDF's effort is the limit at any speed. At high speed these
+    # motors are no weaker than the plant's, which have the torque-speed line.
     "urdf_effort": Variant(
         (("motor.torque_fraction", 1.0), ("motor.torque_speed_line", False),
          ("variation.motor_strength", None)),
@@ -75,7 +75,7 @@ def plant_rows(plant: str, score: Score) -> list[Measurement]:
 
 def _table(found: Mapping[str, Sequence[Score]]) -> Table:
     columns = (
-        Column("plant"), Column("task"), Column("loop"), Column("upright"), Column("asked"),
+        Column("plant"), Column("task"), Column("loop"), Column("upright"), Column("commanded"),
         Column("worst"), Column("median"), Column("unit"), Column(""),
     )  # fmt: skip
     rows = [

@@ -155,7 +155,8 @@ def walkers_of(options: Options) -> tuple[CrossingRobot, ...]:
     if GIVEN in names:
         task = find_task(options.tasks[0])
         if len(options.tasks) != 1 or task.axis != "x" or task.asked <= 0.0:
-            raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, as forward=20")
+            given = ", ".join(options.tasks)
+            raise NaoGaitError("task", given, "one forward task, e.g. forward=20")
         known[GIVEN] = CrossingRobot(GIVEN, options.urdf, "given", "own", task.asked)
     for name in names:
         if name not in known:

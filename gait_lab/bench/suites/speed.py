@@ -111,7 +111,7 @@ def full_speed_rows(score: Score) -> list[Measurement]:
 
 def _full_table(scores: Sequence[Score]) -> Table:
     columns = (
-        Column("task"), Column("loop"), Column("upright"), Column("asked"), Column("worst"),
+        Column("task"), Column("loop"), Column("upright"), Column("commanded"), Column("worst"),
         Column("median"), Column("unit"), Column("paper"), Column("placo"), Column("NAO"),
         Column("drift", "deg/s"), Column("flight", "%"), Column("slip", "cm/s"),
         Column("contact", "ticks", 0), Column("CoM y", "mm"), Column("meas.", "mm"),
@@ -135,8 +135,9 @@ def _full_table(scores: Sequence[Score]) -> Table:
 
 def _half_table(scores: Sequence[Score]) -> Table:
     columns = (
-        Column("half speed"), Column("loop"), Column("upright"), Column("asked"), Column("median"),
-        Column("unit"), Column("off, median", "%"), Column("off, worst", "%"), Column(""),
+        Column("half speed"), Column("loop"), Column("upright"), Column("commanded"),
+        Column("median"), Column("unit"), Column("off, median", "%"), Column("off, worst", "%"),
+        Column(""),
     )  # fmt: skip
     rows = []
     for score in scores:

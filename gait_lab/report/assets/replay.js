@@ -72,14 +72,14 @@
   function tell(row, time) {
     const phase = it.prints.findLast((each) => each.t <= time && time < each.end);
     const foot = phase ? `on the ${phase.left ? "left" : "right"} foot` : "";
-    let asked = "";
+    let commanded = "";
     if (it.speeds) {
       const n = report.search(it.speeds.time, time);
       const [x, y, yaw] = it.speeds.time[n] <= time ? it.speeds.value.slice(3 * n, 3 * n + 3) : [0, 0, 0];
-      asked = `asked ${(100 * x).toFixed(0)}, ${(100 * y).toFixed(0)} cm/s, ` +
+      commanded = `commanded ${(100 * x).toFixed(0)}, ${(100 * y).toFixed(0)} cm/s, ` +
         `${(yaw * 180 / Math.PI).toFixed(0)}°/s`;
     }
-    words.innerHTML = `<b>${time.toFixed(2)} s</b><br>${asked}<br>${foot}`;
+    words.innerHTML = `<b>${time.toFixed(2)} s</b><br>${commanded}<br>${foot}`;
   }
 
   function scene(time) {

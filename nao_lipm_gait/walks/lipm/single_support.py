@@ -1,4 +1,4 @@
-"""The plan of the running single support, made anew in every tick from the corrected state.
+"""The plan of the running single support, recomputed in every tick from the corrected state.
 
 Correcting the pendulum parameters, eqs (15)-(20), needs no code of its own here. All plans start
 from the estimated position and velocity of the CoM, with t = 0 now. This is the pendulum through
@@ -47,7 +47,7 @@ SEARCH_STEP = 0.01
 
 @final
 class StepRequest:
-    """What is asked of the running step, and what is already fixed.
+    """Commanded step and the constraints that are already fixed.
 
     Attributes:
         step_size: Wanted s-bar by the command [m, m, rad].
@@ -124,7 +124,7 @@ class SagittalPlan:
     Attributes:
         r_x: Pendulum origin in Q [m].
         s_x: Step size s-bar_x [m].
-        excess: By how much the CoM asks for a longer step than wanted, before limits [m].
+        excess: By how much the required step exceeds the wanted one, before limits [m].
     """
 
     __slots__ = ("excess", "r_x", "s_x")

@@ -5,7 +5,7 @@ joints and cannot be changed. It is kept as a queue of committed segments:
 
     observed state --(committed segments: eq 21)--> predicted state --(plan)--> next segment
 
-The observer corrects the observed state, eqs (10)-(14). The planner determines the pendulum anew
+The observer corrects the observed state, eqs (10)-(14). The planner recomputes the pendulum
 from the predicted state, eqs (3)-(9) and (15)-(20). Each tick commits one control period more.
 """
 
@@ -202,7 +202,7 @@ class LipmWalk:
     # -- planning ----------------------------------------------------------------------------------
 
     def _after_push(self, state: WalkState) -> WalkState:
-        """The state once a push to the side has continued for a while.
+        """The state once a push to the side has continued for `PUSH_TIME`.
 
         When the support changes, and where the next foot is in y, is decided once per step. In x
         the pendulum origin answers in every tick, so no push has to be predicted there.

@@ -2,7 +2,7 @@
 
 Cadence, step sizes, feet, start and stop are those of the ZMP walk. The CoM is not a formula of the
 half stride: a cart on a table follows the ZMP of the coming footsteps, so it starts to move before
-they are made. The footsteps ahead are planned anew at the beginning of each half stride. Like the
+they are made. The footsteps ahead are planned again at the beginning of each half stride. Like the
 ZMP walk, this walk does not use the measured CoM.
 """
 

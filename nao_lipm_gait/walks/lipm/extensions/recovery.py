@@ -75,7 +75,7 @@ def capture_shift(
     keeping: float,
     passing: float,
 ) -> float:
-    """How much longer than the step that keeps the speed is the one that corrects it at once.
+    """Step length that corrects the speed at once, minus the one that keeps it.
 
     A walk that passes its origins with v_0 has the divergent component (v_0 / k) e^(-k t_b) ahead
     of the next origin at the support change, t_b before it passes that origin. The step that
