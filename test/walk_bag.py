@@ -39,7 +39,7 @@ class WrittenWalk:
 
     Attributes:
         bag: The folder.
-        metrics: As the benchmark measures the same walk.
+        metrics: Metrics as the benchmark measures them for the same walk.
     """
 
     bag: Path

@@ -65,7 +65,7 @@ def test_the_table_shows_the_numbers_of_its_stretch(analysis: Analysis) -> None:
     table = stretch_table(analysis)
     assert table is not None
     (row,) = (row for row in table.rows if row[0] == "forward")
-    assert row[table.head.index("got x [cm/s]")] == number(100 * stretch.metrics.speed_x)
+    assert row[table.head.index("measured x [cm/s]")] == number(100 * stretch.metrics.speed_x)
     assert row[2] == number(100 * SPEC.task.asked)
 
 
