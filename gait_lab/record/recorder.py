@@ -282,7 +282,7 @@ def record(
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
-    from gait_lab.drive.ros_names import checked_topics
+    from gait_lab.ros_session import checked_topics
 
     topics = checked_topics(topics)
     if duration is not None and not 0.0 < duration < 1e9:

@@ -48,7 +48,7 @@ def test_a_method_begins_at_the_start_stays_inside_and_repeats_itself(
     assert len(set(first)) == 11  # points under way are not asked for again
 
 
-@pytest.mark.parametrize(("name", "trials"), [("surrogate", 16), ("pso", 200), ("cma", 150)])
+@pytest.mark.parametrize(("name", "trials"), [("surrogate", 20), ("pso", 200), ("cma", 150)])
 def test_a_method_finds_the_bottom_of_a_bowl(name: str, trials: int) -> None:
     asked = ask_and_tell(make_method(name, START, seed=0, trials=trials), trials, 2)
     assert min(map(bowl, asked)) < 0.05 * bowl(START)
