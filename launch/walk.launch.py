@@ -1,11 +1,11 @@
 """Start the gait and the simulated robot: `ros2 launch nao_lipm_gait walk.launch.py rviz:=true`.
 
-An argument that is left out leaves the node's own default in place.
+An argument that is left out leaves the node's own default in place. All arguments are checked
+before anything starts; everything ends if the gait, the simulated robot or the recorder ends.
 """
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from launch import LaunchContext, LaunchDescription
 from launch.action import Action
@@ -19,9 +19,6 @@ from launch.actions import (
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-
-if TYPE_CHECKING:
-    from nao_lipm_gait.robot import RobotDescription
 
 # name, type, nodes that take it, meaning (default)
 ARGUMENTS = (
@@ -53,7 +50,7 @@ EXTRAS = (
     ("rviz", "false", "open RViz with the robot, its footsteps and pendulum"),
     ("record", "", "record everything: true, or a new folder for the bag"),
     ("robot_state_publisher", "auto",
-     "TF of the robot's links: true, false, or auto: where it is needed and installed"),
+     "transforms of the robot's links: true, false, or auto (if that package is installed)"),
 )  # fmt: skip
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 TRUE, FALSE = ("true", "1"), ("false", "0", "")
@@ -66,32 +63,9 @@ def _value(context: LaunchContext, argument: str, kind: type) -> ParameterValue:
     try:
         value.evaluate(context)
     except ValueError as error:
-        got = LaunchConfiguration(argument).perform(context)
+        got = _text(context, argument)
         raise ValueError(f"{argument}: got {got!r}; allowed: {KINDS[kind]}") from error
     return value
-
-
-def _node(context: LaunchContext, name: str) -> Node:
-    given = {
-        argument: _value(context, argument, kind)
-        for argument, kind, nodes, _ in ARGUMENTS
-        if name in nodes and LaunchConfiguration(argument).perform(context)
-    }
-    # The bridge makes the simulated time and lives on the wall clock itself.
-    given["use_sim_time"] = name != "sim_bridge"
-    return Node(
-        package="nao_lipm_gait",
-        executable=name,
-        name=name,
-        namespace=LaunchConfiguration("namespace"),
-        output="screen",
-        parameters=[given],
-        on_exit=Shutdown(reason=f"{name} has ended"),
-    )
-
-
-def _nodes(context: LaunchContext) -> list[Node]:
-    return [_node(context, name) for name in ("sim_bridge", "gait")]
 
 
 def _text(context: LaunchContext, argument: str) -> str:
@@ -105,9 +79,59 @@ def _is_on(context: LaunchContext, argument: str) -> bool:
     return got.lower() in TRUE
 
 
+def _installed(package: str) -> bool:
+    from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+
+    try:
+        get_package_prefix(package)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def _require(argument: str, got: str, package: str) -> None:
+    if not _installed(package):
+        raise ValueError(
+            f"{argument}: got {got!r}; allowed: false, or install the package {package}"
+        )
+
+
+# -- what is started -------------------------------------------------------------------------------
+
+
+def _everything(context: LaunchContext) -> list[Action]:
+    """Check all arguments, then start all processes: an error here leaves nothing running."""
+    return [
+        *_state_publisher(context),
+        *_rviz(context),
+        *_recorder(context),
+        *(_node(context, name) for name in ("sim_bridge", "gait")),
+    ]
+
+
+def _node(context: LaunchContext, name: str) -> Node:
+    given = {
+        argument: _value(context, argument, kind)
+        for argument, kind, nodes, _ in ARGUMENTS
+        if name in nodes and _text(context, argument)
+    }
+    # The bridge publishes the simulated time and itself uses the wall clock.
+    given["use_sim_time"] = name != "sim_bridge"
+    return Node(
+        package="nao_lipm_gait",
+        executable=name,
+        name=name,
+        namespace=LaunchConfiguration("namespace"),
+        output="screen",
+        parameters=[given],
+        on_exit=Shutdown(reason=f"{name} has ended"),
+    )
+
+
 def _rviz(context: LaunchContext) -> list[Action]:
     if not _is_on(context, "rviz"):
         return []
+    _require("rviz", _text(context, "rviz"), "rviz2")
     from nao_lipm_gait.resources import share
 
     return [
@@ -129,81 +153,46 @@ def _recorder(context: LaunchContext) -> list[Action]:
     folder = time.strftime("walk_%Y%m%d_%H%M%S") if asked.lower() in TRUE else asked
     if Path(folder).exists():
         raise ValueError(f"record: got {folder!r}; allowed: a folder that does not exist yet")
+    for package in ("ros2bag", "rosbag2_storage_mcap"):
+        _require("record", asked, package)
     command = ["ros2", "bag", "record", "--all", "--storage", "mcap", "--output", folder]
-    return [ExecuteProcess(cmd=[*command, "--use-sim-time"], output="screen")]
+    return [
+        ExecuteProcess(
+            cmd=[*command, "--use-sim-time"],
+            output="screen",
+            on_exit=Shutdown(reason="the recorder has ended"),
+        )
+    ]
 
 
 def _state_publisher(context: LaunchContext) -> list[Action]:
-    """The links of the robot, and where its body stands over its feet.
-
-    The gait broadcasts odom -> base_footprint; from there on an upright body at its standing height
-    is drawn.
-    """
+    """The transforms of the robot's links; the gait publishes those from odom to the root link."""
     asked = _text(context, "robot_state_publisher").lower()
-    if asked != "auto" and not _is_on(context, "robot_state_publisher"):
+    if asked == "auto":
+        if not _installed("robot_state_publisher"):
+            return []
+    elif not _is_on(context, "robot_state_publisher"):
         return []
-    if asked == "auto" and not (_is_on(context, "rviz") and _installed("robot_state_publisher")):
-        return []
+    else:
+        _require("robot_state_publisher", asked, "robot_state_publisher")
     from nao_lipm_gait.robot import load_robot
 
     robot = load_robot(_text(context, "urdf") or "nao_h21_v33")
-    x, z = _footprint_in_base(robot)
-    namespace = LaunchConfiguration("namespace")
     return [
         Node(
             package="robot_state_publisher",
             executable="robot_state_publisher",
-            namespace=namespace,
+            namespace=LaunchConfiguration("namespace"),
             parameters=[{"robot_description": ParameterValue(robot.urdf, value_type=str),
                          "use_sim_time": True}],
             # The bridge publishes the same text already.
             remappings=[("robot_description", "robot_state_publisher/robot_description")],
         ),
-        Node(
-            package="tf2_ros",
-            executable="static_transform_publisher",
-            namespace=namespace,
-            arguments=["--x", f"{-x:.6f}", "--z", f"{-z:.6f}",
-                       "--frame-id", "base_footprint", "--child-frame-id", robot.base_frame],
-            parameters=[{"use_sim_time": True}],
-        ),
     ]  # fmt: skip
 
 
-def _footprint_in_base(robot: "RobotDescription") -> tuple[float, float]:
-    """x, z [m] of the middle between the soles in the base link, in the stand pose."""
-    import pinocchio as pin
-
-    model = pin.buildModelFromXML(robot.urdf)
-    data = model.createData()
-    q = pin.neutral(model)
-    for name, angle in zip(robot.joint_names, robot.stand_pose, strict=True):
-        q[model.joints[model.getJointId(name)].idx_q] = angle
-    pin.framesForwardKinematics(model, data, q)
-    base, *soles = (
-        data.oMf[model.getFrameId(name, pin.FrameType.BODY)]
-        for name in (robot.base_frame, *robot.sole_frames)
-    )
-    places = [base.actInv(sole).translation for sole in soles]
-    return sum(p[0] for p in places) / 2, sum(p[2] for p in places) / 2
-
-
-def _installed(package: str) -> bool:
-    from ament_index_python.packages import PackageNotFoundError, get_package_prefix
-
-    try:
-        get_package_prefix(package)
-    except PackageNotFoundError:
-        return False
-    return True
-
-
-def _extras(context: LaunchContext) -> list[Action]:
-    return [*_state_publisher(context), *_rviz(context), *_recorder(context)]
-
-
 def generate_launch_description() -> LaunchDescription:
-    """One argument per parameter of the two nodes, what goes beside them, and all of it."""
+    """Declare one argument per parameter of the two nodes and per extra, and start everything."""
     return LaunchDescription(
         [
             # This machine alone, also for what is started beside the nodes, unless told otherwise.
@@ -221,7 +210,6 @@ def generate_launch_description() -> LaunchDescription:
                 DeclareLaunchArgument(name, default_value=default, description=meaning)
                 for name, default, meaning in EXTRAS
             ),
-            OpaqueFunction(function=_nodes),
-            OpaqueFunction(function=_extras),
+            OpaqueFunction(function=_everything),
         ]
     )

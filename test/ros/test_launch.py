@@ -1,0 +1,99 @@
+"""walk.launch.py starts everything or nothing. Needs launch_ros, which PyPI does not have."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("launch_ros", reason="no launch_ros (it comes with a full ROS)")
+
+from launch import LaunchDescription, LaunchService
+from launch.actions import RegisterEventHandler, SetLaunchConfiguration, Shutdown
+from launch.event_handlers import OnProcessStart
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+
+from nao_lipm_gait.resources import share
+
+
+@pytest.fixture
+def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An index of installed packages whose executables only sleep."""
+    index = tmp_path / "share" / "ament_index" / "resource_index" / "packages"
+    index.mkdir(parents=True)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "log"))
+    install(tmp_path, "nao_lipm_gait", "gait", "sim_bridge")
+    return tmp_path
+
+
+def install(prefix: Path, package: str, *executables: str) -> None:
+    (prefix / "share" / "ament_index" / "resource_index" / "packages" / package).touch()
+    (prefix / "share" / package).mkdir(parents=True)
+    (prefix / "lib" / package).mkdir(parents=True)
+    for name in executables:
+        file = prefix / "lib" / package / name
+        file.write_text("#!/bin/sh\nexec sleep 60\n")
+        file.chmod(0o755)
+
+
+def launched(expected: int, **arguments: str) -> tuple[int, list[str]]:
+    """Exit status of the launch, and what it has started; it ends after the expected number."""
+    started: list[str] = []
+
+    def note(event: object, _context: object) -> list[Shutdown]:
+        started.append(event.process_name.rsplit("-", 1)[0])  # type: ignore[attr-defined]
+        return [Shutdown()] if len(started) == expected else []
+
+    source = PythonLaunchDescriptionSource(str(share("launch", "walk.launch.py")))
+    service = LaunchService(noninteractive=True)
+    service.include_launch_description(
+        LaunchDescription(
+            [
+                RegisterEventHandler(OnProcessStart(on_start=note)),
+                *(SetLaunchConfiguration(name, value) for name, value in arguments.items()),
+                source.get_launch_description(service.context),
+            ]
+        )
+    )
+    return service.run(), started
+
+
+def test_both_nodes_are_started(packages: Path) -> None:
+    status, started = launched(2)
+    assert status == 0
+    assert sorted(started) == ["gait", "sim_bridge"]
+
+
+def test_transforms_of_the_links_are_published_where_that_is_possible(packages: Path) -> None:
+    install(packages, "robot_state_publisher", "robot_state_publisher")
+    _, started = launched(3)
+    assert sorted(started) == ["gait", "robot_state_publisher", "sim_bridge"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ({"rviz": "true"}, "rviz: got 'true'; allowed: false, or install the package rviz2"),
+        ({"rviz": "maybe"}, "rviz: got 'maybe'; allowed: true or false"),
+        ({"record": "."}, "record: got '.'; allowed: a folder that does not exist yet"),
+        ({"record": "true"}, "record: got 'true'; allowed: false, or install the package ros2bag"),
+        ({"robot_state_publisher": "true"}, "install the package robot_state_publisher"),
+        ({"lockstep": "maybe"}, "lockstep: got 'maybe'; allowed: true or false"),
+        ({"robot_seed": "x"}, "robot_seed: got 'x'; allowed: a whole number"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_before_anything_starts(
+    packages: Path,
+    arguments: dict[str, str],
+    reason: str,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    status, started = launched(-1, **arguments)
+    assert status == 1
+    assert started == []
+    assert reason in caplog.text
+
+
+def test_everything_ends_when_a_node_ends(packages: Path) -> None:
+    (packages / "lib" / "nao_lipm_gait" / "gait").write_text("#!/bin/sh\nexit 2\n")
+    _, started = launched(-1)  # returns when all processes have ended
+    assert sorted(started) == ["gait", "sim_bridge"]
