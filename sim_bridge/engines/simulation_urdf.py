@@ -1,4 +1,4 @@
-"""The body of one individual as a URDF, for an engine that reads files."""
+"""The body of one individual as a URDF, for engines that load URDF files."""
 
 import dataclasses
 import xml.etree.ElementTree as ET

@@ -119,7 +119,9 @@ class BridgeNode(Node):
             "ROS_DOMAIN_ID"
         }
         if self._clock_topic is not None:
-            advice["/clock"] = "is there another simulator? Set publish_clock:=false for one of them"
+            advice["/clock"] = (
+                "is there another simulator? Set publish_clock:=false for one of them"
+            )
         self._publisher_monitor = PublisherMonitor(advice)
         self._watched_topics = tuple(advice)
 
