@@ -3,5 +3,5 @@
 `world` holds robots and a ball on a floor and steps a physics engine of `engines`; `ros` puts one
 robot behind the topics of a real one. Of the gait's package it uses the robot description, types,
 geometry, errors, resources and schema, and what every node needs: message conversion, parameters,
-log throttling and the process lifecycle. It knows nothing of how the robot walks.
+log throttling and the process lifecycle. It does not depend on the gait itself.
 """

@@ -1,4 +1,4 @@
-"""A pure delay for whole sensor readings; their stamps stay."""
+"""A pure delay for whole sensor readings, whose stamps it keeps."""
 
 from collections import deque
 from typing import Generic, TypeVar

@@ -114,7 +114,7 @@ class SimulatedRobot:
 
     Attributes:
         model: what the engine builds.
-        description: what is known of all robots of this kind.
+        description: facts of all robots of this kind.
         plant: the plant with this robot's own sensors.
         body: masses, joints and shapes of this individual.
         individual: the errors of this robot.
@@ -332,7 +332,7 @@ def _normal_force(state: TrueState, side: int) -> float:
 def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
     """(2,) [m/s] speed over the floor of the point of each sole that carries the load.
 
-    NaN for a sole that was not loaded before and is now. `period` [s] lies between both states.
+    NaN for a sole that was not loaded in both states, which are `period` [s] apart.
     """
     slip = [math.nan, math.nan]
     for side in (0, 1):

@@ -118,7 +118,7 @@ class UrdfModel:
 
 
 def walked(task: str, engine: str, plant: str = "reference") -> float:
-    """[m/s] of robot 0 in the asked direction, over 3 s at full command; NaN after a fall."""
+    """[m/s] of robot 0 in the commanded direction, over 3 s at full command; NaN after a fall."""
     spec = RolloutSpec(TASKS[task].lasting(3.0), robot_seed=0, engine=engine, plant=plant)
     metrics = rollout(spec).metrics
     return math.nan if metrics.fell else math.copysign(1.0, spec.task.asked) * metrics.speed_x

@@ -21,7 +21,7 @@ class RobotModel:
     """One individual robot, as an engine builds it.
 
     Attributes:
-        description: what is known of all robots of this kind.
+        description: facts of all robots of this kind.
         plant: the plant with the robot's own sensors.
         individual: the errors of this robot.
         body: masses, joints and shapes of this individual.

@@ -1,4 +1,4 @@
-"""The ball of both engines: lies, rolls, slows down, is kicked, and changes nothing else."""
+"""The ball in both engines: it rests, rolls, slows down, is kicked, and affects nothing else."""
 
 import math
 
@@ -32,7 +32,7 @@ def kick(world: World) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_lies_still_on_the_floor_and_is_put_elsewhere(engine: str) -> None:
+def test_ball_rests_on_the_floor_and_can_be_moved(engine: str) -> None:
     with make_world(engine, Ball(0.4, -0.1)) as world:
         for _ in range(30):
             world.step()
@@ -50,7 +50,7 @@ def test_lies_still_on_the_floor_and_is_put_elsewhere(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_lies_on_uneven_ground_too(engine: str) -> None:
+def test_ball_rests_on_uneven_ground(engine: str) -> None:
     options = (("terrain.kind", "hexagons"), ("terrain.height", 0.015))
     plant = with_options(PLANT, options)
     with World.single(ROBOT, plant, robot_seed=1, engine=engine, ball=Ball(0.6, 0.05)) as world:
@@ -108,7 +108,7 @@ def test_a_foot_meets_the_ball_and_legs_do_not_count_as_touching(engine: str) ->
         assert not world.robot.truth().legs_touch
 
 
-def test_a_world_without_a_ball_says_so() -> None:
+def test_put_ball_is_refused_without_a_ball() -> None:
     with make_world("mujoco") as world:
         assert world.ball is None
         with pytest.raises(NaoGaitError, match="a world with a ball"):

@@ -43,7 +43,7 @@ def tumbled(robot: RobotDescription, seed: int) -> tuple[FloatArray, FloatArray,
 def kinematics(
     urdf: str, robot: RobotDescription, pose: tuple[FloatArray, FloatArray, FloatArray]
 ) -> tuple[pin.Model, pin.Data, FloatArray]:
-    """The URDF's own kinematics; its root lies in the torso frame."""
+    """The URDF's own kinematics; its root is the torso frame."""
     model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
     data, q = model.createData(), pin.neutral(model)
     position, rotation, joints = pose
@@ -134,7 +134,7 @@ def test_engines_get_the_same_body(robot: RobotDescription, individual: Individu
 def test_end_stops_move_with_the_zero_error(
     robot: RobotDescription, individual: Individual, body: Body
 ) -> None:
-    """A joint that the robot believes to be at its limit must not press on its stop."""
+    """A joint whose encoder reads its limit must not touch its end stop."""
     for link in body.links[1:]:
         zero = individual.joint_zero[robot.index(link.joint)]
         assert link.lower == pytest.approx(robot.limits[link.joint].lower + zero)
@@ -187,7 +187,7 @@ def test_lowest_point_standing_and_lying(robot: RobotDescription) -> None:
 
 
 def test_lowest_point_of_every_shape(robot: RobotDescription, body: Body) -> None:
-    """Against points strewn over the shapes that the engines get."""
+    """Against random points on the shapes of the engines' URDF."""
     random = np.random.default_rng(8)
     _, rotation, joints = tumbled(robot, 12)
     model, data, _ = kinematics(robot.urdf, robot, (np.zeros(3), rotation, joints))
@@ -307,7 +307,7 @@ def test_a_root_that_is_not_the_torso(tmp_path: Path, robot: RobotDescription) -
     assert body.pose(position, rotation, joints).com == pytest.approx(expected, abs=1e-12)
     assert body.imu_position == pytest.approx([-0.008, 0.00606, 0.027])
     assert body.imu_rotation == pytest.approx(np.eye(3), abs=1e-12)
-    # the root link of the engines lies in the torso frame
+    # the root link of the engines is the torso frame
     model, data, _ = kinematics(simulation_urdf(body), shifted, (position, rotation, joints))
     sole = data.oMf[model.getFrameId("l_sole")].translation
     assert body.pose(position, rotation, joints).sole_position[0] == pytest.approx(sole, abs=1e-9)

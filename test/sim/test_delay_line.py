@@ -1,4 +1,4 @@
-"""The delay line against its definition: the newest item that is old enough, as it was put in."""
+"""The delay line against its definition: the newest item that is old enough, unchanged."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PERIOD = 10 * MS
 
 
 def ages(delay: int, ticks: int = 12) -> list[int | None]:
-    """[ns] age of what is read after each put, one per period."""
+    """[ns] age of the newest item after each put, one per period."""
     line: DelayLine[int] = DelayLine(delay)
     seen: list[int | None] = []
     for tick in range(ticks):
@@ -73,13 +73,13 @@ def test_newest_old_enough_whatever_the_times(delay: int, gaps: list[tuple[int, 
             assert newest is None
 
 
-def test_stamps_have_to_rise() -> None:
+def test_stamps_must_increase() -> None:
     line: DelayLine[str] = DelayLine(0)
     line.put(5, "a")
     for stamp in (5, 4):
         with pytest.raises(NaoGaitError, match=r"stamp: got .*later than 5 ns"):
             line.put(stamp, "b")
-    assert line.newest(5) == "a", "what was refused is not in there"
+    assert line.newest(5) == "a", "a refused item is not stored"
 
 
 def test_clear_forgets_and_lets_time_start_over() -> None:
@@ -98,7 +98,7 @@ def test_a_delay_into_the_future_is_refused() -> None:
 
 @given(st.integers(0, 100 * MS), st.integers(1, 15))
 @settings(deadline=None)
-def test_what_is_coming_is_what_will_be_newest(delay: int, asked: int) -> None:
+def test_coming_items_are_the_later_newest_ones(delay: int, asked: int) -> None:
     line: DelayLine[int] = DelayLine(delay)
     coming: list[int | None] = []
     for tick in range(asked + 12):

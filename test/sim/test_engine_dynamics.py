@@ -1,7 +1,7 @@
 """Masses, momentum and frames in every physics engine.
 
 Black box wherever possible: masses, inertias and torques are judged by how the robot moves, against
-Pinocchio on the same URDF, not by asking the engine what it was told.
+Pinocchio on the same URDF, not by the parameters that the engine reports.
 """
 
 from __future__ import annotations

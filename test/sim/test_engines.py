@@ -92,6 +92,14 @@ def test_pybullet_refuses_the_worn_plant(robot: RobotDescription) -> None:
         World.single(robot, load_plant("worn"), engine="pybullet")
 
 
+@pytest.mark.usefixtures("mujoco_only")
+def test_mujoco_refuses_the_ideal_plant_and_names_the_engine_that_can(
+    robot: RobotDescription, ideal: Plant
+) -> None:
+    with pytest.raises(NaoGaitError, match=r"ideal: motor\.lag: got 0\.0; .*engine:=pybullet"):
+        World.single(robot, ideal, engine="mujoco")
+
+
 def test_an_engine_refuses_more_robots_than_it_can_simulate(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:

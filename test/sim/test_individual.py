@@ -1,4 +1,4 @@
-"""Individuals: as different as the plant says, each one always the same."""
+"""Individuals: distributed as the plant specifies, each seed always the same robot."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_scales_are_uniform_in_their_ranges(population: list[Individual], plant:
 def test_contact_stiffness_is_as_often_halved_as_doubled(
     plant: Plant, robot: RobotDescription
 ) -> None:
-    """A wide range tells the uniform logarithm from the uniform factor."""
+    """Over a wide range a uniform logarithm differs from a uniform factor."""
     variation = attrs.evolve(plant.variation, stiffness_scale=(0.01, 100.0))
     wide = attrs.evolve(plant, variation=variation)
     scales = [draw_individual(wide, robot, seed).stiffness_scale for seed in range(60)]

@@ -85,7 +85,7 @@ def test_no_further_than_the_limits(
 
 
 def test_zero_errors_are_added_last(robot: RobotDescription, plant: Plant) -> None:
-    """The robot cuts what it believes; what it does not know shifts the true angle."""
+    """Limits apply to commanded angles; the encoder offset shifts the true angle."""
     individual = draw_individual(plant, robot, 3)
     made = setpoints(robot, plant, individual)
     for _ in range(300):
@@ -94,7 +94,7 @@ def test_zero_errors_are_added_last(robot: RobotDescription, plant: Plant) -> No
     assert made.current == pytest.approx(robot.upper)
 
 
-def test_the_shared_motor_obeys_the_leader(
+def test_shared_motor_follows_the_leader(
     robot: RobotDescription, plant: Plant, nominal: Individual
 ) -> None:
     left, right = robot.index("LHipYawPitch"), robot.index("RHipYawPitch")
@@ -179,7 +179,7 @@ def test_the_span_holds_the_same_limits(
         for row, sign in ((0, -1.0), (1, 1.0)):
             torque = sign * np.ones(22)
             expected = model.now(velocity, torque, velocity + 100.0 * torque)
-            if line:  # what the servo is about to do is not known here
+            if line:  # the servo's next demand is unknown here
                 braking = velocity * torque < 0.0
                 expected = np.where(braking, model.standstill, model.driving(velocity))
             assert sign * span[row] == pytest.approx(expected)

@@ -1,4 +1,4 @@
-"""What acts on the simulated robot: pushes, targets, and those that are refused."""
+"""Commands and pushes of a simulated robot, and those that are refused."""
 
 from __future__ import annotations
 
@@ -116,8 +116,8 @@ def test_targets_are_cut_at_limits_and_speeds(
         assert quickest - 1 < ticks < 1.6 * quickest + 10
 
 
-def test_the_robot_believes_its_zero_errors(robot: RobotDescription, ideal: Plant) -> None:
-    """Asked for 0.5 it goes elsewhere, and its encoder says 0.5."""
+def test_encoder_offsets_cancel_in_the_readings(robot: RobotDescription, ideal: Plant) -> None:
+    """With the target 0.5 the joint goes to 0.5 + offset, and its encoder reads 0.5."""
     variation = attrs.evolve(ideal.variation, joint_zero_std=0.01, joint_zero_cut=0.02)
     plant = attrs.evolve(ideal, variation=variation)
     with World.single(robot, plant, robot_seed=2) as world:
@@ -157,21 +157,21 @@ def test_bad_targets_are_refused_and_change_nothing(
         assert world.robot.truth().joint_position == pytest.approx(robot.stand_pose, abs=0.02)
 
 
-def test_targets_stay_the_caller_s(robot: RobotDescription, ideal: Plant) -> None:
+def test_targets_are_copied(robot: RobotDescription, ideal: Plant) -> None:
     with World.single(robot, ideal, NOMINAL) as world:
         given = targets(world, HeadYaw=10.0, RHipYawPitch=-0.1)
         copy = given.position.copy()
         world.robot.command(given)
         world.step()
         assert np.array_equal(given.position, copy)
-        given.position[:] = 0.0  # and what is done to them later does not reach the robot
+        given.position[:] = 0.0  # a later change has no effect
         for _ in range(100):
             world.step()
         yaw = world.robot.truth().joint_position[robot.index("HeadYaw")]
         assert yaw == pytest.approx(robot.upper[robot.index("HeadYaw")], abs=2e-3)
 
 
-def test_unstable_physics_is_told(robot: RobotDescription) -> None:
+def test_unstable_physics_is_an_error(robot: RobotDescription) -> None:
     pytest.importorskip("mujoco")
     with World.single(robot, load_plant("reference"), 0, engine="mujoco") as world:
         world.robot.push(np.array((1e8, 0.0, 0.0)), 0.1)

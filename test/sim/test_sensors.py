@@ -87,7 +87,7 @@ def noisy(plant: Plant, individual: Individual, body: Body, seed: int = 0) -> Se
     return SensorModel(plant, individual, body, seed, PERIOD)
 
 
-# The accelerometer feels what holds the robot up.
+# The accelerometer measures specific force.
 
 
 @pytest.mark.parametrize(
@@ -105,21 +105,21 @@ def noisy(plant: Plant, individual: Individual, body: Body, seed: int = 0) -> Se
 )
 def test_at_rest_it_points_up(exact: SensorModel, turn: FloatArray, felt: FloatArray) -> None:
     rotation = rotation_from_vector(turn)
-    for samples in (1, 3):  # also the first one, which knows no past
+    for samples in (1, 3):  # also the first one, which has no predecessor
         exact.reset()
         frame = watch(exact, lambda _: state(rotation), samples)
         assert frame.linear_acceleration == pytest.approx(G * felt, abs=1e-9)
         assert frame.angular_velocity == pytest.approx(np.zeros(3), abs=1e-12)
 
 
-def test_leaning_forward_feels_like_slowing_down(exact: SensorModel) -> None:
+def test_leaning_forward_reads_like_slowing_down(exact: SensorModel) -> None:
     frame = watch(exact, lambda _: state(rotation_from_vector(0.1 * Y)))
     assert frame.linear_acceleration == pytest.approx(
         [-G * math.sin(0.1), 0.0, G * math.cos(0.1)], abs=1e-9
     )
 
 
-def test_free_fall_feels_like_nothing(exact: SensorModel) -> None:
+def test_free_fall_reads_zero(exact: SensorModel) -> None:
     tumbled = rotation_from_vector(np.array([0.4, -1.0, 2.0]))
     frame = watch(exact, lambda t: state(tumbled, velocity=-G * t * Z))
     assert frame.linear_acceleration == pytest.approx(np.zeros(3), abs=1e-9)
@@ -135,7 +135,7 @@ def test_acceleration_is_felt_in_its_direction(exact: SensorModel) -> None:
 
 
 def test_a_spin_throws_outward(exact: SensorModel) -> None:
-    """Away from the axis lies the accelerometer; the torso's origin stays where it is."""
+    """The accelerometer is away from the axis; the torso's origin does not move."""
     rate = 3.0
     frame = watch(
         exact, lambda t: state(rotation_from_vector(rate * t * Z), rate=rate * Z), samples=4
@@ -188,7 +188,7 @@ def test_gravity_is_the_plant_s(ideal: Plant, nominal: Individual, body: Body) -
     assert frame.linear_acceleration == pytest.approx([0.0, 0.0, 1.62])
 
 
-# The gyro feels the torso's own rate.
+# The gyro measures the rate in the torso frame.
 
 
 @pytest.mark.parametrize("axis", [X, Y, Z], ids=["roll", "pitch", "yaw"])
@@ -267,7 +267,7 @@ def test_noise_depends_on_the_seed_and_starts_over(
 
 
 @pytest.mark.parametrize("turn", [0.1 * Y, -0.05 * X, np.array([0.03, -0.06, 0.2])])
-def test_a_crooked_mounting_feels_like_a_crooked_torso(
+def test_a_tilted_mounting_reads_like_a_tilted_torso(
     ideal: Plant, nominal: Individual, body: Body, turn: FloatArray
 ) -> None:
     mount = rotation_from_vector(turn)
@@ -285,7 +285,7 @@ def test_a_crooked_mounting_feels_like_a_crooked_torso(
 def test_the_axes_of_the_imu_come_from_the_urdf_and_readings_are_in_the_torso(
     tmp_path: Path, ideal: Plant, nominal: Individual, robot: RobotDescription
 ) -> None:
-    """An IMU that lies on its side: what it reads is turned back, its dead axis stays dead."""
+    """An IMU mounted on its side: readings are in torso axes, its missing axis stays missing."""
     root = ET.fromstring(robot.urdf)
     origin = root.find("joint[@name='imu_link_fixed']/origin")
     assert origin is not None

@@ -1,4 +1,4 @@
-"""When the bridge steps: real time, lockstep, and what it logs about both. No process, no sleep."""
+"""When the bridge steps, in real time and in lockstep, and what it logs. No process, no sleep."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_factor_zero_never_waits() -> None:
 
 
 def messages(shares: list[float]) -> list[tuple[int, str]]:
-    """What the monitor says about windows in which this share of the speed was reached."""
+    """Messages, with the index of the window, if these shares of the speed are reached."""
     monitor, now, lost, said = SpeedMonitor(1.0, 0), 0, 0, []
     for index, share in enumerate(shares):
         for _ in range(200):  # one window
@@ -85,7 +85,7 @@ def messages(shares: list[float]) -> list[tuple[int, str]]:
     return said
 
 
-def test_speed_as_asked_is_not_reported() -> None:
+def test_full_speed_is_not_reported() -> None:
     assert messages([1.0, 0.97, 1.0] * 10) == []
 
 

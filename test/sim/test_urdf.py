@@ -47,7 +47,7 @@ DEGREES = {
     "RAnklePitch": (-67.97, 53.40),
     "RAnkleRoll": (-44.06, 22.79),
 }
-"""The ranges as people know them."""
+"""The ranges as published."""
 
 
 class Robot:
@@ -145,7 +145,7 @@ def test_inertia_about_the_centre_of_mass(robot: Robot, checks: dict[str, Any]) 
 
 
 def test_pybullet_agrees_on_the_mass(robot: Robot) -> None:
-    """It reads the massless frames in a way of its own: 1 kg each, unless the file says 0."""
+    """PyBullet gives a link without inertia 1 kg, unless the file has the mass 0."""
     import pybullet as bullet
 
     client = bullet.connect(bullet.DIRECT)

@@ -1,4 +1,4 @@
-"""MuJoCo is an extra: without it everything runs on PyBullet, and asking for it says what to do."""
+"""MuJoCo is optional: everything runs on PyBullet, and a refusal says how to install MuJoCo."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The simulated robot from outside: time, delay, reset, postures, determinism, end."""
+"""A world with one robot: time, delay, reset, start states, determinism, end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from simulation_runs import MS, G, flat, flat_frame, run, sway, targets, tilt
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.04, 0.015, 0.001])
-def test_frames_come_as_late_as_asked(robot: RobotDescription, ideal: Plant, delay: float) -> None:
+def test_frames_are_late_by_the_delay(robot: RobotDescription, ideal: Plant, delay: float) -> None:
     with World.single(robot, ideal, NOMINAL, sensor_delay=delay) as world:
         truths = {0: world.robot.truth()}
         for tick in range(1, 13):
@@ -89,7 +89,7 @@ def test_reset_goes_back_and_the_clock_goes_on(robot: RobotDescription, referenc
         assert frame.stamp == world.time - 40 * MS
 
 
-def test_two_simulations_do_not_disturb_each_other(
+def test_two_worlds_do_not_disturb_each_other(
     robot: RobotDescription, reference: Plant
 ) -> None:
     """Stepped in turns, the same to the last bit as each alone."""

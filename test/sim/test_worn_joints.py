@@ -101,7 +101,7 @@ def test_play_is_free_and_no_wider(robot: RobotDescription, reference: Plant) ->
 
 
 @pytest.mark.usefixtures("mujoco_only")
-def test_inside_the_play_the_motor_feels_nothing(
+def test_inside_the_play_the_foot_is_free(
     robot: RobotDescription, reference: Plant
 ) -> None:
     bench = mujoco_bench(robot, changed(weightless(reference), motor={"play": 0.04}))
@@ -123,7 +123,7 @@ def test_inside_the_play_the_motor_feels_nothing(
 def test_a_servo_that_sees_the_encoder_takes_up_the_play(
     robot: RobotDescription, reference: Plant, encoder_feedback: bool
 ) -> None:
-    """A knee under load rests at one end of its play; what it carries tells the servo's error."""
+    """A knee under load rests at one end of its play; its torque shows the servo's error."""
     motor = {"stiffness": 150.0, "play": 0.04, "encoder_feedback": encoder_feedback}
     plant = changed(reference, motor=motor)
     knees = [robot.index(joint) for joint in ("LKneePitch", "RKneePitch")]

@@ -353,7 +353,11 @@ def _refuse(plant: Plant, robot: RobotDescription) -> None:
     motor, step = plant.motor, plant.physics.step
 
     def refuse(key: str, value: object, allowed: str) -> None:
-        raise NaoGaitError(f"{plant.name}: {key}", value, f"{allowed} with engine mujoco")
+        raise NaoGaitError(f"{plant.name}: {key}", value, f"{allowed} with engine mujoco{other}")
+
+    worn = motor.friction or motor.play or motor.encoder_feedback
+    servo = motor.stiffness is None and motor.armature is None
+    other = ", or engine:=pybullet" if servo and not worn else ""
 
     if motor.lag < 2.0 * step:
         refuse("motor.lag", motor.lag, f"at least {2.0 * step:g} s (two steps)")
