@@ -47,13 +47,16 @@ class Process:
 
     @property
     def log(self) -> str:
+        """What the process has printed so far."""
         return self._log.read_text(errors="replace")
 
     @property
     def status(self) -> int | None:
+        """Exit status; None while the process runs."""
         return self._process.poll()
 
     def signal(self, number: int) -> None:
+        """Send a signal to the process."""
         self._process.send_signal(number)
 
     def wait(self, timeout: float = TIMEOUT) -> int:
@@ -71,6 +74,7 @@ class Process:
                 self._process.wait()
 
     def says(self, pattern: str) -> bool:
+        """Whether its output matches a regular expression."""
         return re.search(pattern, self.log) is not None
 
 
@@ -135,6 +139,7 @@ class Probe:
         return publisher
 
     def call(self, kind: type, service: str, request: Any) -> Any:
+        """Call a service and return its response."""
         client = self.node.create_client(kind, service)
         self.wait(client.service_is_ready, f"service {service}")
         future = client.call_async(request)
@@ -163,6 +168,7 @@ class Probe:
             self._executor.spin_once(timeout_sec=0.02)
 
     def close(self) -> None:
+        """End all processes and leave the ROS domain."""
         for process in self.processes:
             process.end()
         self._executor.shutdown()
@@ -176,11 +182,12 @@ def _yaml(value: object) -> str:
 
 
 def stamp(message: Any) -> int:
-    """[ns]"""
+    """The stamp of a message [ns]."""
     return message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
 
 
 def set_stamp(message: Any, nanoseconds: int) -> Any:
+    """Set the stamp of a message [ns] and return the message."""
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
     return message
 

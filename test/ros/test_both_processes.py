@@ -199,7 +199,8 @@ def test_signal_ends_both_with_status_0(probe: Probe, number: int):
         process.signal(number)
     for process in (gait, bridge):
         assert process.wait(timeout=10.0) == 0, process.log
-        assert "Traceback" not in process.log and "rror" not in process.log, process.log
+        assert "Traceback" not in process.log, process.log
+        assert "rror" not in process.log, process.log
         with pytest.raises(ProcessLookupError):
             os.killpg(process.pid, 0)  # no process is left in its group
 
@@ -251,4 +252,5 @@ def test_urdf_without_a_joint_is_named(probe: Probe, tmp_path: Path):
     broken.write_text(text.replace('"LKneePitch"', '"LKneeFoo"'), encoding="utf-8")
     process = probe.start("gait", urdf=broken)
     assert process.wait() == 2
-    assert process.says("LKneePitch") and process.says("broken.urdf"), process.log
+    assert process.says("LKneePitch"), process.log
+    assert process.says("broken.urdf"), process.log
