@@ -1,8 +1,7 @@
 """The executable `gait`: the gait as a ROS 2 node."""
 
+import signal
 from collections.abc import Sequence
-
-from nao_lipm_gait.ros.process import StopRequest, run, spin
 
 NAME = "gait"
 DESCRIPTION = "Walk a NAO: cmd_vel, joint_states and imu/data in, joint_command out."
@@ -10,9 +9,12 @@ DESCRIPTION = "Walk a NAO: cmd_vel, joint_states and imu/data in, joint_command 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM; returns the exit status."""
+    # Everything is imported after this line: Ctrl-C must end the process quietly from the start.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from nao_lipm_gait.ros.process import StopRequest, run, spin
+
     stop = StopRequest()
     stop.install()
-    # Imported late: it takes a second, in which a signal must already end the process quietly.
     from nao_lipm_gait.ros.node import GaitNode
 
     return run(NAME, DESCRIPTION, GaitNode, spin, args, stop)

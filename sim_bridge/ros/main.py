@@ -1,8 +1,7 @@
 """The executable `sim_bridge`: a simulated robot behind the topics of a real one."""
 
+import signal
 from collections.abc import Sequence
-
-from nao_lipm_gait.ros.process import StopRequest
 
 NAME = "sim_bridge"
 DESCRIPTION = "Simulate a robot: joint_command in; joint_states, imu/data and ground truth out."
@@ -10,10 +9,12 @@ DESCRIPTION = "Simulate a robot: joint_command in; joint_states, imu/data and gr
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM; returns the exit status."""
+    # Everything is imported after this line: Ctrl-C must end the process quietly from the start.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from nao_lipm_gait.ros.process import StopRequest, run
+
     stop = StopRequest()
     stop.install()
-    # After `install`: these imports take about a second, and Ctrl-C must end them quietly too.
-    from nao_lipm_gait.ros.process import run
     from sim_bridge.ros.node import BridgeNode
     from sim_bridge.ros.stepping import drive
 

@@ -1,0 +1,38 @@
+"""A node that is still starting ends quietly on Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ros_probe import MODULES
+
+ROOT = Path(__file__).resolve().parents[2]
+INTERRUPTED = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from {module} import main
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == {interrupted!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Finder())
+sys.exit(main([{module!r}]))
+"""
+
+
+@pytest.mark.parametrize("name", ["gait", "sim_bridge"])
+@pytest.mark.parametrize("interrupted", ["nao_lipm_gait.ros.process", "numpy", "rclpy"])
+def test_ctrl_c_during_the_imports_prints_nothing(name: str, interrupted: str) -> None:
+    program = INTERRUPTED.format(module=MODULES[name], interrupted=interrupted)
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT, env=dict(os.environ), capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert ended.returncode in (0, -signal.SIGINT)
+    assert ended.stderr == ""
