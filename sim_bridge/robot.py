@@ -119,7 +119,7 @@ class SimulatedRobot:
         body: masses, joints and shapes of this individual.
         individual: the errors of this robot.
         start: where a reset puts the robot.
-        last_command: the last joint targets since the start; None = none yet.
+        last_command: the last accepted joint targets since the start; None = none yet.
     """
 
     def __init__(
@@ -193,7 +193,7 @@ class SimulatedRobot:
                 allowed = f"{count} shares, 0 to 1"
                 raise NaoGaitError("targets.joint_stiffness", stiffness.tolist(), allowed)
         self._target, self._stiffness = position, stiffness
-        self.last_command = targets._replace(position=position)
+        self.last_command = targets
 
     def sense(self) -> SensorFrame | None:
         """The newest frame that has passed the delay; None before the first one."""
