@@ -407,6 +407,11 @@ class Gait:
         return self._modes.state
 
     @property
+    def gyro_bias_sigma(self) -> float:
+        """Standard deviation [rad/s] of the gyro's bias; it is learned while the robot stands."""
+        return self._estimator.gyro_bias_sigma
+
+    @property
     def torso_pose(self) -> Pose6:
         """The torso in base_footprint: x, y, z [m], roll, pitch, yaw [rad]; after a tick only."""
         return self._estimator.torso_place.in_footprint()

@@ -145,6 +145,11 @@ class YawSlipFromLean:
         self._state = np.zeros(3)
         self._covariance = np.diag([0.0, 0.0, BIAS_SIGMA**2])
 
+    @property
+    def bias_sigma(self) -> float:
+        """Standard deviation [rad/s] of the learned bias."""
+        return sqrt(max(0.0, float(self._covariance[_BIAS, _BIAS])))
+
     def update(
         self,
         support: int,

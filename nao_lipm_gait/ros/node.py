@@ -74,7 +74,13 @@ INTERFACE = node_parameter(
 MOTIONS = node_parameter(
     "motions", "", "folder of motion files; empty = those that are shipped for this robot"
 )
-NODE_PARAMETERS = (URDF, PRESET, MOTIONS, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE)
+BIAS_WAIT = node_parameter(
+    "bias_wait", 5.0, "longest stand until the gyro's bias is known, before the first walk",
+    "s", 0.0, 60.0,
+)  # fmt: skip
+NODE_PARAMETERS = (
+    URDF, PRESET, MOTIONS, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
+)  # fmt: skip
 
 WATCHDOG_PERIOD = 0.25
 """[s]"""
@@ -96,10 +102,11 @@ class GaitNode(Node):
         period = of_type(declare(self, CONTROL_PERIOD), float)
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
+        bias_wait = of_type(declare(self, BIAS_WAIT), float)
         interface = text(declare(self, INTERFACE))
         parameters = self._declare_gait_parameters(preset)
-        settings = Settings(period, timeout)
-        warm_up(self._robot, parameters, settings)
+        warm_up(self._robot, parameters, Settings(period, timeout))
+        settings = Settings(period, timeout, bias_wait=bias_wait)
         self._controller = GaitController(
             self._robot, parameters, settings, time.monotonic, motions
         )

@@ -61,6 +61,7 @@ from nao_lipm_gait.types import (
     JointTargets,
     Pose6,
     SensorFrame,
+    VelocityCommand,
 )
 
 STEADY_TIME = 0.1
@@ -74,6 +75,8 @@ LOAD_ABSURD = 1e5
 OFF_RATE, RATE_AGAIN = 0.1, 0.05
 """Share by which the mean step of the stamps may differ from the control period, and below which it
 is right again."""
+BIAS_KNOWN = 1e-3
+"""[rad/s] Standard deviation of the gyro's bias with which the robot may walk."""
 WAITING = 10.0
 """[s] from the start without any joint state, after which it is a warning."""
 _CRASHES_MAX = 32
@@ -87,11 +90,14 @@ class Settings:
         control_period: Time between two joint states [s].
         cmd_vel_timeout: Age [s] at which a velocity command means stop.
         imu_patience: Time [s] without an IMU after which the robot stops walking.
+        bias_wait: Longest time [s] to stand before the first walk until the gyro's bias is known; a
+            walk with an unknown bias turns.
     """
 
     control_period: float = 0.01
     cmd_vel_timeout: float = 0.5
     imu_patience: float = 0.1
+    bias_wait: float = 0.0
 
 
 class Answer(NamedTuple):
@@ -165,6 +171,8 @@ class GaitController:
         self._motion_results: list[str] = []
         self._logged_state = GaitState.STAND
         self._logged_timeout = False
+        self._bias_known = settings.bias_wait == 0.0
+        self._stands_since: int | None = None
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
         self._held = 0
@@ -365,12 +373,16 @@ class GaitController:
         """Restart the gait; its next targets may be anywhere, and so may the robot be."""
         self._gait.restart()
         self._guard.restart()
+        self._bias_known = self._settings.bias_wait == 0.0
+        self._stands_since = None
 
     # -- the tick ----------------------------------------------------------------------------------
 
     def _tick(self, frame: SensorFrame) -> None:
         command = self._velocity.at(frame.stamp)
         if self._sensors_are_missing(frame.stamp):
+            command = STANDSTILL
+        if not self._bias_known and self._must_wait(frame.stamp, command):
             command = STANDSTILL
         begin = self._clock()
         guarded = self._guard.step(frame, command)
@@ -405,6 +417,25 @@ class GaitController:
             timeout = self._settings.cmd_vel_timeout
             text = f"no cmd_vel for {timeout:g} s: the robot stops"
             self._diagnostics.log(Level.WARN, text)
+
+    def _must_wait(self, stamp: int, command: VelocityCommand) -> bool:
+        """Whether the robot must still stand until the gyro's bias is known; ends for good."""
+        if self._gait.state is not GaitState.STAND:
+            self._stands_since = None
+            return False
+        since = self._stands_since = stamp if self._stands_since is None else self._stands_since
+        wait = self._settings.bias_wait
+        if self.last_status is not None and self._gait.gyro_bias_sigma < BIAS_KNOWN:
+            self._bias_known = True
+            self._diagnostics.end("gyro bias", "the gyro's bias is known")
+        elif stamp - since > wait * 1e9:
+            self._bias_known = True
+            text = f"the gyro's bias is not known after {wait:g} s of standing: the walk may turn"
+            self._diagnostics.end("gyro bias", text)
+        elif not command.is_zero:
+            text = f"standing until the gyro's bias is known, for {wait:g} s at most"
+            self._diagnostics.begin(COMMANDS, Level.OK, "gyro bias", text)
+        return not self._bias_known
 
     def _log_state(self, status: GaitStatus) -> None:
         """Log falls, get-ups and what else an operator must know of; steps of a walk are not."""
@@ -583,6 +614,7 @@ class GaitController:
                 status=self.last_status,
                 command_age=None if stamp is None else self._velocity.age(stamp),
                 command_timed_out=self._velocity.timed_out,
+                gyro_bias_sigma=self._gait.gyro_bias_sigma,
                 remarks=self._diagnostics.take_remarks(),
             )
         )

@@ -388,6 +388,7 @@ class Health:
         status: Status of the last tick; None before the first.
         command_age: Sensor time [s] since the last velocity command; None before the first.
         command_timed_out: A command to move is too old, so the robot stops.
+        gyro_bias_sigma: Standard deviation of the gyro's bias [rad/s].
         remarks: What happened in this second, by report.
     """
 
@@ -400,6 +401,7 @@ class Health:
     status: GaitStatus | None
     command_age: float | None = None
     command_timed_out: bool = False
+    gyro_bias_sigma: float = 0.0
     remarks: Mapping[str, Sequence[Remark]] | None = None
 
 
@@ -490,6 +492,7 @@ def _walk(health: Health, remarks: Sequence[Remark]) -> Report:
         "clipped joints": str(status.clipped_joints),
         "torso roll [rad]": f"{status.torso_roll:.4f}",
         "torso pitch [rad]": f"{status.torso_pitch:.4f}",
+        "gyro bias deviation [rad/s]": f"{health.gyro_bias_sigma:.5f}",
         "faults": str(health.faults),
     }
     return Report(WALK, level, message, values)

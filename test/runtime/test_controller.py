@@ -31,21 +31,25 @@ class Robot:
         sent: All targets.
         log: All log lines.
         results: All outcomes of motions.
+        gyro_noise: Amplitude of the roll rate [rad/s].
         imu_force: What the accelerometer measures [m/s^2]; None = that of an upright robot.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, settings: Settings | None = None) -> None:
         self.now = 0.0
         self.stamp = 1_000 * MS
         self.pose = ROBOT.stand_pose.tolist()
         self.imu_stuck = False
         self._noise = 0.0
+        self.gyro_noise = 0.0
         self.imu_behind: int | None = 0
         self.sent: list[JointTargets] = []
         self.log: list[str] = []
         self.results: list[str] = []
         self.imu_force: tuple[float, float, float] | None = None
-        self.controller = GaitController(ROBOT, GaitParameters(), Settings(), lambda: self.now)
+        self.controller = GaitController(
+            ROBOT, GaitParameters(), settings or Settings(), lambda: self.now
+        )
 
     def take(self, output: Output) -> None:
         for answer in output.answers:
@@ -66,9 +70,11 @@ class Robot:
         if self.imu_behind is not None:
             stamp = divmod(self.stamp - self.imu_behind * MS, 1_000 * MS)
             if not self.imu_stuck:
+                self.gyro_noise = -self.gyro_noise
                 self._noise = 1e-6 - self._noise  # a working IMU never repeats itself for long
             x, y, z = self.imu_force or (0.0, 0.0, 9.81)
-            imu = ImuInput(*stamp, (0.0, 0.0, 0.0), (x, y, z + self._noise))
+            rate = (self.gyro_noise, 0.0, 0.0)
+            imu = ImuInput(*stamp, rate, (x, y, z + self._noise))
             self.take(self.controller.receive("imu/data", lambda: imu))
         joints = JointInput(sec, nanosec, NAMES, self.pose, [])
         self.take(self.controller.receive("joint_states", lambda: joints))
@@ -428,3 +434,39 @@ def test_the_outcome_of_a_motion_is_returned() -> None:
     robot.tick(400)
     assert robot.results[1:] == ["sit: done"]
     assert robot.log[-1] == "motion sit: done"
+
+
+# -- the gyro's bias -------------------------------------------------------------------------------
+
+
+def test_a_robot_that_is_driven_from_the_start_first_learns_the_bias_of_its_gyro() -> None:
+    """A walk with an unknown bias turns."""
+
+    def ticks_until_it_walks(bias_wait: float) -> int:
+        robot = Robot(Settings(bias_wait=bias_wait))
+        for tick in range(1000):
+            robot.drive(0.1)
+            robot.tick()
+            if robot.controller.state is GaitState.WALK:
+                logs.append(robot.log)
+                return tick
+        raise AssertionError("does not walk")
+
+    logs: list[list[str]] = []
+    at_once, learned = ticks_until_it_walks(0.0), ticks_until_it_walks(5.0)
+    assert at_once + 30 < learned < 500
+    assert logs == [
+        [],
+        ["standing until the gyro's bias is known, for 5 s at most",
+         "the gyro's bias is known"],
+    ]  # fmt: skip
+
+
+def test_the_wait_for_the_bias_is_bounded() -> None:
+    robot = Robot(Settings(bias_wait=2.0))
+    robot.gyro_noise = 0.1  # never at rest
+    for _ in range(500):
+        robot.drive(0.1)
+        robot.tick()
+    assert robot.controller.state is GaitState.WALK
+    assert "not known after 2 s" in robot.log[-1]
