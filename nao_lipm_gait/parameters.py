@@ -13,7 +13,7 @@ import attrs
 from nao_lipm_gait import schema
 from nao_lipm_gait.resources import find
 from nao_lipm_gait.schema import Settings, choice, number, switch
-from nao_lipm_gait.walks.registry import WALKS
+from nao_lipm_gait.walk_engines import WALKS
 
 
 @attrs.frozen

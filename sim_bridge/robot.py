@@ -13,10 +13,11 @@ from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame
 from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
-from sim_bridge.engines.backend import StartState, StepInput, TrueState, make_robot_model
+from sim_bridge.engines.backend import make_robot_model
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.sensors import SensorModel
+from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.terrain import Prism, ground_height
 
 START_STATES = ("stand", "lying_front", "lying_back")

@@ -7,9 +7,9 @@ import numpy as np
 from nao_lipm_gait.geometry import as_rotation, cross, rotate, rotate_back, rotation_halfway
 from nao_lipm_gait.types import FloatArray, Point3, SensorFrame
 from sim_bridge.body import Body
-from sim_bridge.engines.backend import TrueState
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
+from sim_bridge.state import TrueState
 
 
 class Encoders:

@@ -14,10 +14,11 @@ from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.engines import registry as engines
-from sim_bridge.engines.backend import Backend, StartState, StepInput, TrueState, make_robot_model
+from sim_bridge.engines.backend import Backend, make_robot_model
 from sim_bridge.individual import NOMINAL
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
+from sim_bridge.state import StartState, StepInput, TrueState
 
 G = 9.81
 STILL = np.zeros(3)

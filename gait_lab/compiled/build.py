@@ -18,8 +18,10 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 
 FOLDERS = ("estimation", "walks", "whole_body")
-AS_PYTHON = ("errors.py", "parameters.py", "presets.py", "resources.py", "schema.py")
-"""Modules of the package's root that stay Python: their classes are pickled or made by attrs."""
+AS_PYTHON = (
+    "errors.py", "parameters.py", "presets.py", "resources.py", "schema.py", "walk_engines.py",
+)  # fmt: skip
+"""Modules of the package's root that stay Python: off the tick, pickled, or made by attrs."""
 SHARED = ("config", "launch", "urdf")
 LINES_SHOWN = 15
 

@@ -1,1 +1,1 @@
-"""The walk engines: `base` is their interface, `registry` lists them, `steps` is shared."""
+"""The walk engines, listed in `walk_engines.py`: `base` is their interface, `steps` is shared."""

@@ -6,7 +6,7 @@ from typing import Protocol, final
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, Point3, Pose2, VelocityCommand
-from nao_lipm_gait.walks.registry import WALKS
+from nao_lipm_gait.walk_engines import WALKS
 
 
 @final
@@ -213,7 +213,7 @@ def make_walk(parameters: GaitParameters, control_period: float) -> Walk:
         control_period: Time between two ticks [s].
 
     Returns:
-        The engine; see `nao_lipm_gait.walks.registry`.
+        The engine; see `nao_lipm_gait.walk_engines`.
 
     Raises:
         NaoGaitError: There is no such engine.

@@ -6,9 +6,9 @@ from filterpy.kalman import KalmanFilter
 
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
+from nao_lipm_gait import walk_engines
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT
-from nao_lipm_gait.walks import registry
 from nao_lipm_gait.walks.lipm.com_observer import ComCorrection, ComObserver
 from nao_lipm_gait.walks.lipm.extensions.disturbances import MeasurementOffset, PushDetector
 from nao_lipm_gait.walks.lipm.kalman_observer import KalmanObserver
@@ -95,8 +95,8 @@ def alpha_beta_walk(parameters: GaitParameters, control_period: float) -> LipmWa
 def test_the_robot_walks_with_another_observer(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = RolloutSpec(find_task("forward=20").measured(5.0, 8.0), robot_seed=3)
     kalman = rollout(spec).metrics
-    engine = registry.Engine(__name__, "alpha_beta_walk", "alpha-beta filter")
-    monkeypatch.setitem(registry.WALKS, "lipm", engine)
+    engine = walk_engines.Engine(__name__, "alpha_beta_walk", "alpha-beta filter")
+    monkeypatch.setitem(walk_engines.WALKS, "lipm", engine)
     alpha_beta = rollout(spec).metrics
     assert not alpha_beta.fell
     assert alpha_beta.speed_x == pytest.approx(0.2, rel=0.2)

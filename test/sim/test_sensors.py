@@ -17,10 +17,10 @@ from scipy import stats
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import FloatArray, SensorFrame
 from sim_bridge.body import Body, BodyPose
-from sim_bridge.engines.backend import TrueState
 from sim_bridge.individual import NOMINAL, Individual, draw_individual, rotation_from_vector
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.sensors import SensorModel
+from sim_bridge.state import TrueState
 
 G = 9.81
 PERIOD = 0.01

@@ -25,10 +25,11 @@ from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
-from sim_bridge.engines.backend import StartState, StepInput, make_robot_model
+from sim_bridge.engines.backend import make_robot_model
 from sim_bridge.engines.registry import make_backend
 from sim_bridge.motors import Setpoints
 from sim_bridge.plant import Plant, load_plant, with_options
+from sim_bridge.state import StartState, StepInput
 from sim_bridge.world import World
 
 FIRST = 50

@@ -12,11 +12,12 @@ from nao_lipm_gait.geometry import as_rotation, cross, rotate_back
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball, BallState
 from sim_bridge.body import BodyPose
-from sim_bridge.engines.backend import RobotModel, StartState, StepInput, TrueState, only_one
+from sim_bridge.engines.backend import RobotModel, only_one
 from sim_bridge.engines.mujoco.model import LEG_CONTACT, MujocoModel, play_name
 from sim_bridge.engines.mujoco.scene import ball_state, put_ball
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.sensors import Encoders
+from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.terrain import Prism
 
 _FRAME = 1.0 / 60.0

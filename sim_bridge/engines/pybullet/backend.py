@@ -12,7 +12,7 @@ from nao_lipm_gait.geometry import as_point, cross, rotation_matrix
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball, BallState
 from sim_bridge.body import BodyPose
-from sim_bridge.engines.backend import RobotModel, StartState, StepInput, TrueState, only_one
+from sim_bridge.engines.backend import RobotModel, only_one
 from sim_bridge.engines.pybullet.library import bullet, silenced
 from sim_bridge.engines.pybullet.scene import (
     RobotBody,
@@ -24,6 +24,7 @@ from sim_bridge.engines.pybullet.scene import (
 )
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
+from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.terrain import Prism
 
 _POSITION, _VELOCITY, _TORQUE = 0, 1, 3
