@@ -391,7 +391,7 @@ class GaitController:
         if duration > self._settings.control_period:
             self.deadline_misses += 1
             text = f"a tick took longer than {self._settings.control_period:g} s"
-            self._diagnostics.event(WALK, Level.WARN, "deadline", text)
+            self._diagnostics.event(WALK, Level.WARN, "late ticks", text)
         self._last_targets = guarded.targets
         self._validation.sent(guarded.targets)
         if guarded.fault is not None:

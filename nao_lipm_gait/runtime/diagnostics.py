@@ -282,7 +282,7 @@ class Diagnostics:
     def watch(self) -> None:
         """Log which events have ended; to be called a few times per second."""
         for key, count, seconds in self._throttle.ended(self._clock()):
-            self.log(Level.OK, f"over: {key}, {count} times in {seconds:.1f} s")
+            self.log(Level.OK, f"no more warnings about {key}: {count} in {seconds:.1f} s")
 
     def take_remarks(self) -> dict[str, tuple[Remark, ...]]:
         """The conditions that hold, and what happened since the last call, by group."""

@@ -70,7 +70,7 @@ def test_events_that_were_held_back_are_reported_as_over_once() -> None:
     assert lines(diagnostics) == ["a spike"]
     clock.now += Throttle.QUIET
     diagnostics.watch()
-    assert lines(diagnostics) == ["over: spike, 11 times in 1.0 s"]
+    assert lines(diagnostics) == ["no more warnings about spike: 11 in 1.0 s"]
     clock.now += Throttle.QUIET
     diagnostics.watch()
     assert lines(diagnostics) == []
