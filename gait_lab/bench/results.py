@@ -344,8 +344,11 @@ def write_page(docs: Path) -> Path:
     form = "All of it is of commit {}." if _one_commit(contents.values()) else "Newest commit: {}."
     commits = [_commit(content) for content in contents.values() if not content["stale"]]
     form = form.format(f"`{commits[0]}`") if commits else ""
-    if any(content["quick"] for content in contents.values()):
-        form += " This is the quick form: few robots, short windows."
+    quick = [name for name, content in contents.items() if content["quick"]]
+    full = [name for name in contents if name not in quick]
+    if quick:
+        scope = f"All but {', '.join(full)} are" if full else "This is"
+        form += f" {scope} the quick form: few robots, short windows."
     parts = [INTRODUCTION.format(form=form.strip(), published=PUBLISHED_NOTE)]
     for section in SECTIONS:
         if section.name in contents:
