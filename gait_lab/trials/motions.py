@@ -78,8 +78,9 @@ class MotionWatch:
 
     def __init__(self, world: World, gait: Gait, asked: Sequence[AskedMotion]) -> None:
         self._world, self._gait = world, gait
-        library = shipped_library(world.robot.description)
-        self._motions = {each.name: library.find(each.name) for each in asked}
+        robot = world.robot.description
+        # The library is read only if there are motions: it takes longer than a second of walking.
+        self._motions = {each.name: shipped_library(robot).find(each.name) for each in asked}
         self._due = list(asked)
         self._start = world.time
         self._spot: FloatArray | None = None
