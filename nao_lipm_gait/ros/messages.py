@@ -5,7 +5,7 @@
 
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 from uuid import uuid4
 
@@ -188,11 +188,12 @@ class JointTrajectoryWriter:
         return self._message
 
 
-COMMAND_WRITERS: dict[str, type] = {  # by the value of command_interface
+COMMAND_WRITERS: dict[str, Callable[[Sequence[str], float], CommandWriter]] = {
     "joint_state": JointStateWriter,
     "forward_command": ForwardCommandWriter,
     "joint_trajectory": JointTrajectoryWriter,
 }
+"""By the value of `command_interface`."""
 
 
 class StatusWriter:
