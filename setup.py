@@ -80,7 +80,7 @@ setup(
     maintainer="The nao_lipm_gait authors",
     maintainer_email="maintainers@nao-lipm-gait.invalid",
     python_requires=">=3.11",
-    packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge*", "gait_lab*"]),
+    packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge*", "gait_lab*", "nao_soccer*"]),
     package_data={"gait_lab.report": ["assets/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

@@ -16,6 +16,7 @@ _KINDS = {
     "plants": (("config", "plants"), (".yaml", ".yml")),
     "gait": (("config", "gait"), (".yaml", ".yml")),
     "robots": (("config", "robots"), (".yaml", ".yml")),
+    "scenes": (("config", "scenes"), (".yaml", ".yml")),
 }
 
 
@@ -74,7 +75,7 @@ def share(*parts: str) -> Path:
 
 
 def names(kind: str) -> tuple[str, ...]:
-    """The shipped names of a kind: `urdf`, `plants`, `gait` or `robots`."""
+    """The shipped names of a kind: `urdf`, `plants`, `gait`, `robots` or `scenes`."""
     if kind not in _KINDS:
         raise NaoGaitError("kind of resource", kind, f"one of {', '.join(_KINDS)}")
     folder, suffixes = _KINDS[kind]

@@ -5,8 +5,10 @@ joints that are not in the robot description held at zero. The true centre of ma
 same numbers as the engine's model.
 """
 
+import dataclasses
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,7 +19,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.individual import Individual
-from sim_bridge.shapes import Shape, half_height, read_colors, read_shapes
+from sim_bridge.shapes import Color, Shape, half_height, read_colors, read_shapes
 from sim_bridge.soles import SolePoints, corner_points
 
 CONTACT_RADIUS = 0.005
@@ -113,7 +115,11 @@ class Body:
     """
 
     def __init__(
-        self, robot: RobotDescription, individual: Individual, soles: SolePoints | None = None
+        self,
+        robot: RobotDescription,
+        individual: Individual,
+        soles: SolePoints | None = None,
+        color: Color | None = None,
     ) -> None:
         """Read the URDF.
 
@@ -121,6 +127,7 @@ class Body:
             robot: URDF, joint names and frames.
             individual: masses and encoder offsets.
             soles: contact points; None = the corners of the robot's own soles.
+            color: of the torso in pictures; None = those of the URDF.
 
         Raises:
             NaoGaitError: the URDF lacks a frame, or the torso or IMU is not fixed to the root.
@@ -155,7 +162,7 @@ class Body:
         self.imu_rotation: FloatArray = imu.rotation.copy()
         self._zero = dict(zip(robot.joint_names, individual.joint_zero.tolist(), strict=True))
         self.mass = float(sum(inertia.mass for inertia in model.inertias))
-        self.links: tuple[Link, ...] = self._read_links(robot, tree)
+        self.links: tuple[Link, ...] = self._read_links(robot, tree, color)
         self.soles: tuple[Sole, Sole] = self._read_soles(robot, soles or corner_points(robot))
 
     def pose(
@@ -181,23 +188,58 @@ class Body:
 
     def lowest_point(self, torso_rotation: FloatArray, joints: FloatArray) -> float:
         """[m] height of the lowest point of all shapes, with the torso's origin at height 0."""
+        lowest = math.inf
+        for placement, shape in self._shapes(torso_rotation, joints):
+            up = (placement.rotation @ shape.rotation)[2]
+            height = placement.act(shape.position)[2]
+            lowest = min(lowest, height - half_height(shape, up))
+        for point in self._contact_points():
+            lowest = min(lowest, point[2] - CONTACT_RADIUS)
+        return float(lowest)
+
+    def bounds(
+        self, torso_rotation: FloatArray, joints: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Box around all shapes, along the axes of the world, with the torso's origin at 0.
+
+        Args:
+            torso_rotation: (3, 3), torso to world.
+            joints: (n,) [rad] true angles.
+
+        Returns:
+            (3,) [m] smallest and (3,) [m] largest x, y, z.
+        """
+        low, high = np.full(3, math.inf), np.full(3, -math.inf)
+        for placement, shape in self._shapes(torso_rotation, joints):
+            axes = placement.rotation @ shape.rotation
+            centre = placement.act(shape.position)
+            half = np.array([half_height(shape, axis) for axis in axes])
+            low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
+        for point in self._contact_points():
+            low = np.minimum(low, point - CONTACT_RADIUS)
+            high = np.maximum(high, point + CONTACT_RADIUS)
+        return low, high
+
+    def _shapes(
+        self, torso_rotation: FloatArray, joints: FloatArray
+    ) -> Iterator[tuple[pin.SE3, Shape]]:
+        """Each shape with the pose of its link, with the torso's origin at 0."""
         self._configure(np.zeros(3), torso_rotation, joints)
         model, data = self._model, self._data
         pin.forwardKinematics(model, data, self._configuration)
-        lowest = math.inf
         for link in self.links:
             placement = data.oMi[model.getJointId(link.joint) if link.joint else 1]
             if not link.joint:
                 placement = placement * self._torso_in_root
             for shape in link.collision:
-                up = (placement.rotation @ shape.rotation)[2]
-                height = placement.act(shape.position)[2]
-                lowest = min(lowest, height - half_height(shape, up))
+                yield placement, shape
+
+    def _contact_points(self) -> Iterator[FloatArray]:
+        """(3,) [m] of each contact point of the soles; after `_shapes`."""
         for sole, frame in zip(self.soles, self._sole_frames, strict=True):
-            placement = pin.updateFramePlacement(model, data, frame)
+            placement = pin.updateFramePlacement(self._model, self._data, frame)
             for point in sole.points:
-                lowest = min(lowest, placement.act(point)[2] - CONTACT_RADIUS)
-        return float(lowest)
+                yield placement.act(point)
 
     def _configure(
         self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray
@@ -221,7 +263,9 @@ class Body:
             raise NaoGaitError(str(robot.urdf_path), f"moving {name}", f"{name} fixed to the root")
         return frame.placement
 
-    def _read_links(self, robot: RobotDescription, tree: ET.Element) -> tuple[Link, ...]:
+    def _read_links(
+        self, robot: RobotDescription, tree: ET.Element, color: Color | None
+    ) -> tuple[Link, ...]:
         model = self._model
         colors = read_colors(tree)
         collision: dict[int, list[Shape]] = {}
@@ -259,6 +303,9 @@ class Body:
                 if parent == 1:
                     placement = self._root_in_torso * placement
             names[index] = name
+            seen = visual.get(index, ())
+            if index == 1 and color is not None:
+                seen = [dataclasses.replace(shape, color=(*color, 1.0)) for shape in seen]
             links.append(
                 Link(
                     name=name,
@@ -274,7 +321,7 @@ class Body:
                     inertia=np.array(inertia.inertia),
                     side=sides.get(joint, ""),
                     collision=() if index in feet else tuple(collision.get(index, ())),
-                    visual=tuple(visual.get(index, ())),
+                    visual=tuple(seen),
                 )
             )
         return tuple(links)

@@ -8,15 +8,16 @@ from typing import NamedTuple
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import rotation_matrix
+from nao_lipm_gait.geometry import ORIGIN, rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame
+from nao_lipm_gait.types import FloatArray, JointTargets, Pose2, SensorFrame
 from sim_bridge.body import Body
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines.backend import make_robot_model
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.sensors import SensorModel
+from sim_bridge.shapes import Color
 from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.terrain import Prism, ground_height
 
@@ -39,6 +40,9 @@ class RobotSpec:
         noise_seed: seed of the sensor noise, at least 0.
         sensor_delay: [s], 0 to 1; None = the plant's.
         start_state: `stand`, `lying_front` or `lying_back`.
+        name: unique in its world; empty for a robot that is alone.
+        pose: x [m], y [m], heading [rad] of the torso at the start, in the world.
+        color: red, green, blue of its torso in pictures; None = those of the URDF.
     """
 
     robot: RobotDescription
@@ -46,6 +50,9 @@ class RobotSpec:
     noise_seed: int = 0
     sensor_delay: float | None = None
     start_state: str = "stand"
+    name: str = ""
+    pose: Pose2 = ORIGIN
+    color: Color | None = None
 
 
 class Reading(NamedTuple):
@@ -114,6 +121,7 @@ class SimulatedRobot:
     """One individual robot. `World` steps it; users command it and read its sensors.
 
     Attributes:
+        name: unique in its world; empty for a robot that is alone.
         model: what the engine builds.
         description: facts of all robots of this kind.
         plant: the plant with this robot's own sensors.
@@ -145,12 +153,11 @@ class SimulatedRobot:
         delay = plant.sensors.delay if spec.sensor_delay is None else spec.sensor_delay
         if not (math.isfinite(delay) and 0.0 <= delay <= 1.0):
             raise NaoGaitError("sensor_delay", spec.sensor_delay, "0 to 1 s")
-        self.model = make_robot_model(spec.robot, plant, spec.seed)
+        self.name = spec.name
+        self.model = make_robot_model(spec.robot, plant, spec.seed, spec.name, spec.color)
         self.description, self.plant = spec.robot, self.model.plant
         self.individual, self.body = self.model.individual, self.model.body
-        self.start = _start_state(
-            spec.robot, self.body, self.individual.joint_zero, spec.start_state, ground
-        )
+        self.start = _start_state(self.body, self.individual.joint_zero, spec, ground)
         self._period = control_period
         self._physics_step = plant.physics.step
         substeps = control_period // round(plant.physics.step * _SECOND)
@@ -350,41 +357,51 @@ def _slip(before: TrueState, now: TrueState, period: float) -> FloatArray:
 
 
 def _start_state(
-    robot: RobotDescription,
-    body: Body,
-    joint_zero: FloatArray,
-    name: str,
-    ground: tuple[Prism, ...],
+    body: Body, joint_zero: FloatArray, spec: RobotSpec, ground: tuple[Prism, ...]
 ) -> StartState:
     """The robot at rest on the floor, with its encoders at the stand pose.
 
     On uneven ground the robot starts above the highest point under a standing sole.
 
     Args:
-        robot: its stand pose.
         body: the body of the individual.
         joint_zero: (n,) [rad] encoder offsets of the individual.
-        name: one of `START_STATES`.
+        spec: kind of robot, start state and pose.
         ground: prisms that rise above the floor.
     """
-    joints = robot.stand_pose + joint_zero
-    if name == "stand":
+    joints = spec.robot.stand_pose + joint_zero
+    if spec.start_state == "stand":
         pose = body.pose(np.zeros(3), np.eye(3), joints)
         rotation = _upright_rotation(pose.sole_rotation[0][:, 2] + pose.sole_rotation[1][:, 2])
     else:
-        half = math.pi / 4.0 if name == "lying_front" else -math.pi / 4.0
+        half = math.pi / 4.0 if spec.start_state == "lying_front" else -math.pi / 4.0
         rotation = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
+    x, y, heading = spec.pose
+    if heading:
+        rotation = _turned(rotation, heading)
     height = -body.lowest_point(rotation_matrix(rotation), joints)
+    place = np.array([x, y, 0.0])
     if ground:
-        height += _highest_under(body, rotation_matrix(rotation), joints, ground)
-    return StartState(np.array([0.0, 0.0, height]), rotation, joints)
+        height += _highest_under(body, place, rotation_matrix(rotation), joints, ground)
+    return StartState(np.array([x, y, height]), rotation, joints)
+
+
+def _turned(quaternion: FloatArray, heading: float) -> FloatArray:
+    """(4,) the rotation followed by one about the vertical by `heading` [rad]."""
+    x, y, z, w = quaternion.tolist()
+    c, s = math.cos(heading / 2.0), math.sin(heading / 2.0)
+    return np.array((c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z))
 
 
 def _highest_under(
-    body: Body, rotation: FloatArray, joints: FloatArray, ground: tuple[Prism, ...]
+    body: Body,
+    place: FloatArray,
+    rotation: FloatArray,
+    joints: FloatArray,
+    ground: tuple[Prism, ...],
 ) -> float:
-    """[m] height of the ground under the soles of a robot whose torso is above the origin."""
-    pose = body.pose(np.zeros(3), rotation, joints)
+    """[m] height of the ground under the soles of a robot whose torso is above `place` (3,) [m]."""
+    pose = body.pose(place, rotation, joints)
     points = [
         position + axes @ point
         for sole, position, axes in zip(

@@ -10,6 +10,9 @@ import pinocchio as pin
 
 from nao_lipm_gait.types import FloatArray
 
+Color = tuple[float, float, float]
+"""Red, green and blue, 0 to 1."""
+
 
 @dataclass(frozen=True, slots=True)
 class Shape:

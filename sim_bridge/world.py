@@ -1,4 +1,4 @@
-"""A floor with robots and an optional ball, stepped by control periods."""
+"""Robots and what surrounds them, stepped by control periods."""
 
 import math
 from collections.abc import Sequence
@@ -6,10 +6,14 @@ from typing import Self
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
+from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.engines.registry import make_backend
+from sim_bridge.places import check_free, check_places
 from sim_bridge.plant import Plant
 from sim_bridge.robot import RobotSpec, SimulatedRobot
+from sim_bridge.scene import Scene
+from sim_bridge.surroundings import Surroundings
 from sim_bridge.terrain import prisms
 
 _SECOND = 1_000_000_000
@@ -18,11 +22,14 @@ _SECOND = 1_000_000_000
 class World:
     """Robots on one floor in one physics engine. No threads, no wall clock.
 
+    Nothing but contact and the shared floor connects the robots: each has its own errors, sensor
+    noise and delay line.
+
     Use it as a context manager, or call `close`.
 
     Attributes:
         robots: the robots, in the order in which they were given.
-        ground: prisms that rise above the floor.
+        surroundings: ground, field, goals, poles and ball.
         control_period: [ns] simulated time of one `step`.
         time: [ns] since the start; a reset does not set it back.
     """
@@ -35,20 +42,25 @@ class World:
         engine: str = "pybullet",
         control_period: float = 0.01,
         gui: bool = False,
+        visual: bool = False,
         ball: Ball | None = None,
+        scene: Scene | None = None,
     ) -> None:
         """Build the robots and the engine, and put everything at its start.
 
         Args:
             plant: kind of the robots and their floor. The first robot's seed draws the terrain.
-            robots: at least one; both engines can simulate exactly one.
+            robots: at least one; several must have different names.
             engine: `pybullet` or `mujoco`.
             control_period: [s], a multiple of the plant's physics step.
             gui: open the engine's own window.
-            ball: ball on the floor; None = none.
+            visual: with what can be seen, for pictures; always so with `gui`.
+            ball: ball on a floor without a scene; None = none.
+            scene: field, goals, poles and ball; None = a plain floor.
 
         Raises:
-            NaoGaitError: an argument is not allowed, or the engine cannot honour the plant.
+            NaoGaitError: an argument is not allowed, robots overlap, or the engine cannot honour
+                the plant.
         """
         step = round(plant.physics.step * _SECOND)
         period = round(control_period * _SECOND) if math.isfinite(control_period) else 0
@@ -57,12 +69,22 @@ class World:
             raise NaoGaitError("control_period", control_period, allowed)
         if not robots:
             raise NaoGaitError("robots", "no robot", "at least one")
+        names = [spec.name for spec in robots]
+        if len(set(names)) < len(names) or (len(names) > 1 and "" in names):
+            raise NaoGaitError("robots", ", ".join(map(repr, names)), "each name once, none empty")
         self.control_period = period
-        self.ground = prisms(plant.terrain, robots[0].seed)
-        self.robots = tuple(SimulatedRobot(spec, plant, self.ground, period) for spec in robots)
-        self._ball = ball
+        ground = prisms(plant.terrain, robots[0].seed)
+        self.surroundings = (
+            Surroundings(ground, ball) if scene is None else scene.surroundings(ground)
+        )
+        self.robots = tuple(SimulatedRobot(spec, plant, ground, period) for spec in robots)
+        check_places(self.robots, self.surroundings)
         self._engine = make_backend(
-            engine, [robot.model for robot in self.robots], self.ground, gui=gui, ball=ball
+            engine,
+            [robot.model for robot in self.robots],
+            self.surroundings,
+            gui=gui,
+            visual=visual,
         )
         self.time = 0
         self.reset()
@@ -84,8 +106,30 @@ class World:
     ) -> Self:
         """A world with one robot; `RobotSpec` and the constructor explain the arguments."""
         spec = RobotSpec(robot, robot_seed, noise_seed, sensor_delay, start_state)
+        return cls(plant, [spec], engine=engine, control_period=control_period, gui=gui, ball=ball)
+
+    @classmethod
+    def of_scene(
+        cls,
+        scene: Scene,
+        plant: Plant,
+        *,
+        noise_seed: int = 0,
+        engine: str = "pybullet",
+        sensor_delay: float | None = None,
+        control_period: float = 0.01,
+        gui: bool = False,
+        visual: bool = False,
+    ) -> Self:
+        """The world of a scene; `RobotSpec` and the constructor explain the arguments."""
         return cls(
-            plant, [spec], engine=engine, control_period=control_period, gui=gui, ball=ball
+            plant,
+            scene.robot_specs(noise_seed=noise_seed, sensor_delay=sensor_delay),
+            engine=engine,
+            control_period=control_period,
+            gui=gui,
+            visual=visual,
+            scene=scene,
         )
 
     @property
@@ -99,19 +143,46 @@ class World:
         """The ball now; None in a world without one."""
         return self._engine.ball()
 
+    @property
+    def ball_place(self) -> BallPlace | None:
+        """Where the ball is; None without a ball or a field."""
+        ball = self.ball
+        return None if ball is None else self.surroundings.place_of(ball)
+
     def put_ball(self, x: float, y: float) -> None:
         """Put the ball at rest on the floor at x, y [m] in the world."""
-        if self._ball is None:
+        ball = self.surroundings.ball
+        if ball is None:
             raise NaoGaitError("ball", (x, y), "put_ball only in a world with a ball")
-        self._engine.put_ball(ball_position(x, y, self._ball.radius, self.ground))
+        ground = self.surroundings.ground
+        self._engine.put_ball(ball_position(x, y, ball.radius, ground))
 
     def reset(self) -> None:
-        """Put all robots back to their starts, at rest; delayed frames are lost, time continues."""
+        """Put all robots and the ball back to their starts, at rest; delayed frames are lost.
+
+        Time continues.
+        """
         self._engine.reset([robot.start for robot in self.robots])
-        if self._ball is not None and self.ground:
-            self.put_ball(self._ball.x, self._ball.y)
+        ball = self.surroundings.ball
+        if ball is not None and self.surroundings.ground:
+            self.put_ball(ball.x, ball.y)
         for robot, state in zip(self.robots, self._engine.observe(), strict=True):
             robot.restart(self.time, state)
+
+    def reset_robot(self, name: str) -> None:
+        """Put one robot back to its start, at rest; its delayed frames are lost.
+
+        Raises:
+            NaoGaitError: there is no such robot, or another one is where it starts.
+        """
+        names = [robot.name for robot in self.robots]
+        if name not in names:
+            raise NaoGaitError("robot", name, ", ".join(names))
+        index = names.index(name)
+        robot = self.robots[index]
+        check_free(robot, self.robots)
+        self._engine.place(index, robot.start)
+        robot.restart(self.time, self._engine.observe()[index])
 
     def step(self) -> None:
         """Advance by one control period with the last commands of the robots.

@@ -11,6 +11,7 @@ from sim_bridge.ball import BallState
 from sim_bridge.body import Body
 from sim_bridge.individual import Individual, draw_individual
 from sim_bridge.plant import Plant, with_sensors_of
+from sim_bridge.shapes import Color
 from sim_bridge.soles import sole_points
 from sim_bridge.state import StartState, StepInput, TrueState
 
@@ -26,24 +27,44 @@ class RobotModel:
         plant: the plant with the robot's own sensors.
         individual: the errors of this robot.
         body: masses, joints and shapes of this individual.
+        name: unique in its world; empty for a robot that is alone.
     """
 
     description: RobotDescription
     plant: Plant
     individual: Individual
     body: Body
+    name: str = ""
+
+    @property
+    def prefix(self) -> str:
+        """What the names of its parts begin with in a world with several robots."""
+        return f"{self.name}/" if self.name else ""
 
 
-def make_robot_model(description: RobotDescription, plant: Plant, seed: int) -> RobotModel:
-    """The individual number `seed` (-1 = nominal) of this kind of robot in this plant.
+def make_robot_model(
+    description: RobotDescription,
+    plant: Plant,
+    seed: int,
+    name: str = "",
+    color: Color | None = None,
+) -> RobotModel:
+    """One individual of this kind of robot in this plant.
+
+    Args:
+        description: facts of all robots of this kind.
+        plant: kind of robot and floor.
+        seed: number of the individual; -1 = nominal.
+        name: unique in its world; empty for a robot that is alone.
+        color: red, green, blue of its torso in pictures; None = those of the URDF.
 
     Raises:
         NaoGaitError: the seed is not allowed, or the soles do not fit the floor.
     """
     plant = with_sensors_of(plant, description)
     individual = draw_individual(plant, description, seed)
-    body = Body(description, individual, sole_points(plant, description))
-    return RobotModel(description, plant, individual, body)
+    body = Body(description, individual, sole_points(plant, description), color)
+    return RobotModel(description, plant, individual, body, name)
 
 
 class Backend(Protocol):
@@ -51,6 +72,9 @@ class Backend(Protocol):
 
     def reset(self, starts: Sequence[StartState]) -> None:
         """Put each robot at its start, at rest, with no memory of what was before."""
+
+    def place(self, robot: int, start: StartState) -> None:
+        """Put one robot at its start, at rest; the others and the ball stay as they are."""
 
     def step(self, inputs: Sequence[StepInput]) -> None:
         """Advance by one physics step, with one input per robot."""

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 
 from nao_lipm_gait.errors import NaoGaitError
-from sim_bridge.ball import Ball
 from sim_bridge.engines.backend import Backend, RobotModel
-from sim_bridge.terrain import Prism
+from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 
 ENGINES = ("pybullet", "mujoco")
 _INSTALL = {"pybullet": "pybullet>=3.2.6", "mujoco": "mujoco>=4,<5"}
@@ -22,23 +21,23 @@ def installed(engine: str) -> bool:
 def make_backend(
     engine: str,
     robots: Sequence[RobotModel],
-    ground: tuple[Prism, ...] = (),
+    surroundings: Surroundings = PLAIN_FLOOR,
     *,
     gui: bool = False,
-    ball: Ball | None = None,
+    visual: bool = False,
 ) -> Backend:
     """The backend of an engine.
 
     Args:
         engine: one of `ENGINES`.
         robots: the individuals; all have the same physics and floor.
-        ground: prisms that rise above the floor.
+        surroundings: what is around the robots.
         gui: open the engine's own window.
-        ball: ball on the floor; None = none.
+        visual: with what can be seen; always so with `gui`.
 
     Raises:
         NaoGaitError: the engine is unknown or not installed, or cannot honour an option of the
-            plant or the number of robots.
+            plant or the surroundings.
     """
     if engine not in ENGINES:
         raise NaoGaitError("engine", engine, ", ".join(ENGINES))
@@ -52,7 +51,7 @@ def make_backend(
     if engine == "mujoco":
         from sim_bridge.engines.mujoco.backend import MujocoBackend
 
-        return MujocoBackend(robots, ground, gui=gui, ball=ball)
+        return MujocoBackend(robots, surroundings, gui=gui, visual=visual)
     from sim_bridge.engines.pybullet.backend import PyBulletBackend
 
-    return PyBulletBackend(robots, ground, gui=gui, ball=ball)
+    return PyBulletBackend(robots, surroundings, gui=gui, visual=visual)

@@ -100,11 +100,12 @@ def test_mujoco_refuses_the_ideal_plant_and_names_the_engine_that_can(
         World.single(robot, ideal, engine="mujoco")
 
 
-def test_an_engine_refuses_more_robots_than_it_can_simulate(
+def test_robots_of_a_world_have_different_names(
     engine: str, robot: RobotDescription, reference: Plant
 ) -> None:
-    with pytest.raises(NaoGaitError, match=f"got '2 robots'; allowed: 1 robot .* {engine}"):
-        World(reference, [RobotSpec(robot, 0), RobotSpec(robot, 1)], engine=engine)
+    for names, got in ((("", "b"), "'', 'b'"), (("a", "a"), "'a', 'a'")):
+        with pytest.raises(NaoGaitError, match=f"robots: got .{got}.; allowed: each name once"):
+            World(reference, [RobotSpec(robot, name=name) for name in names], engine=engine)
     with pytest.raises(NaoGaitError, match="got 'no robot'; allowed: at least one"):
         World(reference, [], engine=engine)
 

@@ -41,7 +41,7 @@ def test_mass_matrix_is_pinocchio_s_plus_the_rotors(
 
     from sim_bridge.engines.mujoco.model import MujocoModel
 
-    model = MujocoModel(make_robot_model(robot, reference, NOMINAL)).model
+    model = MujocoModel([make_robot_model(robot, reference, NOMINAL)]).model
     data = mujoco.MjData(model)
     joints = np.random.default_rng(1).uniform(robot.lower, robot.upper)
     for name, angle in zip(robot.joint_names, joints, strict=True):
@@ -81,11 +81,12 @@ def test_play_is_free_and_no_wider(robot: RobotDescription, reference: Plant) ->
     """A foot that is pushed to either side of its play goes that far while its motor stays."""
     import mujoco
 
-    from sim_bridge.engines.mujoco.model import MujocoModel, play_name
+    from sim_bridge.engines.mujoco.model import MujocoModel
+    from sim_bridge.engines.mujoco.robot import play_name
 
     play = 0.04
     plant = changed(weightless(reference), motor={"play": play})
-    model = MujocoModel(make_robot_model(robot, plant, NOMINAL)).model
+    model = MujocoModel([make_robot_model(robot, plant, NOMINAL)]).model
     for side in (1.0, -1.0):
         data = mujoco.MjData(model)
         data.qpos[:3] = HIGH

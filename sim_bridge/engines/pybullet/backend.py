@@ -10,7 +10,7 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import as_point, cross, rotation_matrix
 from nao_lipm_gait.types import FloatArray
-from sim_bridge.ball import Ball, BallState
+from sim_bridge.ball import BallState
 from sim_bridge.body import BodyPose
 from sim_bridge.engines.backend import RobotModel, only_one
 from sim_bridge.engines.pybullet.library import bullet, silenced
@@ -25,7 +25,7 @@ from sim_bridge.engines.pybullet.scene import (
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.state import StartState, StepInput, TrueState
-from sim_bridge.terrain import Prism
+from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 
 _POSITION, _VELOCITY, _TORQUE = 0, 1, 3
 """Fields of a joint state."""
@@ -41,18 +41,18 @@ class PyBulletBackend:
     def __init__(
         self,
         robots: Sequence[RobotModel],
-        ground: tuple[Prism, ...] = (),
+        surroundings: Surroundings = PLAIN_FLOOR,
         *,
         gui: bool = False,
-        ball: Ball | None = None,
+        visual: bool = False,
     ) -> None:
         """Connect to PyBullet; the world is built by `reset`.
 
         Args:
             robots: one individual.
-            ground: prisms that rise above the floor.
+            surroundings: what is around it.
             gui: open PyBullet's window.
-            ball: ball on the floor; None = none.
+            visual: with what can be seen; always so with `gui`.
 
         Raises:
             NaoGaitError: there is not one robot, PyBullet cannot honour an option of the plant, or
@@ -61,7 +61,10 @@ class PyBulletBackend:
         self._robot = only_one(robots, "pybullet")
         plant = self._robot.plant
         _refuse(plant)
-        self._plant, self._ground, self._ball, self._visual = plant, ground, ball, gui
+        if surroundings.field is not None or surroundings.fixtures:
+            raise NaoGaitError("scene", "a field", "floor with engine pybullet")
+        self._plant, self._visual = plant, gui or visual
+        self._ground, self._ball = surroundings.ground, surroundings.ball
         description = self._robot.description
         self._limits = TorqueLimits(description, plant, self._robot.individual)
         step, lag = plant.physics.step, plant.motor.lag
@@ -101,6 +104,10 @@ class PyBulletBackend:
         self._states: tuple[tuple[float, ...], ...] | None = None
         self._torque_limits = np.zeros(len(self._model.joints))
         self._legs_touch = False
+
+    def place(self, robot: int, start: StartState) -> None:
+        """See `Backend`."""
+        self.reset([start])
 
     def _build(self) -> None:
         client, physics = self._client, self._plant.physics

@@ -1,0 +1,1 @@
+"""Soccer: the field, and what is built on the gait's topics."""

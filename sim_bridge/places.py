@@ -1,0 +1,89 @@
+"""Whether robots, goals, poles and ball are in each other's place.
+
+A place is the box around a thing, along the axes of the world. Such boxes are a little larger than
+what is in them, so that robots which are accepted do not touch.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import rotation_matrix
+from nao_lipm_gait.types import FloatArray
+from sim_bridge.robot import SimulatedRobot
+from sim_bridge.shapes import half_height
+from sim_bridge.surroundings import Surroundings
+
+
+class Place(NamedTuple):
+    """A box in the world.
+
+    Attributes:
+        name: of what is there.
+        low: (3,) [m] smallest x, y, z.
+        high: (3,) [m] largest x, y, z.
+    """
+
+    name: str
+    low: FloatArray
+    high: FloatArray
+
+    def meets(self, other: "Place") -> bool:
+        """Whether the boxes overlap."""
+        return bool((self.low < other.high).all() and (other.low < self.high).all())
+
+
+def check_places(robots: Sequence[SimulatedRobot], surroundings: Surroundings) -> None:
+    """Refuse robots that start in each other, in a goal, in a pole or on the ball.
+
+    Raises:
+        NaoGaitError: names the two things that overlap.
+    """
+    starts = [_start_of(robot) for robot in robots]
+    if len(robots) == 1 and not surroundings.fixtures:
+        return  # as ever: the ball may be anywhere
+    taken = list(_places_of(surroundings))
+    for start in starts:
+        _check(start, taken)
+        taken.append(start)
+
+
+def check_free(robot: SimulatedRobot, robots: Iterable[SimulatedRobot]) -> None:
+    """Refuse to put a robot at its start while another one is there.
+
+    Raises:
+        NaoGaitError: names the other one.
+    """
+    _check(_start_of(robot), [_now(other) for other in robots if other is not robot])
+
+
+def _check(start: Place, taken: Iterable[Place]) -> None:
+    for other in taken:
+        if start.meets(other):
+            x, y = ((start.low + start.high) / 2.0).tolist()[:2]
+            got = f"{start.name} at x {x:.2f}, y {y:.2f} m overlaps {other.name}"
+            raise NaoGaitError("robots", got, "robots that start apart from all others")
+
+
+def _start_of(robot: SimulatedRobot) -> Place:
+    start = robot.start
+    low, high = robot.body.bounds(rotation_matrix(start.torso_rotation), start.joint_position)
+    return Place(robot.name, low + start.torso_position, high + start.torso_position)
+
+
+def _now(robot: SimulatedRobot) -> Place:
+    truth = robot.truth()
+    low, high = robot.body.bounds(rotation_matrix(truth.torso_quaternion), truth.joint_position)
+    return Place(robot.name, low + truth.torso_position, high + truth.torso_position)
+
+
+def _places_of(surroundings: Surroundings) -> Iterator[Place]:
+    for fixture in surroundings.fixtures:
+        shape = fixture.shape
+        half = np.array([half_height(shape, axis) for axis in shape.rotation])
+        yield Place(fixture.name, shape.position - half, shape.position + half)
+    if surroundings.ball is not None:
+        centre, radius = surroundings.ball.start, surroundings.ball.radius
+        yield Place("the ball", centre - radius, centre + radius)
