@@ -1,6 +1,7 @@
 """The facts of one robot that everything else works with: its URDF and one parameter file."""
 
 from nao_lipm_gait.robot.description import (
+    Camera,
     JointLimit,
     LegJoints,
     Motor,
@@ -10,6 +11,7 @@ from nao_lipm_gait.robot.load import NAO, load_robot
 
 __all__ = [
     "NAO",
+    "Camera",
     "JointLimit",
     "LegJoints",
     "Motor",

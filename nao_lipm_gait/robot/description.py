@@ -42,6 +42,19 @@ class JointLimit:
     effort: float
 
 
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera of a robot.
+
+    Attributes:
+        frame: Link of its optical frame (REP-103: z along the line of sight, x right, y down).
+        hfov: [rad] Horizontal angle of view.
+    """
+
+    frame: str
+    hfov: float
+
+
 @attrs.frozen
 class LegJoints(Settings):
     """Names of the joints of one leg, from the hip down."""
@@ -90,6 +103,7 @@ class RobotDescription:
         ankle_limits: `left`, `right` -> rows (AnklePitch, lowest AnkleRoll, highest AnkleRoll)
             [rad] of increasing pitch.
         motors: Motor by joint.
+        cameras: Camera by name; those whose optical frame the URDF has.
         limits: Limits by joint.
         lower: (n,) [rad]
         upper: (n,) [rad]
@@ -119,6 +133,7 @@ class RobotDescription:
     sole_corners: tuple[Point2, ...]
     ankle_limits: Mapping[str, tuple[tuple[float, float, float], ...]]
     motors: Mapping[str, Motor]
+    cameras: Mapping[str, Camera]
     limits: Mapping[str, JointLimit]
     lower: FloatArray = field(init=False)
     upper: FloatArray = field(init=False)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import find, names
-from nao_lipm_gait.robot.description import JointLimit, RobotDescription, read_only
+from nao_lipm_gait.robot.description import Camera, JointLimit, RobotDescription, read_only
 from nao_lipm_gait.robot.robot_file import RobotFile, load_robot_file
 from nao_lipm_gait.robot.urdf_model import UrdfModel
 from nao_lipm_gait.schema import read_text
@@ -73,6 +73,7 @@ def load_robot(
             "right": tuple((pitch, -high, -low) for pitch, low, high in file.ankle_limits),
         },
         motors=file.motor_of(),
+        cameras=_cameras(model, file),
         limits=limits,
     )
 
@@ -82,6 +83,15 @@ def _fitting(model: UrdfModel) -> RobotFile:
     files = {name: load_robot_file(find("robots", name)) for name in names("robots")}
     fitting = [file for file in files.values() if all(map(model.has_joint, file.joints))]
     return fitting[0] if fitting else files[NAO]
+
+
+def _cameras(model: UrdfModel, file: RobotFile) -> dict[str, Camera]:
+    """The cameras whose optical frame the URDF has: other models of a robot may lack one."""
+    return {
+        name: Camera(frame, entry.hfov)
+        for name, entry in file.cameras.items()
+        if (frame := model.first_of(entry.frame)) is not None
+    }
 
 
 def _inside(

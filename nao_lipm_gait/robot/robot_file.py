@@ -55,6 +55,14 @@ class MotorEntry(Motor):
 
 
 @attrs.frozen
+class CameraEntry(Settings):
+    """A camera: links of its optical frame, as `Frames`, and its horizontal angle of view."""
+
+    frame: tuple[str, ...] = _names(1)
+    hfov: float = number(minimum=0.1, maximum=2.8, unit="rad")
+
+
+@attrs.frozen
 class RobotFile(Settings):
     """A robot file. Rows of `ankle_limits` are AnklePitch, lowest and highest AnkleRoll [rad]."""
 
@@ -78,6 +86,9 @@ class RobotFile(Settings):
     preset: str = text("default")
     gyro_axes: int | None = number(None, 2, 3, whole=True)
     encoder_bits: int | None = number(None, 1, 24, whole=True)
+    cameras: dict[str, CameraEntry] = schema.field(
+        Table(schema.Group(CameraEntry), key=schema.NAME), attrs.Factory(dict)
+    )
 
     def motor_of(self) -> Mapping[str, Motor]:
         """The motor of each joint."""

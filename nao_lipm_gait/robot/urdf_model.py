@@ -40,10 +40,14 @@ class UrdfModel:
 
     def frame(self, names: tuple[str, ...]) -> str:
         """The first of these links that the URDF has."""
-        for name in names:
-            if name in self._links:
-                return name
-        raise NaoGaitError(f"link {' or '.join(names)} in {self._path}", "missing", "a link")
+        name = self.first_of(names)
+        if name is None:
+            raise NaoGaitError(f"link {' or '.join(names)} in {self._path}", "missing", "a link")
+        return name
+
+    def first_of(self, names: tuple[str, ...]) -> str | None:
+        """The first of these links that the URDF has; None if it has none of them."""
+        return next((name for name in names if name in self._links), None)
 
     def has_joint(self, name: str) -> bool:
         """True if the URDF has this joint."""

@@ -49,6 +49,9 @@ def settings() -> Settings:
     [
         (put("colour", value="red"), ": colour: got 'red'"),
         (drop("motors"), ": motors: got 'nothing'"),
+        (put("cameras", "camera_top", "hfov", value=7.0), "cameras.camera_top.hfov: got 7.0"),
+        (drop("cameras", "camera_top", "frame"), "cameras.camera_top.frame: got 'nothing'"),
+        (put("cameras", value=["camera_top"]), ": cameras: got"),
         (put("name", value=7), ": name: got 7"),
         (put("hip", value="ball"), "shared_yaw_pitch, yaw"),
         (put("joints", value="HeadYaw"), ": joints: got"),
