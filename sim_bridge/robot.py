@@ -121,6 +121,7 @@ class SimulatedRobot:
     """One individual robot. `World` steps it; users command it and read its sensors.
 
     Attributes:
+        spec: which robot it is, and where it starts.
         name: unique in its world; empty for a robot that is alone.
         model: what the engine builds.
         description: facts of all robots of this kind.
@@ -153,7 +154,7 @@ class SimulatedRobot:
         delay = plant.sensors.delay if spec.sensor_delay is None else spec.sensor_delay
         if not (math.isfinite(delay) and 0.0 <= delay <= 1.0):
             raise NaoGaitError("sensor_delay", spec.sensor_delay, "0 to 1 s")
-        self.name = spec.name
+        self.spec, self.name = spec, spec.name
         self.model = make_robot_model(spec.robot, plant, spec.seed, spec.name, spec.color)
         self.description, self.plant = spec.robot, self.model.plant
         self.individual, self.body = self.model.individual, self.model.body

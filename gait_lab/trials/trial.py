@@ -51,7 +51,7 @@ from nao_lipm_gait.types import (
 )
 from sim_bridge.ball import Ball
 from sim_bridge.plant import Plant, PlantOption, load_plant, with_options
-from sim_bridge.robot import GroundTruth
+from sim_bridge.robot import GroundTruth, SimulatedRobot
 from sim_bridge.world import World
 
 CONTROL_PERIOD = 0.01
@@ -310,7 +310,7 @@ def run(
         The state at rest, then one tick per control period, up to and with a fall, or until the
         policy ends it. Endless otherwise.
     """
-    controller = _GaitController(world, walker, policy)
+    controller = WalkerController(world, world.robot, walker, policy)
     return run_controller(world, controller, policy.disturb, past_falls=past_falls)
 
 
@@ -332,20 +332,55 @@ def run_controller(
     Yields:
         As `run`.
     """
-    truth = world.robot.truth()
-    height = float(truth.torso_position[2])
-    tick = Tick(truth, controller.command, controller.status, False)
-    yield tick
-    while past_falls or not tick.fallen:
-        disturb(world, tick)
-        world.robot.command(controller.targets)
-        world.step()
-        if not controller.respond(tick):
-            return
-        truth = world.robot.truth()
-        fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
-        tick = Tick(truth, controller.command, controller.status, fallen)
+    for (tick,) in run_controllers(
+        world, [controller], lambda world, ticks: disturb(world, ticks[0]), past_falls=past_falls
+    ):
         yield tick
+
+
+def run_controllers(
+    world: World,
+    controllers: Sequence[Controller],
+    disturb: Callable[[World, Sequence[Tick]], None],
+    *,
+    past_falls: bool = False,
+) -> Iterator[tuple[Tick, ...]]:
+    """The loop behind every trial, with one controller for each robot of the world.
+
+    Args:
+        world: The robots.
+        controllers: Drive the robots, in their order.
+        disturb: Called at the beginning of each control period with the last ticks.
+        past_falls: Go on after all robots have fallen.
+
+    Yields:
+        The ticks of all robots, until one controller ends the trial.
+    """
+    robots = world.robots
+    truths = [robot.truth() for robot in robots]
+    heights = [float(truth.torso_position[2]) for truth in truths]
+    ticks = tuple(
+        Tick(truth, each.command, each.status, False)
+        for truth, each in zip(truths, controllers, strict=True)
+    )
+    yield ticks
+    while past_falls or not all(tick.fallen for tick in ticks):
+        disturb(world, ticks)
+        for robot, controller in zip(robots, controllers, strict=True):
+            robot.command(controller.targets)
+        world.step()
+        for controller, tick in zip(controllers, ticks, strict=True):
+            if not controller.respond(tick):
+                return
+        ticks = tuple(map(_tick, robots, controllers, heights))
+        yield ticks
+
+
+def _tick(robot: SimulatedRobot, controller: Controller, height: float) -> Tick:
+    """The end of a control period; `height` [m] of the torso at the start."""
+    truth = robot.truth()
+    fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
+    return Tick(truth, controller.command, controller.status, fallen)
 
 
 class _Answer(NamedTuple):
@@ -357,15 +392,26 @@ class _Answer(NamedTuple):
     error: Exception | None = None
 
 
-class _GaitController:
-    """A walker on the frames of its world, one by one or ahead of it (see `Policy.timed`).
+class WalkerController:
+    """A walker on the frames of its robot, one by one or ahead of it (see `Policy.timed`).
 
     Ahead, the walker answers all frames that have been sampled already and the world follows with
     as many control periods. Each then works from caches that the other has not emptied.
     """
 
-    def __init__(self, world: World, walker: Walker, policy: Policy) -> None:
+    def __init__(
+        self, world: World, robot: SimulatedRobot, walker: Walker, policy: Policy
+    ) -> None:
+        """Ask for the first command.
+
+        Args:
+            world: Its time counts from now.
+            robot: One of its robots.
+            walker: Answers the robot's frames.
+            policy: Commands the walker.
+        """
         self._world = world
+        self._robot = robot
         self._walker = walker
         self._policy = policy
         self._began = world.time
@@ -397,7 +443,7 @@ class _GaitController:
             self.targets = action
             return True
         self.command = action
-        frame = self._world.robot.sense()
+        frame = self._robot.sense()
         if frame is None:
             self.targets = None
         else:
@@ -407,7 +453,7 @@ class _GaitController:
 
     def _answer_ahead(self) -> None:
         time, period = self._world.time - self._began, self._world.control_period
-        for frame in self._world.robot.coming():
+        for frame in self._robot.coming():
             command = self._policy.command(time * 1e-9, None)
             if not isinstance(command, VelocityCommand):
                 raise TypeError("a timed policy gives velocity commands only")
