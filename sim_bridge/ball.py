@@ -8,7 +8,7 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.body import Sole
-from sim_bridge.shapes import Shape
+from sim_bridge.shapes import Color, Shape
 from sim_bridge.terrain import Prism, ground_height
 
 SHOE_HEIGHT = 0.0292
@@ -35,12 +35,14 @@ class Ball:
         y: [m] in the world at the start.
         radius: [m].
         mass: [kg].
+        color: red, green, blue; for pictures.
     """
 
     x: float = 0.5
     y: float = 0.0
     radius: float = 0.05
     mass: float = 0.044
+    color: Color = (0.95, 0.95, 0.95)
 
     @property
     def start(self) -> FloatArray:

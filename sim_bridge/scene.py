@@ -57,6 +57,7 @@ class SceneBall(Settings):
     y: float = schema.number(0.0, -50.0, 50.0, "m", "Start, y.")
     radius: float = schema.number(0.05, 0.02, 0.2, "m", "Radius.")
     mass: float = schema.number(0.044, 0.005, 2.0, "kg", "Mass.")
+    color: str = schema.choice(tuple(COLORS), "Colour.", default="orange")
 
 
 @attrs.frozen
@@ -135,7 +136,9 @@ class Scene(Settings):
         """
         if ground and self.field is not None:
             raise NaoGaitError("plant terrain", "uneven", f"flat or carpet in scene {self.name}")
-        ball = None if self.ball is None else Ball(**self.ball.as_dict())
+        ball = None
+        if self.ball is not None:
+            ball = Ball(**{**self.ball.as_dict(), "color": COLORS[self.ball.color]})
         return Surroundings(ground, ball, self.field, self.goals, self.poles)
 
 

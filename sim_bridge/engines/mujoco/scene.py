@@ -197,7 +197,7 @@ def add_ball(
         solref=solref,
         solimp=solimp,
         group=VISIBLE if visible else COLLIDING,
-        rgba=[0.95, 0.95, 0.95, 1.0],
+        rgba=[*ball.color, 1.0],
     )
 
 
