@@ -4,8 +4,11 @@ import math
 from collections.abc import Sequence
 from typing import Self
 
+import numpy as np
+
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import Point2
 from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.engines.registry import make_backend
@@ -16,6 +19,8 @@ from sim_bridge.scene import Scene
 from sim_bridge.surroundings import Surroundings
 from sim_bridge.terrain import prisms
 
+MAX_BALL_SPEED = 20.0
+"""[m/s] that a ball can be given."""
 _SECOND = 1_000_000_000
 
 
@@ -149,13 +154,26 @@ class World:
         ball = self.ball
         return None if ball is None else self.surroundings.place_of(ball)
 
-    def put_ball(self, x: float, y: float) -> None:
-        """Put the ball at rest on the floor at x, y [m] in the world."""
+    def put_ball(self, x: float, y: float, velocity: Point2 = (0.0, 0.0)) -> None:
+        """Put the ball on the floor.
+
+        Args:
+            x: [m] in the world.
+            y: [m] in the world.
+            velocity: x, y [m/s] of its centre; it does not spin.
+
+        Raises:
+            NaoGaitError: there is no ball, or a number is not usable.
+        """
         ball = self.surroundings.ball
         if ball is None:
             raise NaoGaitError("ball", (x, y), "put_ball only in a world with a ball")
         ground = self.surroundings.ground
-        self._engine.put_ball(ball_position(x, y, ball.radius, ground))
+        if not all(math.isfinite(each) and abs(each) <= MAX_BALL_SPEED for each in velocity):
+            allowed = f"two numbers from -{MAX_BALL_SPEED:g} to {MAX_BALL_SPEED:g} m/s"
+            raise NaoGaitError("ball velocity", velocity, allowed)
+        place = ball_position(x, y, ball.radius, ground)
+        self._engine.put_ball(place, np.array((*velocity, 0.0)))
 
     def reset(self) -> None:
         """Put all robots and the ball back to their starts, at rest; delayed frames are lost.

@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Protocol
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
@@ -14,8 +13,6 @@ from sim_bridge.plant import Plant, with_sensors_of
 from sim_bridge.shapes import Color
 from sim_bridge.soles import sole_points
 from sim_bridge.state import StartState, StepInput, TrueState
-
-Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,19 +95,8 @@ class Backend(Protocol):
     def ball(self) -> BallState | None:
         """The ball now; None in a world without one."""
 
-    def put_ball(self, position: FloatArray) -> None:
-        """Put the ball at rest at (3,) [m] in the world."""
+    def put_ball(self, position: FloatArray, velocity: FloatArray) -> None:
+        """Put the ball at (3,) [m] in the world, with (3,) [m/s] of its centre and no spin."""
 
     def close(self) -> None:
         """Free the engine; may be called more than once."""
-
-
-def only_one(items: Sequence[Item], engine: str) -> Item:
-    """The single robot of an engine that can simulate one.
-
-    Raises:
-        NaoGaitError: there are more robots, or none.
-    """
-    if len(items) != 1:
-        raise NaoGaitError("robots", f"{len(items)} robots", f"1 robot with engine {engine}")
-    return items[0]

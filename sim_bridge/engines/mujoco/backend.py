@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import FloatArray
@@ -70,7 +71,7 @@ class MujocoBackend:
         for robot, start in zip(self._robots, starts, strict=True):
             robot.reset(start)
         if self._ball is not None:
-            self.put_ball(self._ball.start)
+            put_ball(self.data, self._ball.start, np.zeros(3))
 
     def place(self, robot: int, start: StartState) -> None:
         """See `Backend`."""
@@ -105,9 +106,9 @@ class MujocoBackend:
         """See `Backend`."""
         return None if self._ball is None else ball_state(self.data)
 
-    def put_ball(self, position: FloatArray) -> None:
+    def put_ball(self, position: FloatArray, velocity: FloatArray) -> None:
         """See `Backend`."""
-        put_ball(self.data, position)
+        put_ball(self.data, position, velocity)
 
     def _show(self, viewer: Any) -> None:
         if self.data.time < self._shown:  # after a reset

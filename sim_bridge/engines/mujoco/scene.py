@@ -207,11 +207,11 @@ def ball_state(data: mujoco.MjData) -> BallState:
     return BallState(joint.qpos[:3].copy(), joint.qvel[:3].copy())
 
 
-def put_ball(data: mujoco.MjData, position: FloatArray) -> None:
-    """Put the ball at rest at (3,) [m]."""
+def put_ball(data: mujoco.MjData, position: FloatArray, velocity: FloatArray) -> None:
+    """Put the ball at (3,) [m], with (3,) [m/s] and no spin."""
     joint = data.joint(_BALL)
     joint.qpos[:] = (*position, 1.0, 0.0, 0.0, 0.0)
-    joint.qvel[:] = 0.0
+    joint.qvel[:] = (*velocity, 0.0, 0.0, 0.0)
 
 
 def quaternion(rotation: FloatArray) -> FloatArray:

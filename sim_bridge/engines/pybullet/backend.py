@@ -1,34 +1,29 @@
 """The plant in PyBullet."""
 
 import contextlib
-import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import as_point, cross, rotation_matrix
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
-from sim_bridge.body import BodyPose
-from sim_bridge.engines.backend import RobotModel, only_one
+from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.pybullet.library import bullet, silenced
+from sim_bridge.engines.pybullet.robot_state import PyBulletRobot, refuse
 from sim_bridge.engines.pybullet.scene import (
-    RobotBody,
+    FIXTURE,
+    ROBOT,
     add_ball,
+    add_fixtures,
     add_floor,
+    add_pitch,
     add_terrain,
     add_tiles,
     set_physics,
 )
-from sim_bridge.motors import TorqueLimits
-from sim_bridge.plant import Plant
 from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
-
-_POSITION, _VELOCITY, _TORQUE = 0, 1, 3
-"""Fields of a joint state."""
 
 
 class PyBulletBackend:
@@ -36,6 +31,9 @@ class PyBulletBackend:
 
     A position servo is a constraint on the joint's velocity with a torque limit. It has no
     stiffness of its own, so stiffness, rotor inertia, dry friction and play are refused.
+
+    Attributes:
+        client: of PyBullet; for pictures.
     """
 
     def __init__(
@@ -49,240 +47,102 @@ class PyBulletBackend:
         """Connect to PyBullet; the world is built by `reset`.
 
         Args:
-            robots: one individual.
-            surroundings: what is around it.
+            robots: the individuals, at least one.
+            surroundings: what is around them.
             gui: open PyBullet's window.
             visual: with what can be seen; always so with `gui`.
 
         Raises:
-            NaoGaitError: there is not one robot, PyBullet cannot honour an option of the plant, or
-                the window cannot be opened.
+            NaoGaitError: PyBullet cannot honour an option of the plant, or the window cannot be
+                opened.
         """
-        self._robot = only_one(robots, "pybullet")
-        plant = self._robot.plant
-        _refuse(plant)
-        if surroundings.field is not None or surroundings.fixtures:
-            raise NaoGaitError("scene", "a field", "floor with engine pybullet")
-        self._plant, self._visual = plant, gui or visual
-        self._ground, self._ball = surroundings.ground, surroundings.ball
-        description = self._robot.description
-        self._limits = TorqueLimits(description, plant, self._robot.individual)
-        step, lag = plant.physics.step, plant.motor.lag
-        # PyBullet's gain is per step; this one is exact for a first-order lag sampled every step
-        gain = 1.0 - math.exp(-step / lag) if lag > 0.0 else 1.0
-        self._rate = gain / step
-        self._reach = self._limits.top_speed / self._rate
-        count = len(description.joint_names)
-        self._gains, self._ones = [gain] * count, [1.0] * count
-        self._sole_friction = self._robot.individual.friction
+        plant = robots[0].plant
+        refuse(plant)
+        self._physics, self._surroundings = plant.physics, surroundings
+        self._gui, self._visual = gui, gui or visual
         with silenced():
-            self._client = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
-        if self._client < 0:
+            self.client: int = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
+        if self.client < 0:
             raise NaoGaitError("gui", gui, "false where there is no display")
+        self._robots = [PyBulletRobot(self.client, robot) for robot in robots]
 
     def reset(self, starts: Sequence[StartState]) -> None:
         """See `Backend`. Builds a new world: moved bodies would keep contacts and caches."""
-        (start,) = starts
-        client = self._client
         with silenced():
-            bullet.resetSimulation(physicsClientId=client)
+            bullet.resetSimulation(physicsClientId=self.client)
             self._build()
-        torso = rotation_matrix(start.torso_rotation)
-        position = start.torso_position + torso @ self._model.inertial_position
-        _, rotation = bullet.multiplyTransforms(
-            [0.0, 0.0, 0.0],
-            start.torso_rotation.tolist(),
-            [0.0, 0.0, 0.0],
-            self._model.inertial_rotation,
-        )
-        body = self._model.body
-        bullet.resetBasePositionAndOrientation(
-            body, position.tolist(), rotation, physicsClientId=client
-        )
-        for joint, angle in zip(self._model.joints, start.joint_position.tolist(), strict=True):
-            bullet.resetJointState(body, joint, angle, 0.0, physicsClientId=client)
-        self._states: tuple[tuple[float, ...], ...] | None = None
-        self._torque_limits = np.zeros(len(self._model.joints))
-        self._legs_touch = False
+        for robot, start in zip(self._robots, starts, strict=True):
+            robot.place(start)
 
     def place(self, robot: int, start: StartState) -> None:
         """See `Backend`."""
-        self.reset([start])
+        self._robots[robot].place(start)
 
     def _build(self) -> None:
-        client, physics = self._client, self._plant.physics
-        with_ball = self._ball is not None
+        client, physics, around = self.client, self._physics, self._surroundings
+        with_ball = around.ball is not None
         set_physics(client, physics)
-        self._floor = add_floor(client)
-        self._terrain = add_terrain(client, self._ground, collides=True, visible=self._visual)
-        if self._visual:
+        floor = add_floor(client)
+        terrain = add_terrain(client, around.ground, collides=True, visible=self._visual)
+        if self._visual and around.carpet is None:
             add_tiles(client)
-        self._model = RobotBody(
-            client,
-            self._robot,
-            visible=self._visual,
-            sole_friction=self._sole_friction,
-            ball=with_ball,
-        )
-        self._model.set_collisions((self._floor, *self._terrain), ball=with_ball)
-        self._model.couple_joints()
-        if self._ball is not None:
-            self._ball_body = add_ball(client, self._ball, physics.gravity)
+        elif self._visual:
+            add_pitch(client, around)
+        add_fixtures(client, around.fixtures, visible=self._visual, nets=self._gui)
+        bits = [ROBOT << index for index in range(len(self._robots))]
+        for robot, bit in zip(self._robots, bits, strict=True):
+            robot.build(
+                floor,
+                terrain,
+                visible=self._visual,
+                ball=with_ball,
+                bit=bit,
+                meets=FIXTURE | sum(bits) & ~bit,
+            )
+        if around.ball is not None:
+            self._ball_body = add_ball(client, around.ball, physics.gravity)
 
     def step(self, inputs: Sequence[StepInput]) -> None:
         """See `Backend`."""
-        ((setpoint, torque_scale, push_force),) = inputs
-        client, body = self._client, self._model.body
-        states = self._joint_states()
-        position, velocity, torque = (
-            np.array([state[field] for state in states])
-            for field in (_POSITION, _VELOCITY, _TORQUE)
-        )
-        # a target further away would only ask for more than the motor's top speed
-        way = np.clip(setpoint - position, -self._reach, self._reach)
-        limits = torque_scale * self._limits.now(velocity, torque, way * self._rate)
-        bullet.setJointMotorControlArray(
-            body,
-            self._model.joints,
-            bullet.POSITION_CONTROL,
-            targetPositions=(position + way).tolist(),
-            positionGains=self._gains,
-            velocityGains=self._ones,
-            forces=limits.tolist(),
-            physicsClientId=client,
-        )
-        self._torque_limits = limits
-        if push_force.any():
-            centre, _ = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
-            bullet.applyExternalForce(
-                body, -1, push_force.tolist(), centre, bullet.WORLD_FRAME, physicsClientId=client
-            )
-        bullet.stepSimulation(physicsClientId=client)
-        self._states = None
-        if not self._legs_touch and self._plant.physics.self_collision:
-            points = bullet.getContactPoints(body, body, physicsClientId=client)
-            self._legs_touch = any(point[9] > 0.0 for point in points)
+        for robot, given in zip(self._robots, inputs, strict=True):
+            robot.apply(given)
+        bullet.stepSimulation(physicsClientId=self.client)
+        for robot in self._robots:
+            robot.watch()
 
     def observe(self) -> list[TrueState]:
         """See `Backend`."""
-        client, body = self._client, self._model.body
-        centre, inertial = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
-        linear, angular = bullet.getBaseVelocity(body, physicsClientId=client)
-        spin = np.array(angular)
-        _, quaternion = bullet.multiplyTransforms(
-            [0.0, 0.0, 0.0], inertial, [0.0, 0.0, 0.0], self._model.inertial_inverse
-        )
-        rotation = rotation_matrix(np.array(quaternion))
-        offset = rotation @ self._model.inertial_position
-        position = np.array(centre) - offset
-        states = self._joint_states()
-        angles = np.array([state[_POSITION] for state in states])
-        pose = self._robot.body.pose(position, rotation, angles)
-        torque = np.array([state[_TORQUE] for state in states])
-        touch, self._legs_touch = self._legs_touch, False
-        state = TrueState(
-            torso_position=position,
-            torso_rotation=np.array(quaternion),
-            torso_matrix=rotation,
-            torso_linear_velocity=np.array(linear) - cross(angular, as_point(offset)),
-            torso_angular_velocity=rotation.T @ spin,
-            joint_position=angles,
-            joint_velocity=np.array([state[_VELOCITY] for state in states]),
-            pose=pose,
-            # a motor with limit 0 keeps reporting its last torque
-            joint_torque=np.clip(torque, -self._torque_limits, self._torque_limits),
-            sole_wrench=self._sole_wrenches(pose),
-            legs_touch=touch,
-        )
-        return [state]
+        return [robot.observe() for robot in self._robots]
 
     def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
         """See `Backend`."""
-        individual = self._robot.individual
-        self._limits.weaken(torque_share)
-        self._sole_friction = individual.friction if friction is None else friction
-        self._model.set_sole_friction(self._sole_friction)
+        self._robots[robot].disturb(torque_share, friction)
 
     def ball(self) -> BallState | None:
         """See `Backend`."""
-        if self._ball is None:
+        if self._surroundings.ball is None:
             return None
-        body, client = self._ball_body, self._client
+        body, client = self._ball_body, self.client
         position, _ = bullet.getBasePositionAndOrientation(body, physicsClientId=client)
         velocity, _ = bullet.getBaseVelocity(body, physicsClientId=client)
         return BallState(np.array(position), np.array(velocity))
 
-    def put_ball(self, position: FloatArray) -> None:
+    def put_ball(self, position: FloatArray, velocity: FloatArray) -> None:
         """See `Backend`."""
         still = [0.0, 0.0, 0.0]
-        body, client = self._ball_body, self._client
+        body, client = self._ball_body, self.client
         bullet.resetBasePositionAndOrientation(
             body, position.tolist(), [*still, 1.0], physicsClientId=client
         )
-        bullet.resetBaseVelocity(body, still, still, physicsClientId=client)
+        bullet.resetBaseVelocity(body, velocity.tolist(), still, physicsClientId=client)
 
     def close(self) -> None:
         """See `Backend`."""
-        if self._client >= 0:
+        if self.client >= 0:
             with contextlib.suppress(bullet.error):
-                bullet.disconnect(physicsClientId=self._client)
-            self._client = -1
+                bullet.disconnect(physicsClientId=self.client)
+            self.client = -1
 
     def __del__(self) -> None:
-        if getattr(self, "_client", -1) >= 0:
+        if getattr(self, "client", -1) >= 0:
             self.close()
-
-    def _joint_states(self) -> tuple[tuple[float, ...], ...]:
-        """Position, velocity, reaction forces and motor torque per joint; read once per step."""
-        if self._states is None:
-            self._states = bullet.getJointStates(
-                self._model.body, self._model.joints, physicsClientId=self._client
-            )
-        return self._states
-
-    def _sole_wrenches(self, pose: BodyPose) -> tuple[FloatArray, FloatArray]:
-        """Left, right (6,): sum of the contact forces [N] and torques [N m] in the sole frame."""
-        wrenches = []
-        for side, link in enumerate(self._model.soles):
-            ox, oy, oz = pose.sole_position[side].tolist()
-            force, torque = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-            for point in self._contacts_with_ground(link):
-                fx, fy, fz = (
-                    point[9] * point[7][i] + point[10] * point[11][i] + point[12] * point[13][i]
-                    for i in range(3)
-                )
-                x, y, z = point[5][0] - ox, point[5][1] - oy, point[5][2] - oz
-                force = [force[0] + fx, force[1] + fy, force[2] + fz]
-                torque[0] += y * fz - z * fy
-                torque[1] += z * fx - x * fz
-                torque[2] += x * fy - y * fx
-            to_sole = pose.sole_rotation[side].T
-            wrenches.append(np.concatenate([to_sole @ force, to_sole @ torque]))
-        return wrenches[0], wrenches[1]
-
-    def _contacts_with_ground(self, link: int) -> tuple[tuple[Any, ...], ...]:
-        """PyBullet's contact points of a sole, which meets only the ground."""
-        if not self._terrain:
-            points = bullet.getContactPoints(
-                self._model.body, self._floor, link, -1, physicsClientId=self._client
-            )
-        else:
-            points = bullet.getContactPoints(
-                bodyA=self._model.body, linkIndexA=link, physicsClientId=self._client
-            )
-        return points  # type: ignore[no-any-return]
-
-
-def _refuse(plant: Plant) -> None:
-    """Raise NaoGaitError for the first option that PyBullet cannot honour."""
-    motor = plant.motor
-    for key, honoured, allowed in (
-        ("stiffness", motor.stiffness is None, "null"),
-        ("armature", motor.armature is None, "null"),
-        ("friction", motor.friction == 0.0, "0"),
-        ("play", motor.play == 0.0, "0"),
-        ("encoder_feedback", not motor.encoder_feedback, "false"),
-    ):
-        if not honoured:
-            allowed += " with engine pybullet; any other value needs engine:=mujoco"
-            raise NaoGaitError(f"{plant.name}: motor.{key}", getattr(motor, key), allowed)
