@@ -24,7 +24,8 @@ from nao_lipm_gait.ros.messages import (
     footsteps,
     support_text,
 )
-from nao_lipm_gait.runtime.diagnostics import Health, TickStatistics, reports
+from nao_lipm_gait.runtime.diagnostics import Health, reports
+from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
@@ -178,9 +179,9 @@ class _GaitMessages:
 
 
 def _diagnostics(status: GaitStatus) -> DiagnosticArray:
-    statistics = TickStatistics()
-    statistics.add(150.0)
-    health = Health(statistics.summarize(), 0.001, 0, {}, 0, 0, status)
+    ticks = TickTimes(0.01)
+    ticks.add(0.0, 150e-6)
+    health = Health(ticks.summarize(), 0.001, 0, {}, 0, 0, status)
     return diagnostic_array("gait", "nao", status.stamp, reports(health))
 
 

@@ -5,7 +5,7 @@
 
 import math
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 from uuid import uuid4
 
@@ -72,12 +72,21 @@ def imu_input(message: Imu) -> ImuInput:
     )
 
 
-def joint_input(message: JointState) -> JointInput:
-    """Contents of `joint_states`."""
+def joint_input(message: JointState, info: Mapping[str, int], now: int) -> JointInput:
+    """Contents of `joint_states`.
+
+    Args:
+        message: The message.
+        info: What rclpy knows about it: when it was sent and received [ns of the system clock].
+        now: The system clock [ns].
+    """
     stamp = message.header.stamp
+    # Cyclone DDS does not say when a message was received.
+    arrived = info["received_timestamp"] or info["source_timestamp"]
     return JointInput(
-        stamp.sec, stamp.nanosec, message.name, message.position, message.velocity
-    )
+        stamp.sec, stamp.nanosec, message.name, message.position, message.velocity,
+        waited=(now - arrived) * 1e-9,
+    )  # fmt: skip
 
 
 def load_input(side: int, message: WrenchStamped) -> LoadInput:

@@ -166,8 +166,9 @@ class GaitNode(Node):
         kind = TwistStamped if self._stamped else Twist
         self._cmd_vel = self._subscribe(kind, "cmd_vel", twist_input, 10)
         self._subscribe(Imu, "imu/data", imu_input, qos_profile_sensor_data)
-        self._joint_states = self._subscribe(
-            JointState, "joint_states", joint_input, qos_profile_sensor_data
+        joints: Any = self._receive_joints  # takes the message info: rclpy's type hint lacks that
+        self._joint_states = self.create_subscription(
+            JointState, "joint_states", joints, qos_profile_sensor_data
         )
         controller, robot = self._controller, self._robot
 
@@ -219,6 +220,10 @@ class GaitNode(Node):
         if controller.needs_loads != bool(self._loads):
             self._subscribe_to_soles(controller.needs_loads)
         self._garbage.after_tick(resting=controller.state not in ON_THE_WAY)
+
+    def _receive_joints(self, message: JointState, info: dict[str, int]) -> None:
+        read = partial(joint_input, message, info, time.time_ns())
+        self._receive("joint_states", read)
 
     def _subscribe_to_soles(self, wanted: bool) -> None:
         """Subscribe to the sole wrenches only while the IMU is missing."""

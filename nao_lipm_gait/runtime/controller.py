@@ -39,7 +39,6 @@ from nao_lipm_gait.runtime.diagnostics import (
     PublisherCounts,
     PublisherWatch,
     Report,
-    TickStatistics,
     reports,
 )
 from nao_lipm_gait.runtime.frame_sync import FrameSync
@@ -48,6 +47,7 @@ from nao_lipm_gait.runtime.motion_requests import MotionRequests
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
 from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
 from nao_lipm_gait.runtime.target_guard import TargetGuard
+from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
 from nao_lipm_gait.types import (
     BUSY,
@@ -77,6 +77,9 @@ OFF_RATE, RATE_AGAIN = 0.1, 0.05
 is right again."""
 BIAS_KNOWN = 1e-3
 """[rad/s] Standard deviation of the gyro's bias with which the robot may walk."""
+ASKED_AGAIN = 0.2
+"""[s] of wall time without joint states, after which a repeated stamp asks for the answer again, as
+`sim_bridge` does in lockstep. That is no fault."""
 WAITING = 10.0
 """[s] from the start without any joint state, after which it is a warning."""
 _CRASHES_MAX = 32
@@ -140,7 +143,6 @@ class GaitController:
         faults: Ticks whose targets were held or clipped by the guard.
         unexpected: Exceptions other than NaoGaitError: mistakes of this program.
         crashes: Why the first few ticks gave no usable targets.
-        deadline_misses: Ticks that took longer than a control period.
         needs_loads: The messages of the soles are needed now.
         last_status: Status of the last tick; None before the first.
     """
@@ -164,13 +166,13 @@ class GaitController:
         self._guard = TargetGuard(self._gait, robot, settings.control_period)
         self._outage = SensorOutage(self._gait.mass, settings.imu_patience)
         self._velocity = VelocityInput(settings.cmd_vel_timeout)
-        self._ticks = TickStatistics()
+        self._ticks = TickTimes(settings.control_period)
         self._publishers = PublisherWatch(self._diagnostics, clock)
         self._motions = MotionRequests()
         self._answers: list[Answer] = []
         self._motion_results: list[str] = []
         self._logged_state = GaitState.STAND
-        self._logged_timeout = False
+        self._timed_out = self._logged_timeout = False
         self._bias_known = settings.bias_wait == 0.0
         self._stands_since: int | None = None
         self._last_targets: JointTargets | None = None
@@ -178,7 +180,7 @@ class GaitController:
         self._held = 0
         self._sensors_at: float | None = None
         self._continued_at = self._started_at = clock()
-        self.faults = self.unexpected = self.deadline_misses = 0
+        self.faults = self.unexpected = 0
         self.crashes: list[str] = []
         self.last_status: GaitStatus | None = None
 
@@ -255,6 +257,7 @@ class GaitController:
             command = read_velocity(message)
             # Its arrival counts, not its stamp: senders may use another clock than the sensors.
             self._velocity.receive(command, self._stamps.last)
+            self._timed_out = False
             if self._logged_timeout:
                 self._logged_timeout = False
                 self._diagnostics.log(Level.OK, "cmd_vel arrives again")
@@ -270,12 +273,17 @@ class GaitController:
             )  # fmt: skip
         else:
             sample = self._validation.read_joints(message, stamp)
-        now = self._sensors_at = self._clock()
+        before, now = self._sensors_at, self._clock()
+        self._sensors_at = now
         self._diagnostics.end("silence", "joint_states arrive")
         self._stamps.accept(stamp, step)
         if step is Step.REPEATED:
-            self._answer_again(stamp)
+            self._answer_again(stamp, asked=before is not None and now - before > ASKED_AGAIN)
             return
+        if self._ticks.was_late(now - message.waited):
+            period = self._settings.control_period
+            text = f"a tick took longer than {period:g} s: the next joint_states had to wait"
+            self._diagnostics.event(WALK, Level.WARN, "late ticks", text)
         if step is Step.EARLY:
             self._answer_early(stamp)
         elif step in (Step.LATE, Step.DOUBTFUL):
@@ -302,14 +310,21 @@ class GaitController:
         elif abs(step - period) < RATE_AGAIN * period:
             self._diagnostics.end("rate", "joint_states arrive at the control period again")
 
-    def _answer_again(self, stamp: int) -> None:
-        """Answer a repeated stamp: the sender missed the answer, or its IMU sample is missing."""
+    def _answer_again(self, stamp: int, asked: bool) -> None:
+        """Answer a repeated stamp: the sender missed the answer, or its IMU sample is missing.
+
+        Args:
+            stamp: The stamp [ns].
+            asked: The sender has waited for an answer and asks again.
+        """
         frame = self._sync.repeat(stamp)
         if frame is not None:
             self._tick(frame)
         elif self._last_targets is not None and self._last_targets.stamp == stamp:
             self._answers.append(Answer(self._last_targets))
         self._diagnostics.rejected["joint_states"] += 1
+        if asked:
+            return
         error = NaoGaitError(
             "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a later stamp"
         )
@@ -386,12 +401,7 @@ class GaitController:
             command = STANDSTILL
         begin = self._clock()
         guarded = self._guard.step(frame, command)
-        duration = self._clock() - begin
-        self._ticks.add(duration * 1e6)
-        if duration > self._settings.control_period:
-            self.deadline_misses += 1
-            text = f"a tick took longer than {self._settings.control_period:g} s"
-            self._diagnostics.event(WALK, Level.WARN, "late ticks", text)
+        self._ticks.add(begin, self._clock())
         self._last_targets = guarded.targets
         self._validation.sent(guarded.targets)
         if guarded.fault is not None:
@@ -412,11 +422,13 @@ class GaitController:
             )
             if result is not None:
                 self._report_motion(result)
-        if self._velocity.timed_out and not self._logged_timeout:
-            self._logged_timeout = True
+        if self._velocity.timed_out and not self._timed_out:
+            self._timed_out = True
             timeout = self._settings.cmd_vel_timeout
             text = f"no cmd_vel for {timeout:g} s: the robot stops"
-            self._diagnostics.log(Level.WARN, text)
+            self._logged_timeout = self._diagnostics.log_event(
+                Level.WARN, "cmd_vel timeouts", text, burst=2
+            )
 
     def _must_wait(self, stamp: int, command: VelocityCommand) -> bool:
         """Whether the robot must still stand until the gyro's bias is known; ends for good."""
@@ -610,7 +622,7 @@ class GaitController:
                 missed_ticks=self._stamps.missed,
                 rejected=self.rejected,
                 faults=self.faults,
-                deadline_misses=self.deadline_misses,
+                deadline_misses=self._ticks.misses,
                 status=self.last_status,
                 command_age=None if stamp is None else self._velocity.age(stamp),
                 command_timed_out=self._velocity.timed_out,

@@ -4,13 +4,13 @@ The log says a thing when it begins, when it gets worse and when it ends. The re
 of now. `sim_bridge` uses `Throttle` for its own log.
 """
 
-import math
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
+from nao_lipm_gait.runtime.tick_times import TickSummary
 from nao_lipm_gait.types import GaitState, GaitStatus
 
 SENSORS, WALK, COMMANDS = "sensors", "walk", "commands"
@@ -62,52 +62,6 @@ class Remark:
     text: str
 
 
-# -- tick times ------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class TickSummary:
-    """Durations of ticks.
-
-    Attributes:
-        count: Number of ticks.
-        p50: Median [us].
-        p99: 99th percentile [us].
-        maximum: [us].
-    """
-
-    count: int
-    p50: float
-    p99: float
-    maximum: float
-
-
-def quantile(ordered: Sequence[float], share: float) -> float:
-    """The smallest of the sorted values that at least `share` of them do not exceed."""
-    return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
-
-
-class TickStatistics:
-    """Keeps the durations since the last summary, the newest 10000 at most."""
-
-    def __init__(self) -> None:
-        self._durations: deque[float] = deque(maxlen=10_000)
-
-    def add(self, duration: float) -> None:
-        """Keep the duration [us] of a tick."""
-        self._durations.append(duration)
-
-    def summarize(self) -> TickSummary | None:
-        """Summarize the ticks since the last call; None if there were none."""
-        if not self._durations:
-            return None
-        ordered = sorted(self._durations)
-        self._durations.clear()
-        return TickSummary(
-            len(ordered), quantile(ordered, 0.5), quantile(ordered, 0.99), ordered[-1]
-        )
-
-
 # -- log -------------------------------------------------------------------------------------------
 
 
@@ -137,6 +91,8 @@ class Throttle:
     """[s] without a message, after which a key's messages have ended."""
     FORGET = 300.0
     """[s] without a message, after which a message of the key is new again."""
+    MANY = 5
+    """Messages held back, from which on their end is worth a line."""
 
     def __init__(self, period: float = 2.0) -> None:
         self._period = period
@@ -175,7 +131,7 @@ class Throttle:
         return held_back
 
     def ended(self, now: float) -> list[tuple[str, int, float]]:
-        """The keys whose messages have ended since the last call, if some were held back.
+        """The keys whose messages have ended since the last call, if many were held back.
 
         Args:
             now: As for `allow`.
@@ -186,9 +142,10 @@ class Throttle:
         found = []
         for key, episode in self._episodes.items():
             if episode.count and now - episode.last > self.QUIET:
-                if episode.held_back:
+                if episode.held_back >= self.MANY:
                     found.append((key, episode.count, episode.last - episode.first))
-                episode.count = episode.held_back = 0
+                    episode.held_back = 0
+                episode.count = 0
         return found
 
 
@@ -223,20 +180,33 @@ class Diagnostics:
         """Add a line to the log."""
         self._log.append(LogLine(level, text))
 
-    def event(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
-        """Report something that happened.
+    def log_event(self, level: Level, key: str, text: str, burst: int = 1) -> bool:
+        """Add a line to the log, unless enough of its key were shown; says whether it did.
 
         Args:
-            group: The report: SENSORS, WALK or COMMANDS.
             level: Its severity.
             key: Key of events that are alike; see `Throttle`.
             text: What happened.
             burst: See `Throttle.allow`.
         """
-        self.remark(group, level, text)
         held_back = self._throttle.allow(key, self._clock(), burst)
-        if held_back is not None:
-            self.log(level, text + (f" ({held_back} more like it)" if held_back else ""))
+        if held_back is None:
+            return False
+        self.log(level, text + (f" ({held_back} more like it)" if held_back else ""))
+        return True
+
+    def event(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
+        """Log and report something that happened.
+
+        Args:
+            group: The report: SENSORS, WALK or COMMANDS.
+            level: As for `log_event`.
+            key: As for `log_event`.
+            text: What happened.
+            burst: See `Throttle.allow`.
+        """
+        self.remark(group, level, text)
+        self.log_event(level, key, text, burst)
 
     def begin(self, group: str, level: Level, key: str, text: str, kind: str = "") -> None:
         """Report a condition that holds now; call it again to update its text.
@@ -384,7 +354,7 @@ class Health:
         missed_ticks: Frames that never arrived, since the start.
         rejected: Refused messages per topic, since the start.
         faults: Ticks whose targets were held or clipped by the guard, since the start.
-        deadline_misses: Ticks that took longer than one control period, since the start.
+        deadline_misses: Ticks that took longer than a control period, since the start.
         status: Status of the last tick; None before the first.
         command_age: Sensor time [s] since the last velocity command; None before the first.
         command_timed_out: A command to move is too old, so the robot stops.

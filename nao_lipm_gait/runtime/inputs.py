@@ -69,6 +69,7 @@ class JointInput:
         names: Joints in any order; joints that the robot does not have are ignored.
         position: [rad], one for each name.
         velocity: [rad/s], one for each name, or empty.
+        waited: Wall time [s] from the arrival of the message until it was taken; for reports only.
     """
 
     sec: int
@@ -76,6 +77,7 @@ class JointInput:
     names: Sequence[str]
     position: Sequence[float]
     velocity: Sequence[float]
+    waited: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

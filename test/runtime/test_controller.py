@@ -32,6 +32,7 @@ class Robot:
         log: All log lines.
         results: All outcomes of motions.
         gyro_noise: Amplitude of the roll rate [rad/s].
+        joints_waited: Time [s] for which each joint state has waited until it is taken.
         imu_force: What the accelerometer measures [m/s^2]; None = that of an upright robot.
     """
 
@@ -43,6 +44,7 @@ class Robot:
         self._noise = 0.0
         self.gyro_noise = 0.0
         self.imu_behind: int | None = 0
+        self.joints_waited = 0.0
         self.sent: list[JointTargets] = []
         self.log: list[str] = []
         self.results: list[str] = []
@@ -76,7 +78,7 @@ class Robot:
             rate = (self.gyro_noise, 0.0, 0.0)
             imu = ImuInput(*stamp, rate, (x, y, z + self._noise))
             self.take(self.controller.receive("imu/data", lambda: imu))
-        joints = JointInput(sec, nanosec, NAMES, self.pose, [])
+        joints = JointInput(sec, nanosec, NAMES, self.pose, [], self.joints_waited)
         self.take(self.controller.receive("joint_states", lambda: joints))
 
     def drive(self, x: float) -> None:
@@ -90,10 +92,15 @@ class Robot:
         return {report.name: report for report in self.controller.reports()}
 
 
-def test_a_tick_that_takes_too_long_is_counted_and_reported(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("waited", "level"),
+    [pytest.param(0.0, Level.OK, id="lockstep"), pytest.param(0.02, Level.WARN, id="in time")],
+)
+def test_a_tick_that_takes_too_long_is_reported_unless_the_robot_waits_for_it(
+    waited: float, level: Level, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot = Robot()
+    robot.joints_waited = waited
     robot.tick(20)
     assert robot.reports()["walk"].values["deadline misses"] == "0"
     step = Gait.step
@@ -107,8 +114,10 @@ def test_a_tick_that_takes_too_long_is_counted_and_reported(
         robot.tick(3)
     report = robot.reports()["walk"]
     assert report.values["deadline misses"] == "3"
-    assert report.level == Level.WARN
-    assert "took longer than 0.01 s" in report.message
+    assert report.level == level
+    assert ("took longer than 0.01 s" in report.message) == (level == Level.WARN)
+    robot.tick(1)
+    robot.reports()
     robot.tick(5)
     report = robot.reports()["walk"]
     assert report.level == Level.OK
@@ -380,6 +389,7 @@ def test_ticks_that_take_too_long_for_half_an_hour_are_few_lines(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     robot = Robot()
+    robot.joints_waited = 0.5
 
     def slow(_gait: Gait, frame: SensorFrame, _command: object) -> JointTargets:
         robot.now += 1.0
@@ -398,6 +408,31 @@ def test_repeated_joint_states_are_answered_and_are_few_lines() -> None:
     assert len(robot.sent) == 60
     assert len(robot.log) == 1
     assert "again'; allowed: a later stamp" in robot.log[0]
+
+
+def test_a_robot_that_asks_for_its_answer_again_is_no_fault() -> None:
+    robot = Robot()
+    robot.tick(10)
+    for _ in range(20):
+        robot.now += 0.25
+        robot.send()
+    assert len(robot.sent) == 30
+    assert robot.log == []
+    assert robot.reports()["sensors"].values["rejected joint_states"] == "20"
+
+
+def test_a_driver_that_is_late_again_and_again_is_few_lines() -> None:
+    robot = Robot()
+    robot.tick(100)
+    for _ in range(300):
+        robot.drive(0.1)
+        robot.tick(60)
+        robot.take(robot.controller.watch())
+    stops = [text for text in robot.log if "the robot stops" in text]
+    assert 2 <= len(stops) < 8
+    assert sum(text == "cmd_vel arrives again" for text in robot.log) in (
+        len(stops), len(stops) - 1,
+    )  # fmt: skip
 
 
 def test_an_outage_of_the_imu_is_logged_when_it_begins_and_ends() -> None:

@@ -9,7 +9,6 @@ from nao_lipm_gait.runtime.diagnostics import (
     PublisherCounts,
     PublisherWatch,
     Throttle,
-    TickStatistics,
 )
 
 
@@ -58,6 +57,18 @@ def test_throttle_does_not_grow_with_hostile_keys() -> None:
     for i in range(100_000):
         throttle.allow(str(i), 0.0)
     assert throttle.allow("0", 0.0) == 0, "forgotten"
+
+
+def test_the_end_of_events_of_which_few_were_held_back_is_no_line() -> None:
+    clock = Clock()
+    diagnostics = Diagnostics(clock)
+    for _ in range(3):
+        diagnostics.event(SENSORS, Level.WARN, "spike", "a spike")
+    clock.now += 2 * Throttle.QUIET
+    diagnostics.watch()
+    assert lines(diagnostics) == ["a spike"]
+    diagnostics.event(SENSORS, Level.WARN, "spike", "a spike")
+    assert lines(diagnostics) == ["a spike (2 more like it)"]
 
 
 def test_events_that_were_held_back_are_reported_as_over_once() -> None:
@@ -138,17 +149,3 @@ def test_a_sender_of_another_message_type_is_logged_once() -> None:
     assert watched(wrong, PublisherCounts(), seconds=5) == [
         "cmd_vel: got TwistStamped", "every sender of cmd_vel uses the right type",
     ]  # fmt: skip
-
-
-# -- tick times ------------------------------------------------------------------------------------
-
-
-def test_tick_summary_is_of_the_time_since_the_last_one() -> None:
-    ticks = TickStatistics()
-    assert ticks.summarize() is None
-    for duration in range(100, 0, -1):
-        ticks.add(float(duration))
-    summary = ticks.summarize()
-    assert summary is not None
-    assert (summary.count, summary.p50, summary.p99, summary.maximum) == (100, 50.0, 99.0, 100.0)
-    assert ticks.summarize() is None
