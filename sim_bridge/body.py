@@ -186,6 +186,24 @@ class Body:
             sole_rotation=(left_rotation.copy(), right_rotation.copy()),
         )
 
+    def link_poses(
+        self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """Position (3,) [m] and rotation (3, 3) in the world of each of `links`.
+
+        Args:
+            torso_position: (3,) [m] in the world.
+            torso_rotation: (3, 3), torso to world.
+            joints: (n,) [rad] true angles.
+        """
+        self._configure(torso_position, torso_rotation, joints)
+        pin.forwardKinematics(self._model, self._data, self._configuration)
+        poses = []
+        for link in self.links:
+            placement = self._placement(link)
+            poses.append((placement.translation.copy(), placement.rotation.copy()))
+        return poses
+
     def lowest_point(self, torso_rotation: FloatArray, joints: FloatArray) -> float:
         """[m] height of the lowest point of all shapes, with the torso's origin at height 0."""
         lowest = math.inf
@@ -228,9 +246,7 @@ class Body:
         model, data = self._model, self._data
         pin.forwardKinematics(model, data, self._configuration)
         for link in self.links:
-            placement = data.oMi[model.getJointId(link.joint) if link.joint else 1]
-            if not link.joint:
-                placement = placement * self._torso_in_root
+            placement = self._placement(link)
             for shape in link.collision:
                 yield placement, shape
 
@@ -240,6 +256,12 @@ class Body:
             placement = pin.updateFramePlacement(self._model, self._data, frame)
             for point in sole.points:
                 yield placement.act(point)
+
+    def _placement(self, link: Link) -> pin.SE3:
+        """Of a link in the world, after forward kinematics."""
+        if not link.joint:
+            return self._data.oMi[1] * self._torso_in_root
+        return self._data.oMi[self._model.getJointId(link.joint)]
 
     def _configure(
         self, torso_position: FloatArray, torso_rotation: FloatArray, joints: FloatArray

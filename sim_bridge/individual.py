@@ -45,6 +45,11 @@ class Individual:
     motor_strength: float
 
 
+def stream(seed: int, name: str) -> np.random.Generator:
+    """The random stream of one property of the robot number `seed`."""
+    return np.random.default_rng([seed, crc32(name.encode())])
+
+
 def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individual:
     """Draw the robot number `seed` of this plant; -1 is the nominal robot.
 
@@ -59,14 +64,11 @@ def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individ
     variation, sensors = plant.variation, plant.sensors
     nominal = seed == NOMINAL
 
-    def stream(name: str) -> np.random.Generator:
-        return np.random.default_rng([seed, crc32(name.encode())])
-
     def normal(name: str, std: float, size: int) -> FloatArray:
-        return np.zeros(size) if nominal else stream(name).normal(0.0, std, size)
+        return np.zeros(size) if nominal else stream(seed, name).normal(0.0, std, size)
 
     def uniform(name: str, span: tuple[float, float] | None, otherwise: float) -> float:
-        return otherwise if nominal or span is None else float(stream(name).uniform(*span))
+        return otherwise if nominal or span is None else float(stream(seed, name).uniform(*span))
 
     zero = {
         joint: float(normal(f"joint_zero/{joint}", variation.joint_zero_std, 1)[0])

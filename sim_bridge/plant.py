@@ -207,6 +207,27 @@ class SoleDesign(Settings):
 
 
 @attrs.frozen
+class CameraPlant(Settings):
+    """The cameras; how they differ is drawn for each camera of each individual."""
+
+    delay: float = number(
+        0.1, 0.0, 1.0, "s", "Time from exposure until the image can be used."
+    )
+    noise: float = number(
+        3.0, 0.0, 64.0, "grey levels", "Standard deviation of a pixel's noise, of 255."
+    )
+    exposure: float = number(
+        1.25, 1.0, 4.0, "", "Largest factor on the brightness; the smallest is its inverse."
+    )
+    white_balance: float = number(
+        1.1, 1.0, 2.0, "", "Largest factor on red and on blue; the smallest is its inverse."
+    )
+    vignette: tuple[float, float] = schema.field(
+        Interval(Number(0.0, 0.9)), (0.1, 0.3), "Share of the light that a corner loses."
+    )
+
+
+@attrs.frozen
 class Plant(Settings):
     """A complete description of one kind of simulated robot and its floor."""
 
@@ -218,6 +239,7 @@ class Plant(Settings):
     variation: Variation = group(Variation)
     terrain: Terrain = group(Terrain, Terrain())
     sole: SoleDesign = group(SoleDesign, SoleDesign())
+    camera: CameraPlant = group(CameraPlant, CameraPlant())
 
 
 PlantValue = float | bool | str | tuple[float, float] | None

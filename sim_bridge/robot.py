@@ -12,6 +12,13 @@ from nao_lipm_gait.geometry import ORIGIN, rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray, JointTargets, Pose2, SensorFrame
 from sim_bridge.body import Body
+from sim_bridge.cameras.camera import (
+    CameraImage,
+    CameraSettings,
+    Render,
+    SimulatedCamera,
+    make_cameras,
+)
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines.backend import make_robot_model
 from sim_bridge.motors import Setpoints, TorqueLimits
@@ -129,11 +136,17 @@ class SimulatedRobot:
         body: masses, joints and shapes of this individual.
         individual: the errors of this robot.
         start: where a reset puts the robot.
+        cameras: its cameras, in the order of its description; empty in a world without.
         last_command: the last accepted joint targets since the start; None = none yet.
     """
 
     def __init__(
-        self, spec: RobotSpec, plant: Plant, ground: tuple[Prism, ...], control_period: int
+        self,
+        spec: RobotSpec,
+        plant: Plant,
+        ground: tuple[Prism, ...],
+        control_period: int,
+        cameras: CameraSettings | None = None,
     ) -> None:
         """Draw the individual and prepare its motors and sensors.
 
@@ -142,9 +155,10 @@ class SimulatedRobot:
             plant: kind of robot and floor.
             ground: prisms that rise above the floor.
             control_period: [ns], a multiple of the plant's physics step.
+            cameras: settings of its cameras; None = without cameras.
 
         Raises:
-            NaoGaitError: a value of `spec` is not allowed.
+            NaoGaitError: a value of `spec` is not allowed, or the robot has no camera.
         """
         if spec.start_state not in START_STATES:
             raise NaoGaitError("start_state", spec.start_state, ", ".join(START_STATES))
@@ -168,6 +182,11 @@ class SimulatedRobot:
             self.plant, self.individual, self.body, noise, control_period / _SECOND
         )
         self._delay_line: DelayLine[Reading] = DelayLine(round(delay * _SECOND))
+        self.cameras: tuple[SimulatedCamera, ...] = ()
+        if cameras is not None:
+            self.cameras = make_cameras(
+                spec.robot, self.plant, cameras, seed=spec.seed, noise_seed=noise
+            )
         self.last_command: JointTargets | None = None
         self._stiffness: float | FloatArray = 1.0
         self._no_push = np.zeros(3)
@@ -220,6 +239,10 @@ class SimulatedRobot:
         """
         readings = self._delay_line.coming(self._time, self._period)
         return [None if reading is None else reading.frame for reading in readings]
+
+    def images(self) -> list[CameraImage | None]:
+        """The newest image of each camera that has passed its delay; None before the first one."""
+        return [camera.newest(self._time) for camera in self.cameras]
 
     def push(self, force: FloatArray, duration: float) -> None:
         """Push the torso at its centre of mass, from the next physics step on.
@@ -302,6 +325,8 @@ class SimulatedRobot:
         self._sensors.reset()
         self._delay_line.clear()
         self._slip = np.full(2, math.nan)
+        for camera in self.cameras:
+            camera.restart(time)
         self._record(time, state)
 
     def new_faults(self) -> tuple[FloatArray, float | None] | None:
@@ -324,6 +349,16 @@ class SimulatedRobot:
         """Take the state at the end of a control period, at `time` [ns], and sample the sensors."""
         self._slip = _slip(self._state, state, self._period / _SECOND)
         self._record(time, state)
+
+    @property
+    def state(self) -> TrueState:
+        """The last observed state."""
+        return self._state
+
+    def expose(self, render: Render) -> None:
+        """Let the cameras expose the images that are due; `render` shows the world as it is now."""
+        for camera in self.cameras:
+            camera.observe(self._time, self._state, render)
 
     def _record(self, time: int, state: TrueState) -> None:
         self._time, self._state = time, state

@@ -11,6 +11,7 @@ from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import Point2
 from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball, BallState, ball_position
+from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.engines.registry import make_backend
 from sim_bridge.places import check_free, check_places
 from sim_bridge.plant import Plant
@@ -48,6 +49,7 @@ class World:
         control_period: float = 0.01,
         gui: bool = False,
         visual: bool = False,
+        cameras: CameraSettings | None = None,
         ball: Ball | None = None,
         scene: Scene | None = None,
     ) -> None:
@@ -59,13 +61,14 @@ class World:
             engine: `pybullet` or `mujoco`.
             control_period: [s], a multiple of the plant's physics step.
             gui: open the engine's own window.
-            visual: with what can be seen, for pictures; always so with `gui`.
+            visual: with what can be seen, for pictures; always so with `gui` or cameras.
+            cameras: settings of the robots' cameras; None = without cameras.
             ball: ball on a floor without a scene; None = none.
             scene: field, goals, poles and ball; None = a plain floor.
 
         Raises:
             NaoGaitError: an argument is not allowed, robots overlap, or the engine cannot honour
-                the plant.
+                the plant or render images.
         """
         step = round(plant.physics.step * _SECOND)
         period = round(control_period * _SECOND) if math.isfinite(control_period) else 0
@@ -82,17 +85,21 @@ class World:
         self.surroundings = (
             Surroundings(ground, ball) if scene is None else scene.surroundings(ground)
         )
-        self.robots = tuple(SimulatedRobot(spec, plant, ground, period) for spec in robots)
+        self.robots = tuple(
+            SimulatedRobot(spec, plant, ground, period, cameras) for spec in robots
+        )
         check_places(self.robots, self.surroundings)
         self._engine = make_backend(
             engine,
             [robot.model for robot in self.robots],
             self.surroundings,
             gui=gui,
-            visual=visual,
+            visual=visual or cameras is not None,
         )
         self.time = 0
         self.reset()
+        if cameras is not None:
+            self._check_rendering()
 
     @classmethod
     def single(
@@ -107,11 +114,20 @@ class World:
         control_period: float = 0.01,
         gui: bool = False,
         start_state: str = "stand",
+        cameras: CameraSettings | None = None,
         ball: Ball | None = None,
     ) -> Self:
         """A world with one robot; `RobotSpec` and the constructor explain the arguments."""
         spec = RobotSpec(robot, robot_seed, noise_seed, sensor_delay, start_state)
-        return cls(plant, [spec], engine=engine, control_period=control_period, gui=gui, ball=ball)
+        return cls(
+            plant,
+            [spec],
+            engine=engine,
+            control_period=control_period,
+            gui=gui,
+            cameras=cameras,
+            ball=ball,
+        )
 
     @classmethod
     def of_scene(
@@ -125,6 +141,7 @@ class World:
         control_period: float = 0.01,
         gui: bool = False,
         visual: bool = False,
+        cameras: CameraSettings | None = None,
     ) -> Self:
         """The world of a scene; `RobotSpec` and the constructor explain the arguments."""
         return cls(
@@ -134,6 +151,7 @@ class World:
             control_period=control_period,
             gui=gui,
             visual=visual,
+            cameras=cameras,
             scene=scene,
         )
 
@@ -217,6 +235,17 @@ class World:
         self.time += self.control_period
         for robot, state in zip(self.robots, self._engine.observe(), strict=True):
             robot.observe(self.time, state)
+        for robot in self.robots:
+            robot.expose(self._engine.render)
+
+    def _check_rendering(self) -> None:
+        """Render an image; NaoGaitError if something is missing for it."""
+        robot = self.robots[0]
+        try:
+            self._engine.render(robot.cameras[0].view(robot.state))
+        except NaoGaitError:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Free the engine; may be called more than once."""

@@ -150,8 +150,8 @@ def test_core_knows_no_ros_and_no_physics():
 SHARED_WITH_THE_BRIDGE = {
     f"nao_lipm_gait.{name}"
     for name in (
-        "errors", "geometry", "resources", "robot", "schema", "types", "ros.messages",
-        "ros.parameters", "ros.process", "runtime.diagnostics", "runtime.inputs",
+        "errors", "geometry", "resources", "robot", "robot.camera", "schema", "types",
+        "ros.messages", "ros.parameters", "ros.process", "runtime.diagnostics", "runtime.inputs",
     )
 }  # fmt: skip
 

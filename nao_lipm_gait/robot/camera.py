@@ -17,6 +17,9 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.description import RobotDescription
 from nao_lipm_gait.types import FloatArray
 
+RgbImage = NDArray[np.uint8]
+"""(height, width, 3) red, green, blue; the first row is the upper one."""
+
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:

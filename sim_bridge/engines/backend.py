@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
 from sim_bridge.body import Body
@@ -97,6 +98,15 @@ class Backend(Protocol):
 
     def put_ball(self, position: FloatArray, velocity: FloatArray) -> None:
         """Put the ball at (3,) [m] in the world, with (3,) [m/s] of its centre and no spin."""
+
+    def render(self, view: CameraView) -> RgbImage:
+        """The world as last observed, as a camera in the world frame images it, without effects.
+
+        Only in a world with what can be seen.
+
+        Raises:
+            NaoGaitError: what the engine needs for images is not installed.
+        """
 
     def close(self) -> None:
         """Free the engine; may be called more than once."""

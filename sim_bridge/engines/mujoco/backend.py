@@ -7,10 +7,12 @@ import mujoco
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
 from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.mujoco.model import MujocoModel
+from sim_bridge.engines.mujoco.pictures import MujocoPictures
 from sim_bridge.engines.mujoco.robot_state import MujocoRobot
 from sim_bridge.engines.mujoco.scene import ball_state, put_ball
 from sim_bridge.state import StartState, StepInput, TrueState
@@ -62,6 +64,7 @@ class MujocoBackend:
             self.data.warning[int(kind)]
             for kind in (warnings.mjWARN_BADQPOS, warnings.mjWARN_BADQVEL, warnings.mjWARN_BADQACC)
         ]
+        self._pictures: MujocoPictures | None = None
         self._shown = 0.0
         self._viewer = _open_viewer(self.model, self.data) if gui else None
 
@@ -110,6 +113,20 @@ class MujocoBackend:
         """See `Backend`."""
         put_ball(self.data, position, velocity)
 
+    def render(self, view: CameraView) -> RgbImage:
+        """See `Backend`."""
+        if self._pictures is None or not self._pictures.fits(view):
+            self._close_pictures()
+            pinhole = view.intrinsics
+            self._pictures = MujocoPictures(self.model, pinhole.width, pinhole.height)
+            mujoco.mj_camlight(self.model, self.data)
+        return self._pictures.render(self.data, view)
+
+    def _close_pictures(self) -> None:
+        if self._pictures is not None:
+            self._pictures.close()
+            self._pictures = None
+
     def _show(self, viewer: Any) -> None:
         if self.data.time < self._shown:  # after a reset
             self._shown = 0.0
@@ -119,6 +136,7 @@ class MujocoBackend:
 
     def close(self) -> None:
         """See `Backend`."""
+        self._close_pictures()
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None

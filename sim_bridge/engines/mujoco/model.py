@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import mujoco
 
 from sim_bridge.engines.backend import RobotModel
+from sim_bridge.engines.mujoco.pictures import add_background
 from sim_bridge.engines.mujoco.robot import RobotParts
 from sim_bridge.engines.mujoco.scene import FIXTURE_BIT, ROBOT_BIT, add_ball, add_surroundings
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
@@ -60,6 +61,8 @@ class MujocoModel:
         option.disableflags = flags.mjDSBL_AUTORESET
         if len(robots) == 1:
             option.disableflags |= flags.mjDSBL_ISLAND  # one robot is one island
+        if visual:
+            add_background(spec)
         add_surroundings(spec, surroundings, step=physics.step, visible=visual)
         fixed = FIXTURE_BIT if surroundings.fixtures else 0
         parts = []

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
 from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.pybullet.library import bullet, silenced
+from sim_bridge.engines.pybullet.pictures import PyBulletPictures
 from sim_bridge.engines.pybullet.robot_state import PyBulletRobot, refuse
 from sim_bridge.engines.pybullet.scene import (
     FIXTURE,
@@ -50,7 +52,7 @@ class PyBulletBackend:
             robots: the individuals, at least one.
             surroundings: what is around them.
             gui: open PyBullet's window.
-            visual: with what can be seen; always so with `gui`.
+            visual: images can be rendered, which is always so.
 
         Raises:
             NaoGaitError: PyBullet cannot honour an option of the plant, or the window cannot be
@@ -59,7 +61,9 @@ class PyBulletBackend:
         plant = robots[0].plant
         refuse(plant)
         self._physics, self._surroundings = plant.physics, surroundings
-        self._gui, self._visual = gui, gui or visual
+        self._gui, self._bodies = gui, [robot.body for robot in robots]
+        self._pictures: PyBulletPictures | None = None
+        self._observed: list[TrueState] = []
         with silenced():
             self.client: int = bullet.connect(bullet.GUI if gui else bullet.DIRECT)
         if self.client < 0:
@@ -83,18 +87,18 @@ class PyBulletBackend:
         with_ball = around.ball is not None
         set_physics(client, physics)
         floor = add_floor(client)
-        terrain = add_terrain(client, around.ground, collides=True, visible=self._visual)
-        if self._visual and around.carpet is None:
+        terrain = add_terrain(client, around.ground, collides=True, visible=self._gui)
+        if self._gui and around.carpet is None:
             add_tiles(client)
-        elif self._visual:
+        elif self._gui:
             add_pitch(client, around)
-        add_fixtures(client, around.fixtures, visible=self._visual, nets=self._gui)
+        add_fixtures(client, around.fixtures, visible=self._gui)
         bits = [ROBOT << index for index in range(len(self._robots))]
         for robot, bit in zip(self._robots, bits, strict=True):
             robot.build(
                 floor,
                 terrain,
-                visible=self._visual,
+                visible=self._gui,
                 ball=with_ball,
                 bit=bit,
                 meets=FIXTURE | sum(bits) & ~bit,
@@ -112,7 +116,14 @@ class PyBulletBackend:
 
     def observe(self) -> list[TrueState]:
         """See `Backend`."""
-        return [robot.observe() for robot in self._robots]
+        self._observed = [robot.observe() for robot in self._robots]
+        return self._observed
+
+    def render(self, view: CameraView) -> RgbImage:
+        """See `Backend`."""
+        if self._pictures is None:
+            self._pictures = PyBulletPictures(self._bodies, self._surroundings)
+        return self._pictures.render(view, self._observed, self.ball())
 
     def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
         """See `Backend`."""
@@ -138,6 +149,9 @@ class PyBulletBackend:
 
     def close(self) -> None:
         """See `Backend`."""
+        if self._pictures is not None:
+            self._pictures.close()
+            self._pictures = None
         if self.client >= 0:
             with contextlib.suppress(bullet.error):
                 bullet.disconnect(physicsClientId=self.client)

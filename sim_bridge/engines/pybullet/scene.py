@@ -169,14 +169,13 @@ def add_pitch(client: int, surroundings: Surroundings) -> None:
     _add_quads(client, lines, 0.0, (*COLORS["white"], 1.0))
 
 
-def add_fixtures(client: int, fixtures: Iterable[Fixture], *, visible: bool, nets: bool) -> None:
+def add_fixtures(client: int, fixtures: Iterable[Fixture], *, visible: bool) -> None:
     """Goals and poles.
 
     Args:
         client: of PyBullet.
         fixtures: what to add.
         visible: with visual shapes.
-        nets: those of the nets, too; PyBullet's renderer for cameras cannot see through them.
     """
     for fixture in fixtures:
         shape, net = fixture.shape, fixture.kind == "net"
@@ -192,7 +191,7 @@ def add_fixtures(client: int, fixtures: Iterable[Fixture], *, visible: bool, net
             seen = {"radius": radius, "length": length}
         collision = bullet.createCollisionShape(kind, physicsClientId=client, **size)
         visual = -1
-        if visible and (nets or not net):
+        if visible:
             visual = bullet.createVisualShape(
                 kind, rgbaColor=shape.color, physicsClientId=client, **seen
             )

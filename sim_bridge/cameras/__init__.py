@@ -1,0 +1,1 @@
+"""Cameras of the simulated robots, without the engine that renders their images."""

@@ -1,0 +1,146 @@
+"""A camera of a simulated robot: when it exposes, and when its image can be used."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import attrs
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics, RgbImage
+from nao_lipm_gait.schema import Settings, number
+from sim_bridge.cameras.effects import ImageEffects
+from sim_bridge.delay_line import DelayLine
+from sim_bridge.plant import Plant
+from sim_bridge.state import TrueState
+
+Render = Callable[[CameraView], RgbImage]
+"""Renders the world as a camera in the world frame images it."""
+_SECOND = 1_000_000_000
+
+
+@attrs.frozen
+class CameraSettings(Settings):
+    """Of all cameras of a world."""
+
+    rate: float = number(10.0, 0.1, 100.0, "Hz", "Images per second.")
+    width: int = number(320, 16, 1920, "px", "Columns of an image.", whole=True)
+    height: int = number(240, 16, 1440, "px", "Rows of an image.", whole=True)
+    delay: float | None = number(
+        None, 0.0, 1.0, "s", "Age of an image when it can be used; null = the plant's."
+    )
+    noise: float | None = number(
+        None, 0.0, 64.0, "grey levels", "Standard deviation of the noise; null = the plant's."
+    )
+
+
+class CameraImage(NamedTuple):
+    """An image.
+
+    Attributes:
+        stamp: [ns] time of the exposure.
+        pixels: (h, w, 3) red, green, blue.
+    """
+
+    stamp: int
+    pixels: RgbImage
+
+
+class SimulatedCamera:
+    """One camera of one robot.
+
+    Attributes:
+        name: name of the camera.
+        model: pinhole and pose in the torso.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        name: str,
+        plant: Plant,
+        settings: CameraSettings,
+        *,
+        seed: int,
+        noise_seed: int,
+        phase: float,
+    ) -> None:
+        """Draw the camera of one individual.
+
+        Args:
+            robot: the robot.
+            name: one of its cameras.
+            plant: errors and delay.
+            settings: rate and size of the images.
+            seed: number of the individual; -1 = nominal.
+            noise_seed: of the noise.
+            phase: share of a period by which it exposes before a multiple of the period.
+        """
+        intrinsics = Intrinsics.from_fov(settings.width, settings.height, robot.cameras[name].hfov)
+        errors = plant.camera
+        if settings.noise is not None:
+            errors = attrs.evolve(errors, noise=settings.noise)
+        delay = errors.delay if settings.delay is None else settings.delay
+        self.name = name
+        self.model = CameraModel(robot, name, intrinsics)
+        self._effects = ImageEffects(errors, name, seed, noise_seed, intrinsics)
+        self._delay_line: DelayLine[CameraImage] = DelayLine(round(delay * _SECOND))
+        self._period = round(_SECOND / settings.rate)
+        self._lead = round(phase * self._period)
+        self._due = 0
+
+    def restart(self, time: int) -> None:
+        """Forget all images; the first exposure is at most one period after `time` [ns]."""
+        self._delay_line.clear()
+        self._due = time + self._period - self._lead
+
+    def observe(self, time: int, state: TrueState, render: Render) -> None:
+        """Expose an image at `time` [ns] if one is due; call it once per control period.
+
+        Exposures are due at even intervals and happen at the first call from then on.
+        """
+        if time < self._due:
+            return
+        self._due += self._period * (1 + (time - self._due) // self._period)
+        pixels = self._effects.apply(render(self.view(state)), time)
+        self._delay_line.put(time, CameraImage(time, pixels))
+
+    def view(self, state: TrueState) -> CameraView:
+        """Where the camera truly is, in the world."""
+        return self.model.view(state.joint_position, state.torso_position, state.torso_matrix)
+
+    def newest(self, time: int) -> CameraImage | None:
+        """The newest image that has passed the delay at `time` [ns]; None before the first one."""
+        return self._delay_line.newest(time)
+
+
+def make_cameras(
+    robot: RobotDescription, plant: Plant, settings: CameraSettings, *, seed: int, noise_seed: int
+) -> tuple[SimulatedCamera, ...]:
+    """All cameras of a robot; they expose one after the other, not at the same time.
+
+    Args:
+        robot: the robot.
+        plant: errors and delay.
+        settings: rate and size of the images.
+        seed: number of the individual; -1 = nominal.
+        noise_seed: of the noise.
+
+    Raises:
+        NaoGaitError: the robot has no camera.
+    """
+    if not robot.cameras:
+        allowed = f"false: {robot.urdf_path} has no optical frame of a camera"
+        raise NaoGaitError("cameras", True, allowed)
+    return tuple(
+        SimulatedCamera(
+            robot,
+            name,
+            plant,
+            settings,
+            seed=seed,
+            noise_seed=noise_seed,
+            phase=index / len(robot.cameras),
+        )
+        for index, name in enumerate(robot.cameras)
+    )
