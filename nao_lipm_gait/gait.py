@@ -9,7 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration, SensorCorrection
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
+from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
 from nao_lipm_gait.geometry import ORIGIN
 from nao_lipm_gait.head.gaze import PAN, TILT
@@ -66,9 +69,11 @@ class Gait:
         parameters: Parameters of the gait.
         control_period: Time [s] between two sensor frames.
         motions: Motions of this robot; None = the shipped ones, read when one is first requested.
+        calibration: Known constant errors of its sensors.
 
     Attributes:
         robot: Robot to walk with.
+        levelling: Relative tilt of the soles, learned while the robot walks. It outlives a reset.
     """
 
     def __init__(
@@ -77,9 +82,12 @@ class Gait:
         parameters: GaitParameters,
         control_period: float = 0.01,
         motions: MotionLibrary | None = None,
+        calibration: Calibration = NOT_CALIBRATED,
     ) -> None:
         self.robot = robot
         self._library = motions
+        self._calibration = calibration
+        self._correction = SensorCorrection(robot, calibration)
         self._parameters = parameters
         self._pending: GaitParameters | None = None
         self._dt = self._elapsed = control_period
@@ -88,6 +96,13 @@ class Gait:
         self._limits = JointLimits(robot)
         self._head = HeadControl(robot)
         self._requests = Requests()
+        self.levelling = SoleLevelling(
+            sole_springs(robot.sole_corners, self._body.total_mass),
+            calibration.sole_pitch,
+            calibration.sole_roll,
+            known=calibration != NOT_CALIBRATED,
+        )
+        self._alignment = StandAlignment()
         self.reset()
 
     def reset(self) -> None:
@@ -95,7 +110,7 @@ class Gait:
         p = self._parameters = self._pending or self._parameters
         self._pending = None
         self._walk = make_walk(p, self._dt)
-        self._estimator = StateEstimator(self._body, p, self._dt)
+        self._estimator = StateEstimator(self._body, p, self._dt, self.levelling, self._alignment)
         motions = MotionScheduler(self.robot, self._library)
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
         self._heading_hold = HeadingHold()
@@ -129,6 +144,9 @@ class Gait:
         Returns:
             Joint targets inside the joint limits.
         """
+        # Constant errors of the sensors.
+        frame = self._correction.sensed(frame)
+
         # Missed ticks: the robot moved on while frames were lost, and so does the pendulum.
         missed = self._missed_ticks(frame)
         for _ in range(missed):
@@ -142,6 +160,7 @@ class Gait:
         # State estimation: torso orientation, measured CoM (11), odometry.
         settled = self._modes.state is STAND and not self._blend.active
         self._estimator.update(frame, expected, self._modes.state, dt, settled=settled)
+        self._correction.set_soles(self.levelling.applied_pitch, self.levelling.applied_roll)
 
         # Modes.
         gets_up = self._parameters.get_up
@@ -197,8 +216,7 @@ class Gait:
 
         # Head, joint limits.
         self._turn_head(position)
-        self._clip(position, frame)
-        return JointTargets(frame.stamp, position)
+        return JointTargets(frame.stamp, self._for_motors(position, frame))
 
     # -- parts of the tick -------------------------------------------------------------------------
 
@@ -287,12 +305,16 @@ class Gait:
         if not self._head.is_free:
             self._head.apply(position, self._estimator.torso_place, self._elapsed)
 
-    def _clip(self, position: FloatArray, frame: SensorFrame) -> None:
-        """Clip joint targets (n,) [rad] at the joint limits in angle and speed, in place."""
-        self._clipped = self._limits.cut(position)
-        before = self._measured_position(frame) if self._sent is None else self._sent
-        self._limits.slow_down(position, before, self._elapsed)
-        self._last_position = self._sent = position
+    def _for_motors(self, position: FloatArray, frame: SensorFrame) -> FloatArray:
+        """Joint targets (n,) [rad] of the motors: with their offsets, inside the joint limits."""
+        targets = self._correction.for_motors(position)
+        self._clipped = self._limits.cut(targets)
+        if self._sent is None:
+            self._sent = self._correction.for_motors(self._measured_position(frame))
+        self._limits.slow_down(targets, self._sent, self._elapsed)
+        self._sent = targets
+        self._last_position = self._correction.for_model(targets)
+        return targets
 
     def _motion_targets(self, frame: SensorFrame) -> JointTargets:
         """Targets of the running motion."""
@@ -303,12 +325,10 @@ class Gait:
         else:
             self._turn_head(targets.position)
         self._residual = 0.0
-        self._clip(targets.position, frame)
+        position = self._for_motors(targets.position, frame)
         lowest = float(np.min(targets.stiffness))
         uniform = lowest == float(np.max(targets.stiffness))
-        return JointTargets(
-            frame.stamp, targets.position, lowest, None if uniform else targets.stiffness
-        )
+        return JointTargets(frame.stamp, position, lowest, None if uniform else targets.stiffness)
 
     def _limp_targets(self, frame: SensorFrame) -> JointTargets:
         """The measured pose without torque."""
@@ -316,7 +336,8 @@ class Gait:
         self._residual = 0.0
         self._clipped = 0
         self._last_position = None
-        self._sent = self._measured_position(frame)
+        self._sent = self._correction.for_motors(self._measured_position(frame))
+        self._limits.cut(self._sent)
         return JointTargets(frame.stamp, self._sent, stiffness=0.0)
 
     def _measured_position(self, frame: SensorFrame) -> FloatArray:
@@ -405,6 +426,20 @@ class Gait:
     def state(self) -> GaitState:
         """Current mode."""
         return self._modes.state
+
+    @property
+    def calibration(self) -> Calibration:
+        """The constant errors of the sensors, by all that has been measured so far."""
+        c, stand = self._calibration, self._alignment
+        return Calibration(
+            sole_pitch=self.levelling.pitch,
+            sole_roll=self.levelling.roll,
+            imu_roll=c.imu_roll + stand.roll,
+            imu_pitch=c.imu_pitch + stand.pitch,
+            gyro_bias_x=c.gyro_bias_x + stand.gyro[0],
+            gyro_bias_y=c.gyro_bias_y + stand.gyro[1],
+            gyro_bias_z=c.gyro_bias_z + stand.gyro[2],
+        )
 
     @property
     def gyro_bias_sigma(self) -> float:

@@ -223,6 +223,12 @@ class GaitParameters(Settings):
         "Time constant of the correction of the torso's tilt by the flat stance sole.",
     )
 
+    level_soles: bool = switch(
+        True,
+        "Learn by how much the soles are not parallel (encoder offsets) and correct both ankles.",
+        section="Sole levelling",
+    )
+
     gyro_pitch_gain: float = number(
         0.02, -0.2, 0.2, "s", "k_p from the pitch rate to the pitch of the support ankle.",
         section="Posture",

@@ -39,6 +39,7 @@ import numpy as np
 
 from gait_lab.analysis.metrics import has_fallen, yaw_of
 from gait_lab.compiled import check_fresh
+from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
@@ -68,6 +69,7 @@ class TrialSpec:
         robot_seed: The individual; -1 is the nominal robot.
         noise_seed: Seed of the sensor noise, and of what else a trial draws at random.
         parameters: Parameters of the gait.
+        calibration: Known constant errors of the robot's sensors.
         plant: Name or file of the plant.
         plant_options: Replaced options of the plant: (("motor.play", 0.035), ...).
         urdf: Name or file of the robot.
@@ -78,6 +80,7 @@ class TrialSpec:
     robot_seed: int = 0
     noise_seed: int = 0
     parameters: GaitParameters = field(default_factory=GaitParameters)
+    calibration: Calibration = NOT_CALIBRATED
     plant: str = "reference"
     plant_options: tuple[PlantOption, ...] = ()
     urdf: str = "nao_h21_v33"
@@ -125,7 +128,7 @@ def make_world(
 def make_gait(spec: TrialSpec) -> Gait:
     """The gait of a trial; NaoGaitError if its compiled form is out of date."""
     check_fresh()
-    return Gait(loaded_robot(spec.urdf), spec.parameters)
+    return Gait(loaded_robot(spec.urdf), spec.parameters, calibration=spec.calibration)
 
 
 def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
@@ -399,9 +402,7 @@ class WalkerController:
     as many control periods. Each then works from caches that the other has not emptied.
     """
 
-    def __init__(
-        self, world: World, robot: SimulatedRobot, walker: Walker, policy: Policy
-    ) -> None:
+    def __init__(self, world: World, robot: SimulatedRobot, walker: Walker, policy: Policy) -> None:
         """Ask for the first command.
 
         Args:

@@ -14,6 +14,8 @@ from nao_lipm_gait.estimation.com_measurement import (
 from nao_lipm_gait.estimation.fall_detection import FallDetector, TippingDetector
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
+from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
+from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
 from nao_lipm_gait.estimation.yaw_slip import YawSlipFromLean, YawSlipFromYawGyro
 from nao_lipm_gait.geometry import as_point
@@ -25,6 +27,7 @@ from nao_lipm_gait.types import (
     GRAVITY,
     IN_MOTION,
     LEFT,
+    WALK,
     GaitState,
     Point3,
     SensorFrame,
@@ -53,6 +56,8 @@ class StateEstimator:
         body: Kinematics and mass distribution of the robot.
         parameters: Parameters of the gait.
         period: Time [s] between two frames if none is lost.
+        levelling: Learns the relative tilt of the soles.
+        alignment: Measures the IMU against the soles.
 
     Attributes:
         orientation: Orientation of the torso relative to gravity.
@@ -64,7 +69,14 @@ class StateEstimator:
         lying_side: Side on which a robot that is down or in a motion has come to rest.
     """
 
-    def __init__(self, body: BodyModel, parameters: GaitParameters, period: float) -> None:
+    def __init__(
+        self,
+        body: BodyModel,
+        parameters: GaitParameters,
+        period: float,
+        levelling: SoleLevelling,
+        alignment: StandAlignment,
+    ) -> None:
         p = parameters
         self.orientation = TorsoOrientation(
             p.tilt_accelerometer_time, p.tilt_stance_time, STANCE_TILT_MAX
@@ -83,13 +95,13 @@ class StateEstimator:
         self._lying = LyingSideDetector()
         self._slip_from_yaw_gyro = YawSlipFromYawGyro()
         self._slip_from_lean = YawSlipFromLean()
+        self._levelling = levelling
+        self._alignment = alignment
 
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Change the parameters between two ticks."""
         p = self._p = parameters
-        self.orientation.set_times(
-            p.tilt_accelerometer_time, p.tilt_stance_time, STANCE_TILT_MAX
-        )
+        self.orientation.set_times(p.tilt_accelerometer_time, p.tilt_stance_time, STANCE_TILT_MAX)
 
     def begin(self, frame: SensorFrame) -> bool:
         """Initialise the orientation with the first frame; returns whether the robot lies."""
@@ -145,6 +157,18 @@ class StateEstimator:
             if self._p.push_acceleration
             else None
         )
+        if settled:
+            left, right = self._soles
+            self._alignment.update(rate, force, left.normal, right.normal, gyro_dt)
+        else:
+            self._alignment.restart()
+        if state is WALK and self._p.level_soles and self._p.feedback:
+            self._levelling.update(
+                support, sole, level.coordinates(com), level, rate, force,
+                self.odometry.velocity, gyro_dt,
+            )  # fmt: skip
+        else:
+            self._levelling.pause()
         if in_motion:
             return
         slip = 0.0

@@ -1,0 +1,93 @@
+"""Constant errors of one robot's sensors: what a calibration file holds, and their correction."""
+
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from nao_lipm_gait.geometry import as_point, float_view, rotate, rotation_from_rpy
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.schema import Settings, number, read_yaml
+from nao_lipm_gait.types import FloatArray, SensorFrame
+
+
+@attrs.frozen
+class Calibration(Settings):
+    """Constant errors of the sensors of one robot; all 0 for a robot that was not calibrated."""
+
+    sole_pitch: float = number(
+        0.0,
+        -0.2,
+        0.2,
+        "rad",
+        "Pitch of the left sole relative to the right one when the joint angles say parallel.",
+    )
+    sole_roll: float = number(
+        0.0, -0.2, 0.2, "rad", "Roll of the left sole relative to the right one, in the same way."
+    )
+    imu_roll: float = number(
+        0.0,
+        -0.2,
+        0.2,
+        "rad",
+        "Roll of the torso by the IMU minus that by the joint angles over level soles.",
+    )
+    imu_pitch: float = number(0.0, -0.2, 0.2, "rad", "The same for the pitch.")
+    gyro_bias_x: float = number(0.0, -0.5, 0.5, "rad/s", "Gyro about x at rest.")
+    gyro_bias_y: float = number(0.0, -0.5, 0.5, "rad/s", "Gyro about y at rest.")
+    gyro_bias_z: float = number(0.0, -0.5, 0.5, "rad/s", "Gyro about z at rest.")
+
+
+NOT_CALIBRATED = Calibration()
+
+
+def load_calibration(path: str | Path) -> Calibration:
+    """Read a calibration file; NaoGaitError names what is wrong with it."""
+    values = read_yaml(Path(path), "calibration")
+    return Calibration.from_mapping({} if values is None else values, f"calibration {path}: ")
+
+
+class SensorCorrection:
+    """Takes constant errors out of the sensors and puts them into the joint targets.
+
+    A relative tilt of the soles is shared by both ankles, because which joint causes it is unknown.
+
+    Args:
+        robot: The robot.
+        calibration: Its calibration.
+    """
+
+    def __init__(self, robot: RobotDescription, calibration: Calibration) -> None:
+        left, right = robot.left_leg, robot.right_leg
+        self._pitch = robot.index(left.ankle_pitch), robot.index(right.ankle_pitch)
+        self._roll = robot.index(left.ankle_roll), robot.index(right.ankle_roll)
+        self._offset = np.zeros(len(robot.joint_names))
+        c = calibration
+        self._imu = None
+        if (c.imu_roll, c.imu_pitch, c.gyro_bias_x, c.gyro_bias_y, c.gyro_bias_z) != (0.0,) * 5:
+            self._imu = rotation_from_rpy(c.imu_roll, c.imu_pitch, 0.0)
+        self._gyro_bias = np.array((c.gyro_bias_x, c.gyro_bias_y, c.gyro_bias_z))
+        self.set_soles(c.sole_pitch, c.sole_roll)
+
+    def set_soles(self, pitch: float, roll: float) -> None:
+        """Set pitch and roll [rad] of the left sole relative to the right one."""
+        offset = float_view(self._offset)
+        for (left, right), tilt in ((self._pitch, pitch), (self._roll, roll)):
+            offset[left], offset[right] = 0.5 * tilt, -0.5 * tilt
+
+    def sensed(self, frame: SensorFrame) -> SensorFrame:
+        """The frame without the constant errors."""
+        rate, force = frame.angular_velocity, frame.linear_acceleration
+        if self._imu is not None:
+            rate = np.array(rotate(self._imu, as_point(rate - self._gyro_bias)))
+            force = np.array(rotate(self._imu, as_point(force)))
+        position = frame.joint_position + self._offset
+        return SensorFrame(frame.stamp, position, frame.joint_velocity, rate, force)
+
+    def for_motors(self, position: FloatArray) -> FloatArray:
+        """Joint targets (n,) [rad] as the motors take them."""
+        return position - self._offset
+
+    def for_model(self, position: FloatArray) -> FloatArray:
+        """Joint targets (n,) [rad] of the motors as joint angles."""
+        return position + self._offset

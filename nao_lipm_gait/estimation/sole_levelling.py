@@ -1,0 +1,340 @@
+"""Relative tilt of the soles, learned while the robot steps.
+
+Encoder offsets tilt the soles of a robot against each other although it commands parallel soles.
+Two numbers matter: the pitch and the roll of the left sole relative to the right one, as the joint
+angles give it. From the middle of one single support to the middle of the next, the joint angles
+give one change of the torso's tilt, because the stance soles stand on the ground; the gyro gives
+another. The difference between the two has the sign of the leg, so a constant bias of the gyro
+does not matter:
+
+    difference = side (tilt - applied) - (stance tilt - stance tilt before)        side = +1, -1
+
+The stance tilt of a sole is not zero: soft ground yields under the zero moment point (ZMP), and a
+sole on four springs tilts in proportion to the distance of the ZMP from their center. `SoleSprings`
+has the factor for the expected ground. The ground's softness relative to it is learned from how the
+sole turns while the ZMP moves along it.
+
+Three scalar Kalman filters hold pitch, roll and softness, with one measurement for each single
+support. A measurement may be wrong by a constant (fast, sideways and turning walks); it is used
+only while the estimate is less certain than that.
+"""
+
+from collections.abc import Sequence
+from math import hypot, sqrt
+from typing import final
+
+from nao_lipm_gait.estimation.com_measurement import LevelFrame
+from nao_lipm_gait.estimation.yaw_slip import YawOverSole
+from nao_lipm_gait.geometry import cross, dot
+from nao_lipm_gait.rate_limiter import limited_step
+from nao_lipm_gait.types import GRAVITY, LEFT, Point2, Point3
+from nao_lipm_gait.whole_body.body_model import SolePose
+
+CORNER_STIFFNESS = 1e4
+"""Stiffness [N/m] of the expected ground under one corner of a sole."""
+TILT_SIGMA = 0.02
+"""Deviation [rad] of pitch and roll at first: encoder offsets of 0.5 deg in each joint."""
+TILT_MAX = 0.06
+"""Largest pitch and roll [rad] that is learned."""
+TILT_SIGMA_MIN = 0.0025
+"""Deviation [rad] below which pitch and roll are never taken for known, so learning goes on."""
+DIFFERENCE_SIGMA = 0.006
+"""Deviation [rad] of the measured difference from step to step."""
+MODEL_SHARE = 0.5
+"""Error of the measured difference as a share of the tilt that is not applied yet."""
+SOFTNESS_SIGMA = 0.25
+"""Deviation of the softness at first."""
+SOFTNESS_SIGMA_MIN = 0.03
+"""Deviation below which the softness is never taken for known: the robot may walk onto a carpet."""
+SOFTNESS_MIN, SOFTNESS_MAX = 0.2, 2.5
+OUTLIER = 3.0
+"""Innovation in its own deviations from which on a measurement counts less: pushes, bumps."""
+APPLY_RATE = 0.015
+"""Rate [rad/s] at which the learned tilt is applied."""
+SUPPORT_TIME_MIN, SUPPORT_TIME_MAX = 0.12, 0.6
+"""Durations [s] of a single support that can be used."""
+FIRST_STEPS = 3
+"""Number of single supports after the start of a walk that are not used."""
+MIDDLE_TICKS = 2
+"""Ticks before and after the middle of a single support whose mean is the ZMP there."""
+
+LANDING_TIME = 0.04
+"""Time [s] after which a new stance sole carries the whole robot."""
+ROCKING_TIME = 0.14
+"""Time [s] from then on in which the sole's rotation is compared with the ZMP."""
+ROCKING_LAG = 0.025
+"""Time constant [s] with which a sole on soft ground follows the ZMP."""
+ROCKING_SHARE = 0.87
+"""Measured rotation of the sole per movement of the measured ZMP, relative to `SoleSprings`;
+below 1 because the accelerometer measures the torso and not the CoM."""
+ROCKING_SIGMA = 0.002
+"""Deviation [rad] of that rotation."""
+ROCKING_SPEED_MAX, ROCKING_TURN_MAX = 0.06, 0.3
+"""Speeds [m/s, rad/s] above which the swing leg disturbs that measurement."""
+
+
+@final
+class SoleSprings:
+    """A sole on four equal springs, one under each corner.
+
+    Attributes:
+        pitch: Pitch of the sole per distance of the ZMP ahead of the springs' center [rad/m].
+        roll: Roll of the sole per distance of the ZMP to the right of their center [rad/m].
+        center_y: Center of the left sole's springs [m]; that of the right sole is mirrored.
+    """
+
+    __slots__ = ("center_y", "pitch", "roll")
+
+    def __init__(self, pitch: float, roll: float, center_y: float):
+        self.pitch = pitch
+        self.roll = roll
+        self.center_y = center_y
+
+
+def sole_springs(corners: Sequence[Point2], mass: float) -> SoleSprings:
+    """The springs of the expected ground: tilt = m g distance / (stiffness sum of d_i^2).
+
+    Args:
+        corners: Corners of the left sole in its frame [m].
+        mass: Mass of the robot [kg].
+    """
+    x = sum(corner[0] for corner in corners) / len(corners)
+    y = sum(corner[1] for corner in corners) / len(corners)
+    load = mass * GRAVITY / CORNER_STIFFNESS
+    return SoleSprings(
+        load / sum((corner[0] - x) ** 2 for corner in corners),
+        load / sum((corner[1] - y) ** 2 for corner in corners),
+        y,
+    )
+
+
+@final
+class _Tick:
+    """One tick of a single support.
+
+    Attributes:
+        roll: Roll [rad] of the torso by the joint angles minus that by the gyro.
+        pitch: The same for the pitch [rad].
+        zmp_x: ZMP in the level frame of the sole [m].
+        zmp_y: The same to the left [m].
+        load: Vertical force as a share of the weight.
+    """
+
+    __slots__ = ("load", "pitch", "roll", "zmp_x", "zmp_y")
+
+    def __init__(self, roll: float, pitch: float, zmp_x: float, zmp_y: float, load: float):
+        self.roll = roll
+        self.pitch = pitch
+        self.zmp_x = zmp_x
+        self.zmp_y = zmp_y
+        self.load = load
+
+
+@final
+class _Learned:
+    """A number with its variance: a Kalman filter with one state.
+
+    Args:
+        value: First value.
+        sigma: Its deviation.
+        sigma_min: Smallest deviation.
+    """
+
+    __slots__ = ("_variance_min", "value", "variance")
+
+    def __init__(self, value: float, sigma: float, sigma_min: float):
+        self.value = value
+        self.variance = sigma * sigma
+        self._variance_min = sigma_min * sigma_min
+
+    def correct(self, innovation: float, h: float, r: float, low: float, high: float) -> None:
+        """Kalman correction.
+
+        Args:
+            innovation: Measured minus expected.
+            h: Change of the measurement per change of the value.
+            r: Variance of the measurement; an outlier counts less.
+            low: Smallest value.
+            high: Largest value.
+        """
+        s = h * h * self.variance + r
+        surprise = innovation * innovation / (OUTLIER * OUTLIER * s)
+        if surprise > 1.0:
+            s += (surprise - 1.0) * r
+        gain = self.variance * h / s
+        self.value = min(max(self.value + gain * innovation, low), high)
+        self.variance = max((1.0 - gain * h) * self.variance, self._variance_min)
+
+
+class SoleLevelling:
+    """Learns the relative tilt of the soles; what is applied follows it slowly.
+
+    Args:
+        springs: The soles on the expected ground.
+        pitch: Pitch [rad] of the left sole relative to the right one, if it was calibrated.
+        roll: The same for the roll [rad].
+        known: Whether it was calibrated.
+
+    Attributes:
+        applied_pitch: Pitch [rad] that the joint angles given to `update` no longer contain.
+        applied_roll: The same for the roll [rad].
+    """
+
+    def __init__(
+        self, springs: SoleSprings, pitch: float = 0.0, roll: float = 0.0, *, known: bool = False
+    ) -> None:
+        self._springs = springs
+        sigma = TILT_SIGMA_MIN if known else TILT_SIGMA
+        self._pitch = _Learned(pitch, sigma, TILT_SIGMA_MIN)
+        self._roll = _Learned(roll, sigma, TILT_SIGMA_MIN)
+        self._softness = _Learned(1.0, SOFTNESS_SIGMA, SOFTNESS_SIGMA_MIN)
+        self.applied_pitch, self.applied_roll = pitch, roll
+        self.pause()
+
+    def pause(self) -> None:
+        """The robot does not walk. What has been learned is kept."""
+        self._up: Point3 | None = None
+        self._over_sole = YawOverSole()
+        self._yaw_rate = 0.0
+        self._support = 0
+        self._supports = 0
+        self._ticks: list[_Tick] = []
+        self._last_zmp: tuple[float, float] | None = None
+
+    @property
+    def pitch(self) -> float:
+        """Pitch [rad] of the left sole relative to the right one."""
+        return self._pitch.value
+
+    @property
+    def roll(self) -> float:
+        """Roll [rad] of the left sole relative to the right one."""
+        return self._roll.value
+
+    @property
+    def softness(self) -> float:
+        """Softness of the ground; 1 is the expected ground."""
+        return self._softness.value
+
+    @property
+    def sigma(self) -> tuple[float, float]:
+        """Standard deviations [rad] of pitch and roll."""
+        return sqrt(self._pitch.variance), sqrt(self._roll.variance)
+
+    def update(
+        self,
+        support: int,
+        sole: SolePose,
+        com_in_sole: Point3,
+        level: LevelFrame,
+        angular_velocity: Point3,
+        specific_force: Point3,
+        velocity: Point3,
+        dt: float,
+    ) -> None:
+        """One tick of a walk.
+
+        Args:
+            support: Support leg, `LEFT` or `RIGHT`.
+            sole: Support sole in the torso frame, by the joint angles.
+            com_in_sole: CoM in the level frame of that sole [m].
+            level: The level frame.
+            angular_velocity: Gyro [rad/s] in the torso frame; its yaw rate is not used.
+            specific_force: Accelerometer [m/s^2] in the torso frame.
+            velocity: Velocity of the robot by odometry [m/s, m/s, rad/s].
+            dt: Time [s] since the last tick.
+        """
+        roll_rate, pitch_rate, _ = angular_velocity
+        over_sole = self._over_sole.update(support, level)
+        if over_sole is not None:
+            self._yaw_rate = over_sole / dt
+        nx, ny, _ = sole.normal
+        ux, uy, uz = self._up or sole.normal
+        rx, ry, rz = cross((ux, uy, uz), (roll_rate, pitch_rate, self._yaw_rate))  # du/dt = u x w
+        ux, uy, uz = ux + dt * rx, uy + dt * ry, uz + dt * rz
+        self._up = ux, uy, uz
+        if support != self._support:
+            if self._support != 0:
+                self._end_support(velocity, dt)
+            self._support = support
+            self._ticks.clear()
+            ux, uy, uz = self._up
+        x, y, z = com_in_sole
+        ax, ay = level.level_components(specific_force)
+        load = dot(specific_force, level.up) / GRAVITY
+        zmp_x, zmp_y = x - z * ax / GRAVITY, y - z * ay / GRAVITY
+        self._ticks.append(_Tick(ny - uy, ux - nx, zmp_x, zmp_y, load))
+        step = APPLY_RATE * dt
+        self.applied_pitch = limited_step(self.applied_pitch, self._pitch.value, step)
+        self.applied_roll = limited_step(self.applied_roll, self._roll.value, step)
+
+    # -- one single support ------------------------------------------------------------------------
+
+    def _end_support(self, velocity: Point3, dt: float) -> None:
+        """Learn from the single support that has just ended."""
+        ticks, last_zmp = self._ticks, self._last_zmp
+        self._supports += 1
+        middle = len(ticks) // 2
+        tick = ticks[middle]
+        # The next difference counts from here: the gyro's vertical becomes that of the joints.
+        if self._up is not None:
+            ux, uy, uz = self._up
+            self._up = ux - tick.pitch, uy + tick.roll, uz
+        self._last_zmp = None
+        if not SUPPORT_TIME_MIN <= dt * len(ticks) <= SUPPORT_TIME_MAX:
+            return
+        around = ticks[middle - MIDDLE_TICKS : middle + MIDDLE_TICKS + 1]
+        zmp_x = sum([each.zmp_x for each in around]) / len(around)
+        zmp_y = sum([each.zmp_y for each in around]) / len(around)
+        self._last_zmp = zmp_x, zmp_y
+        if last_zmp is None or self._supports <= FIRST_STEPS:
+            return
+        vx, vy, turn = velocity
+        if hypot(vx, vy) < ROCKING_SPEED_MAX and abs(turn) < ROCKING_TURN_MAX:
+            self._learn_softness(ticks, dt)
+        side = 1.0 if self._support == LEFT else -1.0
+        springs, softness = self._springs, self._softness
+        moved_x = springs.pitch * (zmp_x - last_zmp[0])
+        moved_y = springs.roll * (zmp_y - last_zmp[1] - 2.0 * side * springs.center_y)
+        # Systematic errors by speed, as measured over robots.
+        pitch_error = 0.001 + 0.004 * abs(turn) + 0.01 * vx * vx
+        roll_error = 0.001 + 0.008 * abs(turn) + 0.03 * vx * vx + 0.08 * abs(vy)
+        if self._pitch.variance > pitch_error * pitch_error:
+            expected = side * (self._pitch.value - self.applied_pitch) - softness.value * moved_x
+            r = _variance(softness.variance, moved_x, self._pitch.value - self.applied_pitch)
+            self._pitch.correct(tick.pitch - expected, side, r, -TILT_MAX, TILT_MAX)
+        if self._roll.variance > roll_error * roll_error:
+            expected = side * (self._roll.value - self.applied_roll) + softness.value * moved_y
+            r = _variance(softness.variance, moved_y, self._roll.value - self.applied_roll)
+            self._roll.correct(tick.roll - expected, side, r, -TILT_MAX, TILT_MAX)
+
+    def _learn_softness(self, ticks: Sequence[_Tick], dt: float) -> None:
+        """From the slope of the sole's pitch over the ZMP, which it follows with a lag."""
+        first = round(LANDING_TIME / dt)
+        rocking = ticks[first : first + round(ROCKING_TIME / dt)]
+        if len(rocking) < 2:
+            return
+        share = min(1.0, dt / ROCKING_LAG)
+        zmp = rocking[0].zmp_x
+        followed: list[float] = []
+        for tick in rocking:
+            zmp += share * (tick.zmp_x * tick.load - zmp)
+            followed.append(zmp)
+        mean_zmp = sum(followed) / len(followed)
+        mean_pitch = -sum([tick.pitch for tick in rocking]) / len(rocking)
+        moment = moved = 0.0
+        for zmp, tick in zip(followed, rocking, strict=True):
+            moment += (zmp - mean_zmp) * (-tick.pitch - mean_pitch)
+            moved += (zmp - mean_zmp) * (zmp - mean_zmp)
+        h = ROCKING_SHARE * self._springs.pitch * sqrt(moved)
+        if h > 0.0:
+            measured = moment / sqrt(moved)
+            innovation = measured - h * self._softness.value
+            r = ROCKING_SIGMA * ROCKING_SIGMA
+            self._softness.correct(innovation, h, r, SOFTNESS_MIN, SOFTNESS_MAX)
+
+
+def _variance(softness_variance: float, moved: float, not_applied: float) -> float:
+    """Variance of a difference, with the part of the tilt that is not taken out of it yet."""
+    model = MODEL_SHARE * not_applied
+    return DIFFERENCE_SIGMA * DIFFERENCE_SIGMA + softness_variance * moved * moved + model * model
