@@ -52,6 +52,7 @@ class SimulatedCamera:
     Attributes:
         name: name of the camera.
         model: pinhole and pose in the torso.
+        enabled: images are rendered; without, an exposure is left out and costs nothing.
     """
 
     def __init__(
@@ -88,6 +89,7 @@ class SimulatedCamera:
         self._period = round(_SECOND / settings.rate)
         self._lead = round(phase * self._period)
         self._due = 0
+        self.enabled = True
 
     def restart(self, time: int) -> None:
         """Forget all images; the first exposure is at most one period after `time` [ns]."""
@@ -102,6 +104,8 @@ class SimulatedCamera:
         if time < self._due:
             return
         self._due += self._period * (1 + (time - self._due) // self._period)
+        if not self.enabled:
+            return
         pixels = self._effects.apply(render(self.view(state)), time)
         self._delay_line.put(time, CameraImage(time, pixels))
 

@@ -1,0 +1,403 @@
+"""What one robot of a scene sees while it stands or walks, with what it measures and the truth.
+
+`python -m gait_lab.trials.rendered_frames --out DIR` writes images and a line of JSON for each.
+"""
+
+import argparse
+import dataclasses
+import json
+import math
+import sys
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import attrs
+import numpy as np
+
+from gait_lab.trials.several import make_gaits
+from gait_lab.trials.trial import CONTROL_PERIOD, Policy, WalkerController, run_controllers
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.geometry import rotation_matrix
+from nao_lipm_gait.head.goals import Angles, Goal
+from nao_lipm_gait.robot.camera import CameraView, Intrinsics, RgbImage
+from nao_lipm_gait.types import STANDSTILL, FloatArray, Point2, Pose2, Pose6, VelocityCommand
+from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
+from sim_bridge.plant import PlantOption, load_plant, with_options
+from sim_bridge.robot import GroundTruth, SimulatedRobot
+from sim_bridge.scene import Scene, load_scene
+from sim_bridge.world import World
+
+HISTORY = 200
+"""Number of samples that go with an image: 2 s."""
+
+
+@dataclass(frozen=True, slots=True)
+class HeadSweep:
+    """The head turns to and fro at one speed.
+
+    Attributes:
+        speed: [rad/s] of the pan.
+        width: [rad] largest pan to either side.
+        tilt: [rad] down.
+    """
+
+    speed: float
+    width: float = 1.0
+    tilt: float = 0.0
+
+    def at(self, time: float) -> Angles:
+        """Where the head is to be at a time [s]; it begins straight ahead."""
+        way = (self.speed * time + self.width) % (4.0 * self.width)
+        return Angles(min(way, 4.0 * self.width - way) - self.width, self.tilt)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RenderSpec:
+    """What is rendered. Small and picklable.
+
+    Attributes:
+        scene: The scene, or its name.
+        engine: `pybullet` or `mujoco`.
+        plant: Name or file of the plant.
+        plant_options: Replaced options of the plant.
+        robot: Name of the robot that sees; empty for the first one.
+        seed: Its individual; None for that of the scene.
+        noise_seed: Seed of all noise.
+        pose: Its start; None for that of the scene.
+        ball: Place of the ball at the start [m]; None for that of the scene.
+        command: Velocity of the robot, from second 1 on.
+        others: Velocity of the other robots; standstill leaves them without a gait.
+        head: Where the head looks; None leaves it to the gait.
+        seconds: Length of the run [s].
+        cameras: Cameras that see; empty for all of the robot.
+        settings: Rate, size and delay of the images.
+    """
+
+    scene: str | Scene = "pitch"
+    engine: str = "mujoco"
+    plant: str = "reference"
+    plant_options: tuple[PlantOption, ...] = ()
+    robot: str = ""
+    seed: int | None = None
+    noise_seed: int = 0
+    pose: Pose2 | None = None
+    ball: Point2 | None = None
+    command: VelocityCommand = STANDSTILL
+    others: VelocityCommand = STANDSTILL
+    head: Goal | HeadSweep | None = None
+    seconds: float = 5.0
+    cameras: tuple[str, ...] = ()
+    settings: CameraSettings = field(default_factory=CameraSettings)
+
+
+class BodySample(NamedTuple):
+    """What the robot has measured of itself.
+
+    Attributes:
+        stamp: [ns]
+        joint_position: (n,) [rad]
+        torso_in_footprint: The torso in base_footprint, by the gait's estimator.
+        footprint_in_odom: base_footprint, by odometry.
+    """
+
+    stamp: int
+    joint_position: FloatArray
+    torso_in_footprint: Pose6
+    footprint_in_odom: Pose2
+
+
+class FrameTruth(NamedTuple):
+    """The truth at the time of an image, in the frame of the field.
+
+    Attributes:
+        view: The camera.
+        footprint: base_footprint of the robot: between the soles, with their mean heading.
+        torso_position: (3,) [m]
+        torso_rotation: (3, 3)
+        ball: (3,) [m] its centre; None without a ball.
+        others: base_footprint of the other robots by name.
+    """
+
+    view: CameraView
+    footprint: Pose2
+    torso_position: FloatArray
+    torso_rotation: FloatArray
+    ball: FloatArray | None
+    others: dict[str, Pose2]
+
+
+class RenderedFrame(NamedTuple):
+    """An image, as a robot's software gets it, and the truth.
+
+    Attributes:
+        camera: Name of the camera.
+        stamp: [ns] time of the exposure.
+        time: [ns] now, when the image can be used.
+        image: (h, w, 3) red, green, blue.
+        intrinsics: As in `camera_info`.
+        samples: What the robot has measured until now, at increasing times.
+        truth: At the time of the exposure.
+    """
+
+    camera: str
+    stamp: int
+    time: int
+    image: RgbImage
+    intrinsics: Intrinsics
+    samples: tuple[BodySample, ...]
+    truth: FrameTruth
+
+
+def rendered_frames(spec: RenderSpec) -> Iterator[RenderedFrame]:
+    """Run a scene and yield each image of one of its robots when it can be used.
+
+    Raises:
+        NaoGaitError: The scene has no such robot, or a camera, plant or engine cannot be used.
+    """
+    scene = load_scene(spec.scene) if isinstance(spec.scene, str) else spec.scene
+    names = [robot.name for robot in scene.robots]
+    if spec.robot and spec.robot not in names:
+        raise NaoGaitError("robot", spec.robot, f"one of {', '.join(names)}")
+    index = names.index(spec.robot) if spec.robot else 0
+    plant = with_options(load_plant(spec.plant), spec.plant_options)
+    with World.of_scene(
+        _with_observer(scene, index, spec),
+        plant,
+        noise_seed=spec.noise_seed,
+        engine=spec.engine,
+        control_period=CONTROL_PERIOD,
+        cameras=spec.settings,
+    ) as world:
+        if spec.ball is not None:
+            world.put_ball(*spec.ball)
+        yield from _run(world, index, spec)
+
+
+def _with_observer(scene: Scene, index: int, spec: RenderSpec) -> Scene:
+    """The scene with another seed and start of one robot."""
+    robots = list(scene.robots)
+    changes: dict[str, Any] = {}
+    if spec.seed is not None:
+        changes["seed"] = spec.seed
+    if spec.pose is not None:
+        changes["pose"] = spec.pose
+    robots[index] = attrs.evolve(robots[index], **changes)
+    return attrs.evolve(scene, robots=tuple(robots))
+
+
+class _Commands(Policy):
+    """A velocity from a time on, and what the head does."""
+
+    def __init__(
+        self,
+        velocity: VelocityCommand,
+        gait: Gait | None = None,
+        head: Goal | HeadSweep | None = None,
+    ) -> None:
+        self._velocity, self._gait, self._head = velocity, gait, head
+
+    def command(self, time: float, tick: object) -> VelocityCommand:
+        """The command of this time."""
+        if self._gait is not None and self._head is not None:
+            head = self._head
+            self._gait.request_look(head.at(time) if isinstance(head, HeadSweep) else head)
+        return self._velocity if time >= 1.0 else STANDSTILL
+
+
+class _Holding:
+    """A controller that leaves its robot as it stands."""
+
+    command, targets, status = STANDSTILL, None, None
+
+    def respond(self, tick: object) -> bool:
+        """Do nothing."""
+        return True
+
+
+def _run(world: World, index: int, spec: RenderSpec) -> Iterator[RenderedFrame]:
+    robot = world.robots[index]
+    watched = _enable(world, robot, spec.cameras)
+    gaits = make_gaits(world)
+    controllers: list[Any] = [
+        WalkerController(world, each, gait, _Commands(spec.others))
+        if spec.others != STANDSTILL
+        else _Holding()
+        for each, gait in zip(world.robots, gaits, strict=True)
+    ]
+    policy = _Commands(spec.command, gaits[index], spec.head)
+    controllers[index] = WalkerController(world, robot, gaits[index], policy)
+    samples: deque[BodySample] = deque(maxlen=HISTORY)
+    truths: dict[int, dict[str, FrameTruth]] = {}
+    sent: dict[str, int] = {}
+    end = world.time + round(spec.seconds * 1e9)
+    for _ in run_controllers(world, controllers, lambda *_: None, past_falls=True):
+        status, frame = controllers[index].status, robot.sense()
+        if status is not None and frame is not None:
+            samples.append(
+                BodySample(
+                    frame.stamp,
+                    frame.joint_position,
+                    gaits[index].torso_pose,
+                    status.base_footprint_in_odom,
+                )
+            )
+        truths[world.time] = _truth(world, index, watched)
+        for camera in watched:
+            image = camera.newest(world.time)
+            if image is None or sent.get(camera.name) == image.stamp:
+                continue
+            sent[camera.name] = image.stamp
+            yield RenderedFrame(
+                camera.name,
+                image.stamp,
+                world.time,
+                image.pixels,
+                camera.model.intrinsics,
+                tuple(samples),
+                truths[image.stamp][camera.name],
+            )
+        for old in [stamp for stamp in truths if stamp < world.time - round(2e9)]:
+            del truths[old]
+        if world.time >= end:
+            return
+
+
+def _enable(
+    world: World, robot: SimulatedRobot, names: Sequence[str]
+) -> tuple[SimulatedCamera, ...]:
+    """Render only some cameras of one robot; those cameras."""
+    known = [camera.name for camera in robot.cameras]
+    for name in names:
+        if name not in known:
+            raise NaoGaitError("camera", name, f"one of {', '.join(known)}")
+    for each in world.robots:
+        for camera in each.cameras:
+            camera.enabled = each is robot and (not names or camera.name in names)
+    return tuple(camera for camera in robot.cameras if camera.enabled)
+
+
+def _truth(
+    world: World, index: int, cameras: Sequence[SimulatedCamera]
+) -> dict[str, FrameTruth]:
+    """The truth of now, by camera."""
+    robot = world.robots[index]
+    truth = robot.truth()
+    ball = world.ball
+    others = {
+        each.name: footprint_of(each.truth())
+        for number, each in enumerate(world.robots)
+        if number != index
+    }
+    return {
+        camera.name: FrameTruth(
+            camera.view(robot.state),
+            footprint_of(truth),
+            truth.torso_position,
+            rotation_matrix(truth.torso_quaternion),
+            None if ball is None else ball.position,
+            others,
+        )
+        for camera in cameras
+    }
+
+
+def footprint_of(truth: GroundTruth) -> Pose2:
+    """base_footprint in the world: between the soles, with their mean heading."""
+    x, y, _ = (0.5 * (truth.soles[0].position + truth.soles[1].position)).tolist()
+    forward = truth.soles[0].rotation[:, 0] + truth.soles[1].rotation[:, 0]
+    return x, y, math.atan2(forward[1], forward[0])
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+def as_json(frame: RenderedFrame) -> dict[str, Any]:
+    """All but the image, with the sample that is next to the exposure."""
+    view, truth = frame.truth.view, frame.truth
+    nearest = min(frame.samples, key=lambda each: abs(each.stamp - frame.stamp), default=None)
+    return {
+        "camera": frame.camera,
+        "stamp": frame.stamp,
+        "time": frame.time,
+        "intrinsics": dataclasses.asdict(view.intrinsics),
+        "measured": None
+        if nearest is None
+        else {
+            "stamp": nearest.stamp,
+            "joint_position": nearest.joint_position.tolist(),
+            "torso_in_footprint": nearest.torso_in_footprint,
+            "footprint_in_odom": nearest.footprint_in_odom,
+        },
+        "truth": {
+            "camera_position": view.pose.position.tolist(),
+            "camera_rotation": view.pose.rotation.tolist(),
+            "footprint": truth.footprint,
+            "ball": None if truth.ball is None else truth.ball.tolist(),
+            "others": truth.others,
+        },
+    }
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Write images and truth to a folder; the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m gait_lab.trials.rendered_frames",
+        description="Write what a robot of a scene sees, with the truth.",
+    )
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--scene", default="pitch", help="name or file (pitch)")
+    parser.add_argument("--engine", default="mujoco", choices=("mujoco", "pybullet"))
+    parser.add_argument("--robot", default="", help="name of the robot that sees (the first)")
+    parser.add_argument("--seed", type=int, help="its individual (that of the scene)")
+    parser.add_argument("--pose", type=float, nargs=3, metavar=("X", "Y", "HEADING"))
+    parser.add_argument("--ball", type=float, nargs=2, metavar=("X", "Y"))
+    parser.add_argument("--forward", type=float, default=0.0, help="speed in m/s (0)")
+    parser.add_argument("--turn", type=float, default=0.0, help="speed in rad/s (0)")
+    parser.add_argument("--head", type=float, help="the head sweeps at this speed in rad/s")
+    parser.add_argument("--tilt", type=float, default=0.0, help="of the head, down, in rad (0)")
+    parser.add_argument("--seconds", type=float, default=5.0)
+    options = parser.parse_args(args)
+    head: HeadSweep | Angles | None = Angles(0.0, options.tilt) if options.tilt else None
+    if options.head is not None:
+        head = HeadSweep(options.head, tilt=options.tilt)
+    spec = RenderSpec(
+        scene=options.scene,
+        engine=options.engine,
+        robot=options.robot,
+        seed=options.seed,
+        pose=options.pose and tuple(options.pose),
+        ball=options.ball and tuple(options.ball),
+        command=VelocityCommand(options.forward, 0.0, options.turn),
+        head=head,
+        seconds=options.seconds,
+    )
+    try:
+        count = write(rendered_frames(spec), options.out)
+    except (NaoGaitError, OSError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    sys.stdout.write(f"{count} images in {options.out}\n")
+    return 0
+
+
+def write(frames: Iterator[RenderedFrame], folder: Path) -> int:
+    """Write each image as PNG and a line of `frames.jsonl`; their number."""
+    from PIL import Image
+
+    folder.mkdir(parents=True, exist_ok=True)
+    count = 0
+    with (folder / "frames.jsonl").open("w", encoding="utf-8") as lines:
+        for frame in frames:
+            file = f"{frame.stamp // 1_000_000:06d}_{frame.camera}.png"
+            Image.fromarray(np.ascontiguousarray(frame.image)).save(folder / file)
+            lines.write(json.dumps({"file": file, **as_json(frame)}) + "\n")
+            count += 1
+    return count
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
