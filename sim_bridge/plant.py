@@ -213,6 +213,9 @@ class CameraPlant(Settings):
     delay: float = number(
         0.1, 0.0, 1.0, "s", "Time from exposure until the image can be used."
     )
+    shutter: float = number(
+        0.01, 0.0, 0.1, "s", "Length of an exposure, for motion blur; the stamp is its middle."
+    )
     noise: float = number(
         3.0, 0.0, 64.0, "grey levels", "Standard deviation of a pixel's noise, of 255."
     )

@@ -11,12 +11,15 @@ from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics, RgbI
 from nao_lipm_gait.schema import Settings, number
 from sim_bridge.cameras.effects import ImageEffects
 from sim_bridge.delay_line import DelayLine
+from sim_bridge.individual import rotation_from_vector
 from sim_bridge.plant import Plant
 from sim_bridge.state import TrueState
 
 Render = Callable[[CameraView], RgbImage]
 """Renders the world as a camera in the world frame images it."""
 _SECOND = 1_000_000_000
+_AHEAD = 2.0
+"""[m] distance for which the motion blur is right."""
 
 
 @attrs.frozen
@@ -86,6 +89,7 @@ class SimulatedCamera:
         self.model = CameraModel(robot, name, intrinsics)
         self._effects = ImageEffects(errors, name, seed, noise_seed, intrinsics)
         self._delay_line: DelayLine[CameraImage] = DelayLine(round(delay * _SECOND))
+        self._shutter = errors.shutter
         self._period = round(_SECOND / settings.rate)
         self._lead = round(phase * self._period)
         self._due = 0
@@ -106,12 +110,27 @@ class SimulatedCamera:
         self._due += self._period * (1 + (time - self._due) // self._period)
         if not self.enabled:
             return
-        pixels = self._effects.apply(render(self.view(state)), time)
+        view = self.view(state)
+        pixels = self._effects.apply(render(view), time, self._motion(view, state))
         self._delay_line.put(time, CameraImage(time, pixels))
 
     def view(self, state: TrueState) -> CameraView:
         """Where the camera truly is, in the world."""
         return self.model.view(state.joint_position, state.torso_position, state.torso_matrix)
+
+    def _motion(self, view: CameraView, state: TrueState) -> tuple[float, float]:
+        """U, v [px] by which what is ahead moves in the image during the exposure."""
+        if not self._shutter:
+            return 0.0, 0.0
+        turn = rotation_from_vector(self._shutter * state.torso_angular_velocity)
+        later = self.model.view(
+            state.joint_position + self._shutter * state.joint_velocity,
+            state.torso_position + self._shutter * state.torso_linear_velocity,
+            state.torso_matrix @ turn,
+        )
+        ahead = view.pose.position + _AHEAD * view.pose.rotation[:, 2]
+        u, v = (later.project(ahead) - view.project(ahead)).tolist()
+        return u, v
 
     def newest(self, time: int) -> CameraImage | None:
         """The newest image that has passed the delay at `time` [ns]; None before the first one."""

@@ -1,4 +1,4 @@
-"""What lens and sensor do to a rendered image; different for each camera of each robot."""
+"""What motion, lens and sensor do to a rendered image; different for each camera of each robot."""
 
 import math
 from zlib import crc32
@@ -11,6 +11,8 @@ from sim_bridge.individual import NOMINAL, stream
 from sim_bridge.plant import CameraPlant
 
 _WHITE = 255.0
+_LONGEST = 32.0
+"""[px] largest motion blur."""
 
 
 class ImageEffects:
@@ -49,11 +51,18 @@ class ImageEffects:
         self._gain = (gain * _vignette(intrinsics, loss)[..., None]).astype(np.float32)
         self._exact = bool(plant.noise == 0.0 and (self._gain == 1.0).all())
 
-    def apply(self, image: RgbImage, stamp: int) -> RgbImage:
-        """The image (h, w, 3) that the camera gives of a rendered one, exposed at `stamp` [ns].
+    def apply(
+        self, image: RgbImage, stamp: int, motion: tuple[float, float] = (0.0, 0.0)
+    ) -> RgbImage:
+        """The image (h, w, 3) that the camera gives of a rendered one.
 
-        The noise depends on the stamp alone, not on the images before.
+        Args:
+            image: as rendered.
+            stamp: [ns] middle of the exposure. The noise depends on it alone, not on the images
+                before.
+            motion: u, v [px] by which the middle of the image moves during the exposure.
         """
+        image = blurred(image, motion)
         if self._exact:
             return image
         seen = image * self._gain
@@ -61,6 +70,26 @@ class ImageEffects:
             rng = np.random.Generator(np.random.SFC64([*self._seed, stamp]))
             seen += np.float32(self._noise) * rng.standard_normal(seen.shape, dtype=np.float32)
         return np.clip(seen, 0.0, _WHITE, out=seen).astype(np.uint8)
+
+
+def blurred(image: RgbImage, motion: tuple[float, float]) -> RgbImage:
+    """The mean of an image (h, w, 3) on a straight way by `motion` [px], half before, half after.
+
+    The whole image moves alike, as it does when the camera turns.
+    """
+    way = min(max(map(abs, motion)), _LONGEST)
+    if way < 0.5:
+        return image
+    scale = way / max(map(abs, motion))
+    share = np.linspace(-0.5, 0.5, math.ceil(way) + 1)
+    offsets = np.rint(np.outer(share, motion) * scale).astype(int)
+    reach = int(np.abs(offsets).max())
+    height, width, _ = image.shape
+    wide = np.pad(image, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
+    total = np.full(image.shape, len(offsets) // 2, dtype=np.uint16)
+    for u, v in offsets.tolist():
+        total += wide[reach - v : reach - v + height, reach - u : reach - u + width]
+    return (total // len(offsets)).astype(np.uint8)
 
 
 def _vignette(intrinsics: Intrinsics, loss: float) -> NDArray[np.float64]:

@@ -16,8 +16,8 @@ from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.robot.camera import CameraView, Intrinsics
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball
-from sim_bridge.cameras.camera import CameraImage, CameraSettings
-from sim_bridge.cameras.effects import ImageEffects
+from sim_bridge.cameras.camera import CameraImage, CameraSettings, make_cameras
+from sim_bridge.cameras.effects import ImageEffects, blurred
 from sim_bridge.plant import CameraPlant, load_plant, with_options
 from sim_bridge.robot import RobotSpec
 from sim_bridge.world import World
@@ -30,6 +30,7 @@ REFERENCE = load_plant("reference")
 EXACT = with_options(
     REFERENCE,
     (
+        ("camera.shutter", 0.0),
         ("camera.noise", 0.0),
         ("camera.exposure", 1.0),
         ("camera.white_balance", 1.0),
@@ -220,6 +221,47 @@ def test_the_corners_are_darker() -> None:
     assert image[60, 80] == pytest.approx(120, abs=1)
     assert image[0, 0] == image[-1, -1] == pytest.approx(0.7 * 120, abs=1)
     assert (np.diff(image[60, 80:].astype(int)) <= 0).all()
+
+
+def test_motion_blurs_along_the_way_and_keeps_the_middle() -> None:
+    image = np.zeros((60, 80, 3), dtype=np.uint8)
+    image[30, 40] = 250
+    for motion in ((6.0, 0.0), (0.0, -6.0), (8.0, 4.0)):
+        spread = blurred(image, motion)[..., 0].astype(float)
+        rows, columns = np.nonzero(spread)
+        assert np.average(columns, weights=spread[rows, columns]) == pytest.approx(40.0, abs=0.2)
+        assert np.average(rows, weights=spread[rows, columns]) == pytest.approx(30.0, abs=0.2)
+        assert np.ptp(columns) == pytest.approx(abs(motion[0]), abs=1)
+        assert np.ptp(rows) == pytest.approx(abs(motion[1]), abs=1)
+        assert spread.sum() == pytest.approx(250.0, rel=0.05)
+    assert blurred(image, (0.3, -0.4)) is image
+
+
+def test_a_turning_head_blurs_the_image() -> None:
+    """What is ahead moves by the focal length times the angle that the head turns meanwhile."""
+    robot = load_robot()
+    shutter, speed = 0.02, 1.5
+    plant = with_options(EXACT, (("camera.shutter", shutter),))
+    _, camera = make_cameras(robot, plant, SETTINGS, seed=0, noise_seed=0)
+    edge = np.zeros((120, 160, 3), dtype=np.uint8)
+    edge[:, 80:] = 200
+    with make_world("pybullet", None) as world:
+        state = world.robot.state
+    widths = []
+    for pan in (0.0, speed):
+        velocity = np.zeros_like(state.joint_velocity)
+        velocity[robot.index("HeadYaw")] = pan
+        camera.restart(0)
+        camera.observe(1_000_000_000, state._replace(joint_velocity=velocity), lambda _: edge)
+        image = camera.newest(1_000_000_000)
+        assert image is not None
+        row = image.pixels[10, :, 0]
+        widths.append(np.count_nonzero((row > 0) & (row < 200)))
+    still, turning = widths
+    assert still == 0
+    # The lower camera looks down by 40 degrees, so a pan moves less of its image.
+    expected = camera.model.intrinsics.fx * speed * shutter * math.cos(math.radians(39.0))
+    assert turning == pytest.approx(expected, abs=1.5)
 
 
 def test_each_camera_of_each_robot_has_its_own_exposure_and_white_balance() -> None:
