@@ -8,6 +8,7 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import Point2
 from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball, BallState, ball_position
@@ -236,13 +237,23 @@ class World:
         for robot, state in zip(self.robots, self._engine.observe(), strict=True):
             robot.observe(self.time, state)
         for robot in self.robots:
-            robot.expose(self._engine.render)
+            robot.expose(self.render)
+
+    def render(self, view: CameraView) -> RgbImage:
+        """The world now, as a camera in the world frame would image it, without effects.
+
+        Only in a world with cameras, or that is `visual`.
+
+        Raises:
+            NaoGaitError: what the engine needs for images is not installed.
+        """
+        return self._engine.render(view)
 
     def _check_rendering(self) -> None:
         """Render an image; NaoGaitError if something is missing for it."""
         robot = self.robots[0]
         try:
-            self._engine.render(robot.cameras[0].view(robot.state))
+            self.render(robot.cameras[0].view(robot.state))
         except NaoGaitError:
             self.close()
             raise

@@ -1,6 +1,5 @@
 """Images of a MuJoCo world, without a window: OpenGL over EGL or OSMesa."""
 
-import ctypes.util
 import importlib
 import os
 from typing import Any
@@ -11,11 +10,11 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from sim_bridge.engines.mujoco.scene import VISIBLE
+from sim_bridge.engines.registry import OPENGL, opengl_libraries
 
 INSTALL = (
     "apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6, and pip install PyOpenGL"
 )
-_LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 _NEAR, _FAR = 0.02, 60.0
 """[m] distances between which things are seen; a lens in front of the head sees past it."""
 _SHAPES = 20_000
@@ -114,9 +113,7 @@ def _aim(eye: Any, view: CameraView) -> None:
 def _open_context(width: int, height: int) -> Any:
     """An OpenGL context of the library that `MUJOCO_GL` names, or of the first one installed."""
     asked = os.environ.get("MUJOCO_GL", "")
-    names = [asked] if asked in _LIBRARIES else [
-        name for name, library in _LIBRARIES.items() if ctypes.util.find_library(library)
-    ]  # fmt: skip
+    names = [asked] if asked in OPENGL else opengl_libraries()
     try:
         if not names:
             raise ImportError("neither EGL nor OSMesa is installed")
