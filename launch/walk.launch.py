@@ -1,11 +1,15 @@
 """Start the gait and the simulated robot: `ros2 launch nao_lipm_gait walk.launch.py rviz:=true`.
 
+With `scene:=pitch` the world has several robots. Each has a gait in a namespace of its name, and
+transforms on the `tf` of that namespace, because all robots have the same frames.
+
 An argument that is left out leaves the node's own default in place. All arguments are checked
 before anything starts; everything ends if the gait, the simulated robot or the recorder ends.
 """
 
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from launch import LaunchContext, LaunchDescription
 from launch.action import Action
@@ -22,6 +26,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 # name, type, nodes that take it, meaning (default)
 ARGUMENTS = (
+    ("scene", str, ("sim_bridge",), "floor, pitch, pitch_small or a YAML file (floor)"),
     ("urdf", str, ("sim_bridge", "gait"), "robot: shipped name or URDF file (nao_h21_v33)"),
     ("gui", bool, ("sim_bridge",), "open the window of the physics engine (false)"),
     ("engine", str, ("sim_bridge",), "physics engine (pybullet)"),
@@ -53,8 +58,13 @@ EXTRAS = (
     ("robot_state_publisher", "auto",
      "transforms of the robot's links: true, false, or auto (if that package is installed)"),
 )  # fmt: skip
+OF_THE_FLOOR = ("urdf", "robot_seed", "start_state", "ball")
+"""Arguments that another scene gives for each robot."""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 TRUE, FALSE = ("true", "1"), ("false", "0", "")
+
+TRANSFORMS = [("/tf", "tf"), ("/tf_static", "tf_static")]
+"""Remappings of the nodes of one robot out of several."""
 
 KINDS = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
 
@@ -100,17 +110,52 @@ def _require(argument: str, got: str, package: str) -> None:
 # -- what is started -------------------------------------------------------------------------------
 
 
+class Robot(NamedTuple):
+    """A robot that gets a gait.
+
+    Attributes:
+        namespace: Of its topics.
+        urdf: Shipped name or file.
+        several: It is one of several in a scene.
+    """
+
+    namespace: str
+    urdf: str
+    several: bool
+
+
+def _robots(context: LaunchContext) -> list[Robot]:
+    from nao_lipm_gait.robot import load_robot
+    from sim_bridge.scene import FLOOR, load_scene
+
+    namespace, asked = _text(context, "namespace"), _text(context, "scene")
+    if asked in ("", FLOOR):
+        return [Robot(namespace, _text(context, "urdf"), False)]
+    scene = load_scene(asked)
+    for argument in OF_THE_FLOOR:
+        got = _text(context, argument)
+        if got:
+            allowed = f"nothing: scene {scene.name} says it for each robot"
+            raise ValueError(f"{argument}: got {got!r}; allowed: {allowed}")
+    for robot in scene.robots:
+        load_robot(robot.urdf)
+    return [Robot(f"{namespace}/{robot.name}", robot.urdf, True) for robot in scene.robots]
+
+
 def _everything(context: LaunchContext) -> list[Action]:
     """Check all arguments, then start all processes: an error here leaves nothing running."""
+    robots = _robots(context)
     return [
-        *_state_publisher(context),
-        *_rviz(context),
+        *(each for robot in robots for each in _state_publisher(context, robot)),
+        *(each for robot in robots for each in _rviz(context, robot)),
         *_recorder(context),
-        *(_node(context, name) for name in ("sim_bridge", "gait")),
+        _node(context, "sim_bridge"),
+        *(_node(context, "gait", robot) for robot in robots),
     ]
 
 
-def _node(context: LaunchContext, name: str) -> Node:
+def _node(context: LaunchContext, name: str, robot: Robot | None = None) -> Node:
+    """One of the two nodes; `robot`: whose gait it is."""
     given = {
         argument: _value(context, argument, kind)
         for argument, kind, nodes, _ in ARGUMENTS
@@ -118,18 +163,21 @@ def _node(context: LaunchContext, name: str) -> Node:
     }
     # The bridge publishes the simulated time and itself uses the wall clock.
     given["use_sim_time"] = name != "sim_bridge"
+    if robot is not None and robot.urdf:
+        given["urdf"] = ParameterValue(robot.urdf, value_type=str)
     return Node(
         package="nao_lipm_gait",
         executable=name,
         name=name,
-        namespace=LaunchConfiguration("namespace"),
+        namespace=LaunchConfiguration("namespace") if robot is None else robot.namespace,
         output="screen",
         parameters=[given],
+        remappings=TRANSFORMS if robot is not None and robot.several else [],
         on_exit=Shutdown(reason=f"{name} has ended"),
     )
 
 
-def _rviz(context: LaunchContext) -> list[Action]:
+def _rviz(context: LaunchContext, robot: Robot) -> list[Action]:
     if not _is_on(context, "rviz"):
         return []
     _require("rviz", _text(context, "rviz"), "rviz2")
@@ -139,7 +187,8 @@ def _rviz(context: LaunchContext) -> list[Action]:
         Node(
             package="rviz2",
             executable="rviz2",
-            namespace=LaunchConfiguration("namespace"),
+            namespace=robot.namespace,
+            remappings=TRANSFORMS if robot.several else [],
             arguments=["-d", str(share("config", "rviz", "walk.rviz"))],
             parameters=[{"use_sim_time": True}],
             output="log",
@@ -166,7 +215,7 @@ def _recorder(context: LaunchContext) -> list[Action]:
     ]
 
 
-def _state_publisher(context: LaunchContext) -> list[Action]:
+def _state_publisher(context: LaunchContext, robot: Robot) -> list[Action]:
     """The transforms of the robot's links; the gait publishes those from odom to the root link."""
     asked = _text(context, "robot_state_publisher").lower()
     if asked == "auto":
@@ -178,16 +227,19 @@ def _state_publisher(context: LaunchContext) -> list[Action]:
         _require("robot_state_publisher", asked, "robot_state_publisher")
     from nao_lipm_gait.robot import load_robot
 
-    robot = load_robot(_text(context, "urdf") or "nao_h21_v33")
+    urdf = load_robot(robot.urdf or "nao_h21_v33").urdf
     return [
         Node(
             package="robot_state_publisher",
             executable="robot_state_publisher",
-            namespace=LaunchConfiguration("namespace"),
-            parameters=[{"robot_description": ParameterValue(robot.urdf, value_type=str),
+            namespace=robot.namespace,
+            parameters=[{"robot_description": ParameterValue(urdf, value_type=str),
                          "use_sim_time": True}],
             # The bridge publishes the same text already.
-            remappings=[("robot_description", "robot_state_publisher/robot_description")],
+            remappings=[
+                ("robot_description", "robot_state_publisher/robot_description"),
+                *(TRANSFORMS if robot.several else []),
+            ],
         ),
     ]  # fmt: skip
 

@@ -197,6 +197,11 @@ class SimulatedRobot:
 
     # -- for users ---------------------------------------------------------------------------------
 
+    @property
+    def time(self) -> int:
+        """[ns] now."""
+        return self._time
+
     def command(self, targets: JointTargets | None) -> None:
         """Set the joint targets from the next step on; None keeps the last ones.
 

@@ -13,19 +13,19 @@ from gait_lab.trials.trial import (
 )
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.presets import DEFAULT, preset_for
-from sim_bridge.plant import load_plant
+from sim_bridge.plant import Plant, load_plant
 from sim_bridge.scene import Scene
 from sim_bridge.world import World
 
 
 def make_scene_world(
-    scene: Scene, *, plant: str = "reference", engine: str = "mujoco", noise_seed: int = 0
+    scene: Scene, *, plant: str | Plant = "reference", engine: str = "mujoco", noise_seed: int = 0
 ) -> World:
     """The world of a scene; the caller closes it.
 
     Args:
         scene: Field and robots.
-        plant: Name or file of the plant.
+        plant: The plant, or its name or file.
         engine: `pybullet` or `mujoco`.
         noise_seed: Seed of the first robot's sensor noise; the next ones have the seeds after it.
 
@@ -34,7 +34,7 @@ def make_scene_world(
     """
     return World.of_scene(
         scene,
-        load_plant(plant),
+        load_plant(plant) if isinstance(plant, str) else plant,
         engine=engine,
         noise_seed=noise_seed,
         control_period=CONTROL_PERIOD,

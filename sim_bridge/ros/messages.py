@@ -65,22 +65,37 @@ class ReadingWriter:
         return message
 
 
-class TruthWriter:
-    """Messages of the ground truth, without delay."""
+class WorldWriter:
+    """Messages of the world, without delay."""
 
-    def __init__(self, robot: RobotDescription) -> None:
-        """Prepare the messages with the frames of `robot`."""
+    def __init__(self) -> None:
+        """Prepare the messages."""
         self._clock = Clock()
-        self._odometry = Odometry()
-        self._odometry.header.frame_id = WORLD
-        self._odometry.child_frame_id = robot.torso_frame
-        self._com = PointStamped()
-        self._com.header.frame_id = WORLD
+        self._point = PointStamped()
+        self._point.header.frame_id = WORLD
 
     def clock(self, stamp: int) -> Clock:
         """`/clock` at `stamp` [ns]."""
         self._clock.clock = to_time(stamp)
         return self._clock
+
+    def point(self, stamp: int, position: FloatArray) -> PointStamped:
+        """A point (3,) [m] in the world at `stamp` [ns]."""
+        message = self._point
+        message.header.stamp = to_time(stamp)
+        message.point.x, message.point.y, message.point.z = position.tolist()
+        return message
+
+
+class TruthWriter(WorldWriter):
+    """Messages of the ground truth of a robot, without delay."""
+
+    def __init__(self, robot: RobotDescription) -> None:
+        """Prepare the messages with the frames of `robot`."""
+        super().__init__()
+        self._odometry = Odometry()
+        self._odometry.header.frame_id = WORLD
+        self._odometry.child_frame_id = robot.torso_frame
 
     def odometry(self, truth: GroundTruth) -> Odometry:
         """`ground_truth/odom`: pose of the torso in the world, twist in the torso frame."""
@@ -99,13 +114,6 @@ class TruthWriter:
     def com(self, truth: GroundTruth) -> PointStamped:
         """`ground_truth/com`."""
         return self.point(truth.stamp, truth.com)
-
-    def point(self, stamp: int, position: FloatArray) -> PointStamped:
-        """A point (3,) [m] in the world at `stamp` [ns]."""
-        message = self._com
-        message.header.stamp = to_time(stamp)
-        message.point.x, message.point.y, message.point.z = position.tolist()
-        return message
 
 
 def _fill(vector: Vector3, values: FloatArray) -> None:

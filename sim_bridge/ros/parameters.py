@@ -3,7 +3,11 @@
 from nao_lipm_gait.ros.parameters import node_parameter
 from sim_bridge.engines.registry import ENGINES
 from sim_bridge.robot import START_STATES
+from sim_bridge.scene import FLOOR
 
+SCENE = node_parameter(
+    "scene", FLOOR, "floor = one robot on an endless floor; or a shipped scene or a YAML file"
+)
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 ENGINE = node_parameter("engine", "pybullet", "physics engine", choices=ENGINES)
 PLANT = node_parameter("plant", "reference", "plant: a shipped name or a YAML file")
@@ -32,6 +36,8 @@ PUBLISH_CLOCK = node_parameter(
     "publish_clock", True, "publish /clock; false for all but one of several robots"
 )
 NODE_PARAMETERS = (
-    URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI, START_STATE,
-    PUSH_DURATION, BALL, PUBLISH_CLOCK,
+    SCENE, URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI,
+    START_STATE, PUSH_DURATION, BALL, PUBLISH_CLOCK,
 )  # fmt: skip
+OF_THE_FLOOR = (URDF, ROBOT_SEED, START_STATE, BALL)
+"""Parameters that the other scenes give for each robot."""

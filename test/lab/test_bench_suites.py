@@ -272,6 +272,8 @@ def test_compute_measures_ticks_and_rollouts() -> None:
     assert sum(parts) == pytest.approx(rows["rollout_time"])
     assert rows["rollout_speed"] > 0.0
     assert 1e4 / rows["rollout_time"] < rows["loop_speed"] < rows["physics_speed"]
+    assert rows["pitch_speed"] > 0.1
+    assert 0.0 < rows["pitch_physics_share"] < 1.0
 
 
 def test_detection_counts_leads_and_false_alarms() -> None:

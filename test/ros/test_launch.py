@@ -63,6 +63,12 @@ def test_both_nodes_are_started(packages: Path) -> None:
     assert sorted(started) == ["gait", "sim_bridge"]
 
 
+def test_a_scene_has_a_gait_for_each_robot(packages: Path) -> None:
+    status, started = launched(5, scene="pitch_small")
+    assert status == 0
+    assert sorted(started) == [*["gait"] * 4, "sim_bridge"]
+
+
 def test_transforms_of_the_links_are_published_where_that_is_possible(packages: Path) -> None:
     install(packages, "robot_state_publisher", "robot_state_publisher")
     _, started = launched(3)
@@ -78,6 +84,8 @@ def test_transforms_of_the_links_are_published_where_that_is_possible(packages: 
         ({"record": "true"}, "record: got 'true'; allowed: false, or install the package ros2bag"),
         ({"robot_state_publisher": "true"}, "install the package robot_state_publisher"),
         ({"lockstep": "maybe"}, "lockstep: got 'maybe'; allowed: true or false"),
+        ({"scene": "stadium"}, "scene: got 'stadium'; allowed: a shipped name"),
+        ({"scene": "pitch", "ball": "true"}, "ball: got 'true'; allowed: nothing: scene pitch"),
         ({"robot_seed": "x"}, "robot_seed: got 'x'; allowed: a whole number"),
     ],
 )

@@ -7,37 +7,31 @@ steps alone. The timers and cache contention from the other two runs slow it dow
 
 import math
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
-
-import numpy as np
 
 from gait_lab.analysis.trace import Recorder
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
+from gait_lab.bench.timing import BLOCK, PhysicsSteps, cpu_time, time_scene
 from gait_lab.compiled import is_compiled
 from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
 from gait_lab.trials.tasks import Task, find_task
 from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, SensorFrame, VelocityCommand
-from sim_bridge.engines.backend import make_robot_model
-from sim_bridge.engines.registry import make_backend
-from sim_bridge.motors import Setpoints
-from sim_bridge.plant import Plant, load_plant, with_options
-from sim_bridge.state import StartState, StepInput
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
+from sim_bridge.plant import load_plant, with_options
+from sim_bridge.scene import load_scene
+from sim_bridge.terrain import is_uneven
 from sim_bridge.world import World
 
 FIRST = 50
 """Ticks of the gait that are left out: caches fill and imports run in them."""
-BLOCK = 100
-"""Ticks after which the next of the three has its turn, so that other load on the machine slows all
-of them alike."""
-_NO_PUSH = np.zeros(3)
+SCENE = "pitch"
+"""The scene on which several gaits walk in one process."""
 _World = TypeVar("_World", bound=World)
 
 
@@ -51,6 +45,10 @@ class Options(BenchOptions):
 def compute(options: Options) -> SuiteResult:
     """Cost of one tick while walking, and of the parts of a rollout."""
     timing = time_walk(options, find_task("forward"))
+    plant = with_options(load_plant(options.plant), options.plant_options)
+    # A field is level, whatever the ground of the walk above.
+    level = with_options(plant, (("terrain.kind", "flat"),)) if is_uneven(plant.terrain) else plant
+    pitch = time_scene(load_scene(SCENE), level, options.engine, options.window)
     ticks = sorted(timing.gait_ticks[FIRST:])
     p50 = ticks[len(ticks) // 2] / 1000.0
     p99 = ticks[min(len(ticks) - 1, math.ceil(len(ticks) * 0.99) - 1)] / 1000.0
@@ -73,6 +71,9 @@ def compute(options: Options) -> SuiteResult:
         f"clocks of this table: {loop:.1f} engine, plant and gait, {alone:.1f} the same engine and "
         f"plant alone (share {loop / alone:.2f}; with truth and metrics {whole:.1f}, "
         f"{whole / alone:.2f}).",
+        f"{pitch.robots} robots with a gait each on the scene {SCENE}, in one process: "
+        f"{pitch.speed:.1f} simulated s per s; share of the physics steps "
+        f"{pitch.physics_share:.2f}.",
         "In the table, as in rollouts, the gait answers several delayed frames in a row.",
     )
     return SuiteResult(
@@ -86,6 +87,8 @@ def compute(options: Options) -> SuiteResult:
             Measurement("rollout_share", "", loop / alone),
             Measurement("rollout_share_with_truth", "", whole / alone),
             *(Measurement(f"{name}_time", "us", timing.per_tick(span)) for name, _, span in parts),
+            Measurement("pitch_speed", "s/s", pitch.speed),
+            Measurement("pitch_physics_share", "", pitch.physics_share),
         ),
         f"{timing.ticks * CONTROL_PERIOD:g} s forward walk on robot {options.seed}, one core, "
         f"plant {options.plant_title}, {options.engine}, "
@@ -153,7 +156,7 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
         )
 
     walking, alone = world(_TimedWorld), world(World)
-    engine = _PhysicsSteps(robot, plant, options, alone.robot.start)
+    engine = PhysicsSteps(alone, options.engine)
     gait = _ClockedGait(Gait(robot, options.parameters))
     recorder, timing = Recorder(), WalkTiming()
     try:
@@ -175,12 +178,13 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
         while timing.ticks < ticks:
             targets.clear()
             began = time.perf_counter_ns()
-            timing.rollout += _cpu_time(walk_on, min(BLOCK, ticks - timing.ticks))
+            timing.rollout += cpu_time(walk_on, min(BLOCK, ticks - timing.ticks))
             wall += time.perf_counter_ns() - began
             if not targets:
                 break
-            timing.simulation_alone += _cpu_time(repeat)
-            timing.engine_alone += _cpu_time(engine.run, engine.setpoints(targets))
+            timing.simulation_alone += cpu_time(repeat)
+            inputs = engine.inputs([(each,) for each in targets])
+            timing.engine_alone += cpu_time(engine.run, inputs)
             timing.ticks += len(targets)
     finally:
         walking.close()
@@ -189,7 +193,7 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
     # The wall clock gives the shares of the parts: the clock of CPU time costs a system call.
     timing.simulation = round(timing.rollout * walking.wall / wall)
     timing.gait = round(timing.rollout * sum(gait.spans) / wall)
-    timing.by_itself = _cpu_time(rollout, _spec(options, task))
+    timing.by_itself = cpu_time(rollout, _spec(options, task))
     timing.gait_ticks = _ticks(options, task)
     return timing
 
@@ -251,46 +255,6 @@ class _ClockedGait:
     def status(self) -> GaitStatus:
         """Of the gait."""
         return self._gait.status
-
-
-class _PhysicsSteps:
-    """The physics steps of a simulation alone."""
-
-    def __init__(
-        self, robot: RobotDescription, plant: Plant, options: BenchOptions, start: StartState
-    ) -> None:
-        model = make_robot_model(robot, plant, options.seed)
-        individual = model.individual
-        self._backend = make_backend(options.engine, [model])
-        self._backend.reset([start])
-        steps = round(CONTROL_PERIOD / plant.physics.step)
-        self._setpoints = Setpoints(robot, plant, individual, steps)
-        self._setpoints.reset(start.joint_position - individual.joint_zero)
-        self._target = self._setpoints.current
-
-    def setpoints(self, targets: Sequence[JointTargets | None]) -> list[FloatArray]:
-        """(n,) [rad] for every physics step of these control periods."""
-        rows: list[FloatArray] = []
-        for each in targets:
-            self._target = self._target if each is None else each.position
-            rows += self._setpoints.advance(self._target)
-        return rows
-
-    def run(self, setpoints: Sequence[FloatArray]) -> None:
-        """A physics step for each of the setpoints."""
-        for setpoint in setpoints:
-            self._backend.step([StepInput(setpoint, 1.0, _NO_PUSH)])
-
-    def close(self) -> None:
-        """Release the engine."""
-        self._backend.close()
-
-
-def _cpu_time(work: Callable[..., object], *arguments: Any) -> int:
-    """CPU time of a call [ns]."""
-    begin = time.process_time_ns()
-    work(*arguments)
-    return time.process_time_ns() - begin
 
 
 SUITE = Suite(

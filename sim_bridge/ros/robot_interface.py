@@ -1,0 +1,198 @@
+"""One robot of the world behind the topics of a real one."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import String
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.runtime.inputs import stamp_of
+from sim_bridge.command_input import CommandInput, read_push
+from sim_bridge.robot import Reading, SimulatedRobot
+from sim_bridge.ros.messages import ReadingWriter, TruthWriter
+
+RESET_SILENCE = 0.6
+"""[s] of simulated time without sensors after a reset. The clock continues, so a controller notices
+the reset by this gap: more than 0.5 s is a new start for it."""
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class Inputs:
+    """Subscriptions whose bad messages cause a warning and nothing else."""
+
+    def __init__(self, node: Node, name: str = "") -> None:
+        """Prepare the log.
+
+        Args:
+            node: the bridge.
+            name: of the robot that gets the messages; empty = the only one, or the world.
+        """
+        self._node = node
+        self._prefix = f"{name}: " if name else ""
+        self._throttle = Throttle()
+
+    def subscribe(
+        self, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile = RELIABLE
+    ) -> None:
+        """Call back with each message; what the callback refuses is logged."""
+        self._node.create_subscription(kind, topic, partial(self._guarded, callback), qos)
+
+    def warn(self, key: str, message: str, burst: int = 1) -> None:
+        """Log a warning; further ones with this key are held back for a while."""
+        held_back = self._throttle.allow(key, time.monotonic(), burst)
+        if held_back is not None:
+            more = f" ({held_back} more like it)" if held_back else ""
+            self._node.get_logger().warning(self._prefix + message + more)
+
+    def _guarded(self, callback: Callable[[Any], None], message: Any) -> None:
+        try:
+            callback(message)
+        except NaoGaitError as error:
+            self.warn(error.field, f"{error}; message ignored", burst=5)
+        except Exception as error:
+            self.warn(type(error).__name__, f"{type(error).__name__}: {error}; message ignored")
+
+
+class RobotInterface:
+    """Publishes the sensors and the truth of a robot and takes its commands.
+
+    The topics of a robot with a name are below it.
+
+    Attributes:
+        robot: the robot.
+        joint_states: full name of the topic.
+        awaited: [ns] stamp of the reading that lockstep waits for; None = of none.
+    """
+
+    def __init__(
+        self, node: Node, robot: SimulatedRobot, *, lockstep: bool, push_duration: float
+    ) -> None:
+        """Make the publishers and subscriptions.
+
+        Args:
+            node: the bridge.
+            robot: the robot.
+            lockstep: each reading waits for its answer.
+            push_duration: [s] for which a push acts.
+        """
+        self.robot = robot
+        self._lockstep, self._push_duration = lockstep, push_duration
+        self._inputs = Inputs(node, robot.name)
+        self._commands = CommandInput(robot.description)
+        self._sent: Reading | None = None
+        self.awaited: int | None = None
+        self._answered: int | None = None  # stamp [ns] of the last reading that was answered
+        self._silent_until = 0
+        self._readings = ReadingWriter(robot.description, robot.plant.sensors)
+        self._truths = TruthWriter(robot.description)
+        below = f"{robot.name}/" if robot.name else ""
+        self._imu = node.create_publisher(Imu, f"{below}imu/data", RELIABLE)
+        self._joint_states = node.create_publisher(JointState, f"{below}joint_states", RELIABLE)
+        self._wrenches = tuple(
+            node.create_publisher(WrenchStamped, f"{below}{frame}/wrench", RELIABLE)
+            for frame in robot.description.sole_frames
+        )
+        self._odometry = node.create_publisher(Odometry, f"{below}ground_truth/odom", RELIABLE)
+        self._com = node.create_publisher(PointStamped, f"{below}ground_truth/com", RELIABLE)
+        description = node.create_publisher(String, f"{below}robot_description", LATCHED)
+        description.publish(String(data=robot.description.urdf))
+        self.joint_states: str = self._joint_states.topic_name
+        # Reliable in lockstep, where a lost command would stop the world.
+        commands = RELIABLE if lockstep else qos_profile_sensor_data
+        self._inputs.subscribe(JointState, f"{below}joint_command", self._on_command, commands)
+        self._inputs.subscribe(WrenchStamped, f"{below}push", self._on_push)
+
+    def publish(self, now: int) -> None:
+        """Publish a new reading, if there is one, and the truth.
+
+        Args:
+            now: [ns] simulated time.
+        """
+        reading = self.robot.read()
+        if reading is not None and reading is not self._sent and now >= self._silent_until:
+            self._sent = reading
+            self.awaited = reading.frame.stamp
+            self._send(reading)
+        truth = self.robot.truth()
+        self._odometry.publish(self._truths.odometry(truth))
+        self._com.publish(self._truths.com(truth))
+
+    def resend(self) -> None:
+        """Publish the last reading again, unchanged, if it has not been answered."""
+        if self._sent is not None and self.awaited is not None:
+            self._send(self._sent)
+
+    def release_control(self) -> None:
+        """Let another gait answer, because the one in control does not."""
+        if self.awaited is not None:
+            self._commands.release()
+
+    def restart(self, now: int) -> None:
+        """Forget what was before a reset at `now` [ns]; no sensors for a while."""
+        self._commands.reset(now)
+        self._sent = self.awaited = self._answered = None
+        self._silent_until = now + round(RESET_SILENCE * 1e9)
+
+    def missing_answer(self, waited: float) -> str:
+        """What lockstep has waited for, for `waited` [s] of wall time."""
+        stamp = 0.0 if self.awaited is None else self.awaited * 1e-9
+        subscribers = self._joint_states.get_subscription_count()
+        name = f"{self.robot.name}: " if self.robot.name else ""
+        return (
+            f"{name}no joint_command with header.stamp {stamp:.3f} s for {waited:.0f} s; "
+            f"{subscribers} subscriber(s) on joint_states"
+        )
+
+    def _send(self, reading: Reading) -> None:
+        # The IMU goes first: the joint state of the same stamp starts a tick of the gait.
+        self._imu.publish(self._readings.imu(reading))
+        self._joint_states.publish(self._readings.joints(reading))
+        for side, publisher in enumerate(self._wrenches):
+            publisher.publish(self._readings.wrench(reading, side))
+
+    def _on_command(self, message: JointState) -> None:
+        header = message.header
+        stamp = stamp_of(header.stamp.sec, header.stamp.nanosec, "joint_command header.stamp")
+        answers = stamp == self.awaited
+        if self._lockstep and not answers:
+            if stamp == self._answered:
+                return  # second answer, to a reading that was sent again
+            raise NaoGaitError(
+                "joint_command header.stamp",
+                f"{stamp * 1e-9:.3f} s",
+                "in lockstep, the stamp of the last joint_states"
+                + ("" if self.awaited is None else f", {self.awaited * 1e-9:.3f} s"),
+            )
+        now = self.robot.time * 1e-9
+        self._commands.admit(header.frame_id, now)
+        if answers:
+            # Before the command is read: after a bad one the world continues with the last targets.
+            self.awaited, self._answered = None, stamp
+        targets, warning = self._commands.read(
+            header.frame_id, now, stamp, message.name, message.position, message.effort
+        )
+        self.robot.command(targets)
+        if warning is not None:
+            self._inputs.warn("limits", warning)
+
+    def _on_push(self, message: WrenchStamped) -> None:
+        force, torque = message.wrench.force, message.wrench.torque
+        push = read_push(
+            (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
+        )
+        self.robot.push(push, self._push_duration)
