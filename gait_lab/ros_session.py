@@ -87,15 +87,16 @@ class VelocityPublisher:
     Args:
         node: The node that publishes.
         stamped: Whether to publish TwistStamped.
+        topic: Name of the topic.
     """
 
-    def __init__(self, node: "Node", *, stamped: bool = False) -> None:
+    def __init__(self, node: "Node", *, stamped: bool = False, topic: str = "cmd_vel") -> None:
         from geometry_msgs.msg import Twist, TwistStamped
 
         self._node = node
         self._stamped = stamped
         self._message: Any = TwistStamped if stamped else Twist
-        self._publisher = node.create_publisher(self._message, "cmd_vel", 10)
+        self._publisher = node.create_publisher(self._message, topic, 10)
 
     def publish(self, command: VelocityCommand) -> None:
         """Publish a command [m/s, m/s, rad/s]."""

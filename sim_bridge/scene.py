@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import attrs
+import yaml
 
 from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
@@ -141,6 +142,10 @@ class Scene(Settings):
             ball = Ball(**{**self.ball.as_dict(), "color": COLORS[self.ball.color]})
         return Surroundings(ground, ball, self.field, self.goals, self.poles)
 
+    def to_yaml(self) -> str:
+        """The scene as a YAML file, with all defaults."""
+        return yaml.safe_dump(_plain(self), sort_keys=False, default_flow_style=None)
+
 
 def load_scene(name_or_path: str | Path) -> Scene:
     """Read a scene from a shipped name or a YAML file.
@@ -152,15 +157,34 @@ def load_scene(name_or_path: str | Path) -> Scene:
     values = schema.read_yaml(path, "scene")
     if isinstance(values, dict):
         values = {"name": path.stem, **values}
-    scene = Scene.from_mapping(values, f"scene {path}: ")
+    scene = _checked(values, f"scene {path}: ")
     robots = tuple(
         attrs.evolve(robot, urdf=str(beside))
         if (beside := path.parent / robot.urdf).is_file()
         else robot
         for robot in scene.robots
     )
-    _check(scene, f"scene {path}: ")
     return attrs.evolve(scene, robots=robots)
+
+
+def parse_scene(text: str) -> Scene:
+    """Read what `Scene.to_yaml` has written; NaoGaitError as `load_scene`."""
+    return _checked(schema.parse_yaml(text, "scene"), "scene: ")
+
+
+def _checked(values: object, where: str) -> Scene:
+    scene = Scene.from_mapping(values, where)
+    _check(scene, where)
+    return scene
+
+
+def _plain(value: object) -> object:
+    """Groups of settings as mappings, tuples as lists."""
+    if isinstance(value, Settings):
+        return {key: _plain(each) for key, each in value.as_dict().items()}
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    return value
 
 
 def _check(scene: Scene, where: str) -> None:

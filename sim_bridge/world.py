@@ -36,6 +36,7 @@ class World:
 
     Attributes:
         robots: the robots, in the order in which they were given.
+        scene: field and robots by their names; None = a plain floor.
         surroundings: ground, field, goals, poles and ball.
         control_period: [ns] simulated time of one `step`.
         time: [ns] since the start; a reset does not set it back.
@@ -81,7 +82,7 @@ class World:
         names = [spec.name for spec in robots]
         if len(set(names)) < len(names) or (len(names) > 1 and "" in names):
             raise NaoGaitError("robots", ", ".join(map(repr, names)), "each name once, none empty")
-        self.control_period = period
+        self.control_period, self.scene = period, scene
         ground = prisms(plant.terrain, robots[0].seed)
         self.surroundings = (
             Surroundings(ground, ball) if scene is None else scene.surroundings(ground)

@@ -55,6 +55,7 @@ class RobotLink:
 
     Args:
         node: The node that subscribes and publishes.
+        name: Of a robot out of several, below which its topics are; "" for the only one.
         stamped: Whether to publish TwistStamped.
 
     Attributes:
@@ -62,7 +63,7 @@ class RobotLink:
         standstills: Number of standstill commands since the last movement.
     """
 
-    def __init__(self, node: "Node", *, stamped: bool = False) -> None:
+    def __init__(self, node: "Node", name: str = "", *, stamped: bool = False) -> None:
         from geometry_msgs.msg import WrenchStamped
         from nav_msgs.msg import Odometry
         from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
@@ -71,11 +72,12 @@ class RobotLink:
         from visualization_msgs.msg import MarkerArray
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        below = f"{name}/" if name else ""
         self.state = RobotState()
         self._order: dict[str, deque[int]] = {"truth": deque(), "odometry": deque()}
-        self._velocity = VelocityPublisher(node, stamped=stamped)
+        self._velocity = VelocityPublisher(node, stamped=stamped, topic=f"{below}cmd_vel")
         self._push_type = WrenchStamped
-        self._pushes = node.create_publisher(WrenchStamped, "push", 10)
+        self._pushes = node.create_publisher(WrenchStamped, f"{below}push", 10)
         self.standstills = STOP_COMMANDS
         for kind, topic, callback, qos in (
             (JointState, "joint_states", self._on_joints, qos_profile_sensor_data),
@@ -85,7 +87,7 @@ class RobotLink:
             (String, "gait/support", self._on_support, latched),
             (String, "robot_description", self._on_description, latched),
         ):
-            node.create_subscription(kind, topic, callback, qos)
+            node.create_subscription(kind, below + topic, callback, qos)
 
     # -- in ----------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from gait_lab.analysis.body import (
 from gait_lab.view.robot_link import RobotState
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
+from sim_bridge.shapes import Color
 
 LEFT_COLOR, RIGHT_COLOR = (200, 85, 61), (47, 127, 95)
 COM_COLOR, ORIGIN_COLOR, PENDULUM_COLOR = (224, 160, 48), (30, 90, 200), (15, 124, 148)
@@ -72,6 +73,8 @@ class RobotScene:
     Args:
         server: The viser server of the page.
         robot: The robot to show.
+        name: Of a robot out of several; "" for the only one, which walks on a grid.
+        color: Of its torso; None for that of the URDF.
 
     Attributes:
         base: Position x, y [m] and heading [rad] of the middle between the soles.
@@ -82,29 +85,32 @@ class RobotScene:
         prints: Footprints, oldest first.
     """
 
-    def __init__(self, server: Any, robot: RobotDescription) -> None:
+    def __init__(
+        self, server: Any, robot: RobotDescription, name: str = "", color: Color | None = None
+    ) -> None:
         self._scene = server.scene
         self._robot = robot
+        self._root = f"/{name}" if name else ""
         shapes = shapes_of(robot.urdf)
         self._poses = LinkPoses(robot, shapes.links)
         self.frames = [
-            self._scene.add_frame(f"/robot/{name}", show_axes=False) for name in shapes.links
+            self._scene.add_frame(f"{self._root}/robot/{link}", show_axes=False)
+            for link in shapes.links
         ]
         self.meshes: list[Any] = []
-        self._add_meshes(shapes)
+        self._add_meshes(shapes, color)
         self._scene.set_up_direction("+z")
-        self._scene.add_grid(
-            "/floor", width=20.0, height=20.0, cell_size=0.1, section_size=0.5,
-            cell_color=(222, 226, 230), section_color=(180, 188, 196), infinite_grid=True,
-            fade_distance=6.0,
-        )  # fmt: skip
+        if not name:
+            self._add_grid()
         self._support = {
-            side: self._outline(f"/support/{side}", color, mirror, 0.006)
+            side: self._outline(f"{self._root}/support/{side}", color, mirror, 0.006)
             for side, color, mirror in SIDES
         }
-        self.com = self._scene.add_icosphere("/pendulum/com", radius=0.014, color=COM_COLOR)
+        self.com = self._scene.add_icosphere(
+            f"{self._root}/pendulum/com", radius=0.014, color=COM_COLOR
+        )
         self.origin = self._scene.add_cylinder(
-            "/pendulum/origin", radius=0.011, height=0.006, color=ORIGIN_COLOR
+            f"{self._root}/pendulum/origin", radius=0.011, height=0.006, color=ORIGIN_COLOR
         )
         self._pendulum: Any = None
         self.prints: deque[Any] = deque()
@@ -112,18 +118,28 @@ class RobotScene:
         self._last_support = ""
         self.base: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def _add_meshes(self, shapes: Shapes) -> None:
+    def _add_grid(self) -> None:
+        self._scene.add_grid(
+            "/floor", width=20.0, height=20.0, cell_size=0.1, section_size=0.5,
+            cell_color=(222, 226, 230), section_color=(180, 188, 196), infinite_grid=True,
+            fade_distance=6.0,
+        )  # fmt: skip
+
+    def _add_meshes(self, shapes: Shapes, torso: Color | None) -> None:
         colors = np.array(shapes.color)
         for index, name in enumerate(shapes.links):
+            painted = None
+            if torso is not None and name == self._robot.torso_frame:
+                painted = tuple(round(255 * value) for value in torso)
             of_link = shapes.link[shapes.triangle[:, 0]] == index
             for number, color in enumerate(sorted(set(colors[of_link]))):
                 faces = shapes.triangle[of_link & (colors == color)]
                 used, local = np.unique(faces, return_inverse=True)
                 mesh = self._scene.add_mesh_simple(
-                    f"/robot/{name}/{number}",
+                    f"{self._root}/robot/{name}/{number}",
                     shapes.vertex[used].astype(np.float32),
                     local.reshape(faces.shape).astype(np.uint32),
-                    color=tuple(int(value) for value in color[4:-1].split(",")),
+                    color=painted or tuple(int(value) for value in color[4:-1].split(",")),
                     flat_shading=True, side="double",
                 )  # fmt: skip
                 self.meshes.append(mesh)
@@ -182,7 +198,8 @@ class RobotScene:
             _put(outline, flat)
             if support == side and support != self._last_support:
                 self._print_count += 1
-                mark = self._outline(f"/prints/{self._print_count}", color, mirror, 0.002)
+                name = f"{self._root}/prints/{self._print_count}"
+                mark = self._outline(name, color, mirror, 0.002)
                 _put(mark, flat)
                 mark.visible = True
                 self.prints.append(mark)
@@ -204,7 +221,7 @@ class RobotScene:
             line = np.array([[points["com"], points["pendulum origin"]]], dtype=np.float32)
             if self._pendulum is None:
                 self._pendulum = self._scene.add_line_segments(
-                    "/pendulum/rod", line, PENDULUM_COLOR, thickness=0.005
+                    f"{self._root}/pendulum/rod", line, PENDULUM_COLOR, thickness=0.005
                 )
             else:
                 self._pendulum.points = line

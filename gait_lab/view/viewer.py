@@ -1,4 +1,4 @@
-"""`nao_gait view`: a page on this machine that shows and drives the running robot."""
+"""`nao_gait view`: a page on this machine that shows and drives the running robots."""
 
 import contextlib
 import io
@@ -10,12 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.ros_session import ros_node
+from gait_lab.view.pitch import PitchScene
 from gait_lab.view.robot_link import COMMAND_PERIOD, RobotLink, RobotState
 from gait_lab.view.scene import RobotScene
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.process import stop_on_signal
 from nao_lipm_gait.types import VelocityCommand
+from nao_soccer.field import COLORS
+from sim_bridge.scene import parse_scene
+from sim_bridge.shapes import Color
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -52,10 +56,12 @@ class Panel:
         stop: Button that sets all velocities to 0.
         follow: Whether the camera follows the robot.
         through: Whether the robot is transparent.
+        robot: Which robot is driven, pushed and followed; None if there is only one.
     """
 
     def __init__(self, server: Any) -> None:
-        gui = server.gui
+        gui = self._gui = server.gui
+        self.robot: Any = None
         self._text = gui.add_markdown("waiting for the robot")
         with gui.add_folder("Drive"):
             self.x = gui.add_slider("forward [cm/s]", min=-40.0, max=40.0, step=1.0,
@@ -78,6 +84,12 @@ class Panel:
         self._pushes: list[tuple[float, float]] = []
         self.stop.on_click(lambda _: self.command_standstill())
         self.push.on_click(lambda _: self.click_push())
+
+    def offer_robots(self, names: tuple[str, ...]) -> None:
+        """Let the user choose one of several robots."""
+        if self.robot is not None:
+            self.robot.remove()
+        self.robot = self._gui.add_dropdown("robot", names, initial_value=names[0], order=0.5)
 
     @property
     def command(self) -> VelocityCommand:
@@ -125,8 +137,56 @@ def _whole(value: float) -> int:
     return round(value)
 
 
+class ShownRobot:
+    """One robot on the page.
+
+    Args:
+        node: The node that subscribes and publishes.
+        server: The viser server of the page.
+        name: Of a robot out of several; "" for the only one.
+        color: Of its torso; None for that of the URDF.
+        stamped: Whether to publish TwistStamped.
+
+    Attributes:
+        name: Its name.
+        link: Connection to the robot.
+        scene: What is drawn of it; None until joint states arrive.
+    """
+
+    def __init__(
+        self,
+        node: "Node",
+        server: Any,
+        name: str = "",
+        color: Color | None = None,
+        *,
+        stamped: bool = False,
+    ) -> None:
+        self.name = name
+        self.link = RobotLink(node, name, stamped=stamped)
+        self.scene: RobotScene | None = None
+        self._server, self._color = server, color
+        self._first_joints: float | None = None
+
+    def make_scene(self, now: float) -> None:
+        """Begin to draw the robot as soon as its joints and its URDF are known."""
+        state = self.link.state
+        if self.scene is not None or not state.joints:
+            return
+        if state.urdf is None:
+            if self._first_joints is None:
+                self._first_joints = now
+            if now - self._first_joints >= URDF_TIMEOUT:
+                self.scene = RobotScene(self._server, load_robot(), self.name, self._color)
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "robot.urdf")
+            path.write_text(state.urdf, encoding="utf-8")
+            self.scene = RobotScene(self._server, load_robot(path), self.name, self._color)
+
+
 class Viewer:
-    """One robot on one page; call `step` often.
+    """The world on one page: one robot, or the robots of a scene; call `step` often.
 
     Args:
         node: The node that subscribes and publishes.
@@ -134,65 +194,108 @@ class Viewer:
         stamped: Whether to publish TwistStamped.
 
     Attributes:
-        link: Connection to the robot.
         panel: Controls of the page.
-        scene: The scene; None until joint states arrive.
+        robots: The robots that are shown.
+        pitch: Field and ball; None without a scene.
     """
 
     def __init__(self, node: "Node", server: Any, *, stamped: bool = False) -> None:
-        self.link = RobotLink(node, stamped=stamped)
+        from geometry_msgs.msg import PointStamped
+        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from std_msgs.msg import String
+
         self.panel = Panel(server)
-        self.scene: RobotScene | None = None
-        self._server = server
-        self._first_joints: float | None = None
+        self.robots = [ShownRobot(node, server, stamped=stamped)]
+        self.pitch: PitchScene | None = None
+        self._node, self._server, self._stamped = node, server, stamped
+        self._description = ""
         self._next_frame = self._next_text = self._next_command = 0.0
         self._counted = (time.monotonic(), 0)
         self._followed = (0.0, 0.0)
         server.initial_camera.position = CAMERA
         server.initial_camera.look_at = (0.0, 0.0, 0.25)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        node.create_subscription(String, "scene_description", self._on_scene, latched)
+        node.create_subscription(
+            PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data
+        )
+
+    @property
+    def chosen(self) -> ShownRobot:
+        """The robot that is driven, pushed and followed."""
+        name = "" if self.panel.robot is None else self.panel.robot.value
+        return next((robot for robot in self.robots if robot.name == name), self.robots[0])
+
+    @property
+    def link(self) -> RobotLink:
+        """Connection to the chosen robot."""
+        return self.chosen.link
+
+    @property
+    def scene(self) -> RobotScene | None:
+        """What is drawn of the chosen robot; None until joint states arrive."""
+        return self.chosen.scene
 
     def step(self) -> None:
         """Draw the scene, update the text, and send commands, each at its period."""
         now = time.monotonic()
-        state = self.link.state
-        if self.scene is None and state.joints:
-            self.scene = self._make_scene(now)
-        if now >= self._next_frame and self.scene is not None:
+        chosen = self.chosen
+        for robot in self.robots:
+            robot.make_scene(now)
+        if now >= self._next_frame:
             self._next_frame = now + FRAME_PERIOD
             with self._server.atomic():
-                self.scene.update(state)
-                self.scene.see_through(self.panel.through.value)
-            if self.panel.follow.value:
-                self._follow(self.scene.base)
+                for robot in self.robots:
+                    if robot.scene is not None:
+                        robot.scene.update(robot.link.state)
+                        robot.scene.see_through(self.panel.through.value)
+            if self.panel.follow.value and chosen.scene is not None:
+                self._follow(chosen.scene.base)
+        state = chosen.link.state
         if now >= self._next_text:
             self._next_text = now + TEXT_PERIOD
             since, count = self._counted
-            rate = (state.count - count) / max(1e-3, now - since)
+            rate = max(0.0, (state.count - count) / max(1e-3, now - since))
             self._counted = now, state.count
             self.panel.show(state, rate)
         if now >= self._next_command:
             self._next_command = now + COMMAND_PERIOD
-            self.link.drive(self.panel.command)
-        heading = 0.0 if self.scene is None else self.scene.base[2]
+            chosen.link.drive(self.panel.command)
+        heading = 0.0 if chosen.scene is None else chosen.scene.base[2]
         push = self.panel.take_push(heading)
         if push is not None:
-            self.link.push(push)
+            chosen.link.push(push)
 
-    def _make_scene(self, now: float) -> RobotScene | None:
-        urdf = self.link.state.urdf
-        if urdf is None:
-            if self._first_joints is None:
-                self._first_joints = now
-            if now - self._first_joints < URDF_TIMEOUT:
-                return None
-            return RobotScene(self._server, load_robot())
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "robot.urdf")
-            path.write_text(urdf, encoding="utf-8")
-            return RobotScene(self._server, load_robot(path))
+    def _on_scene(self, message: Any) -> None:
+        """Show the robots of a scene in place of the only one."""
+        if message.data == self._description:
+            return  # the bridge has started again
+        try:
+            scene = parse_scene(message.data)
+        except NaoGaitError as error:
+            self._node.get_logger().warning(f"{error}; message ignored")
+            return
+        self._description = message.data
+        self._server.scene.reset()
+        self._server.scene.set_up_direction("+z")
+        self.pitch = PitchScene(self._server, scene)
+        self.robots = [
+            ShownRobot(
+                self._node, self._server, robot.name, COLORS[robot.team], stamped=self._stamped
+            )
+            for robot in scene.robots
+        ]
+        self.panel.offer_robots(tuple(robot.name for robot in scene.robots))
+
+    def _on_ball(self, message: Any) -> None:
+        if self.pitch is not None:
+            self.pitch.put_ball((message.point.x, message.point.y, message.point.z))
 
     def _follow(self, base: tuple[float, float, float]) -> None:
-        """Move every camera as far as the robot has moved; the user turns it."""
+        """Move every camera as far as the robot has moved, or to the one that is newly chosen.
+
+        The user turns it.
+        """
         dx, dy = base[0] - self._followed[0], base[1] - self._followed[1]
         if abs(dx) + abs(dy) < 1e-3:
             return

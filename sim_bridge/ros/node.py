@@ -121,6 +121,9 @@ class BridgeNode(Node):
         if self._world.ball_place is not None:
             topic = "ground_truth/ball_place"
             self._ball_place_topic = self.create_publisher(String, topic, LATCHED)
+        if self._world.scene is not None:
+            description = self.create_publisher(String, "scene_description", LATCHED)
+            description.publish(String(data=self._world.scene.to_yaml()))
         self.create_service(Trigger, "~/reset", self._on_reset)
         for each in self._robots if named else ():
             service = f"{each.robot.name}/{self.get_name()}/reset"

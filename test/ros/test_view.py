@@ -16,12 +16,13 @@ import pytest
 pytest.importorskip("viser")
 pytest.importorskip("mujoco")
 
-from geometry_msgs.msg import Twist, WrenchStamped
+from geometry_msgs.msg import PointStamped, Twist, WrenchStamped
 from nav_msgs.msg import Odometry
 
 from gait_lab.view.viewer import HOST, Viewer, serve
 from nao_lipm_gait.errors import NaoGaitError
 from ros_probe import ROOT, Probe
+from sim_bridge.scene import load_scene
 
 
 def free_port() -> int:
@@ -91,6 +92,40 @@ def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, serve
     probe.wait(lambda: True, "nothing")
     shown(lambda: viewer.link.standstills >= 10, "cmd_vel left to others")
     assert len(commands) <= count + 11
+
+
+def test_all_robots_of_a_scene_are_shown_and_the_chosen_one_is_driven(
+    probe: Probe, server: Any
+) -> None:
+    viewer = Viewer(probe.node, server)
+    commands = {
+        name: probe.subscribe(Twist, f"/{name}/cmd_vel") for name in ("red1", "blue2")
+    }
+    probe.start("sim_bridge", engine="mujoco", scene="pitch_small")
+
+    def shown(predicate: Any, what: str) -> None:
+        probe.wait(lambda: (viewer.step(), predicate())[1], what)
+
+    shown(lambda: len(viewer.robots) == 4, "the robots of the scene")
+    shown(lambda: all(robot.scene for robot in viewer.robots), "their joints")
+    shown(lambda: all(robot.scene.base[0] for robot in viewer.robots), "links placed")
+    for robot, pose in zip(viewer.robots, load_scene("pitch_small").robots, strict=True):
+        assert robot.scene is not None
+        x, y, heading = pose.pose
+        assert robot.name == pose.name
+        assert robot.scene.base[:2] == pytest.approx((x, y), abs=0.05)
+        assert np.cos(robot.scene.base[2] - heading) > 0.99
+    assert viewer.pitch is not None
+    put = probe.publisher(PointStamped, "/put_ball")
+    point = PointStamped()
+    point.point.x = 1.0
+    put.publish(point)
+    shown(lambda: abs(viewer.pitch.ball.position[0] - 1.0) < 0.01, "the ball")
+    assert viewer.link is viewer.robots[0].link
+    viewer.panel.robot.value = "blue2"
+    viewer.panel.x.value = 10.0
+    shown(lambda: any(c.linear.x == 0.1 for c in commands["blue2"]), "a command for blue2")
+    assert not any(c.linear.x for c in commands["red1"])
 
 
 def test_the_tool_serves_on_this_machine_alone(probe: Probe, tmp_path: Path) -> None:

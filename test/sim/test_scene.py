@@ -10,7 +10,7 @@ import yaml
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import names, share
 from sim_bridge.plant import Plant, with_options
-from sim_bridge.scene import load_scene
+from sim_bridge.scene import load_scene, parse_scene
 from sim_bridge.world import World
 
 
@@ -44,6 +44,13 @@ def test_shipped_scenes_can_be_read_and_their_robots_fit() -> None:
         assert scene.name == name
         assert len(scene.robot_specs()) == len(scene.robots)
         assert scene.surroundings().markings
+
+
+def test_a_scene_is_the_same_after_it_was_written(tmp_path: Path) -> None:
+    scene = load_scene(scene_file(tmp_path, poles=[{"x": 0.0, "y": 3.5}]))
+    assert parse_scene(scene.to_yaml()) == scene
+    with pytest.raises(NaoGaitError, match=r"scene: robots\[1\].urdf: got 'nothing'"):
+        parse_scene(scene.to_yaml().replace("urdf:", "# urdf:"))
 
 
 def test_each_robot_has_noise_of_its_own() -> None:
