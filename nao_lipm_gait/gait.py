@@ -459,6 +459,13 @@ class Gait:
         return motions.waiting is not None or gets_up
 
     @property
+    def gets_up_again(self) -> bool:
+        """A lying robot is going to get up, or to try it once more."""
+        motions = self._modes.motions
+        wanted = motions.get_up_wanted or self._parameters.get_up
+        return wanted and motions.attempts < ATTEMPTS
+
+    @property
     def motion_ended(self) -> bool:
         """No motion runs, or the last keyframe is held."""
         return self._modes.motions.finished

@@ -452,10 +452,12 @@ class GaitController:
     def _log_state(self, status: GaitStatus) -> None:
         """Log falls, get-ups and what else an operator must know of; steps of a walk are not."""
         before, self._logged_state = self._logged_state, status.state
-        if status.state is GaitState.FALLEN:
-            failed = before is GaitState.GETTING_UP
-            text = "getting up has failed, relaxed" if failed else "fallen, relaxed"
-            self._diagnostics.log(Level.WARN, text)
+        if status.state is GaitState.FALLEN and before is not GaitState.GETTING_UP:
+            self._diagnostics.log(Level.WARN, "fallen, relaxed")
+        elif status.state is GaitState.FALLEN and self._gait.gets_up_again:
+            self._diagnostics.log(Level.OK, "not up yet, going on")  # rolled over, or a failed try
+        elif status.state is GaitState.FALLEN:
+            self._diagnostics.log(Level.WARN, "getting up has failed, relaxed")
         elif status.state is GaitState.GETTING_UP:
             self._diagnostics.log(Level.OK, f"getting up: {status.motion}")
         elif status.state is GaitState.RELAXED:

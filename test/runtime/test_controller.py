@@ -7,6 +7,7 @@ import pytest
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.motion.scheduler import ATTEMPTS
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.controller import HELD_MAX, GaitController, Output, Settings
@@ -424,15 +425,29 @@ def test_a_robot_that_asks_for_its_answer_again_is_no_fault() -> None:
 def test_a_driver_that_is_late_again_and_again_is_few_lines() -> None:
     robot = Robot()
     robot.tick(100)
-    for _ in range(300):
+    for _ in range(40):
         robot.drive(0.1)
         robot.tick(60)
         robot.take(robot.controller.watch())
     stops = [text for text in robot.log if "the robot stops" in text]
-    assert 2 <= len(stops) < 8
+    assert 2 <= len(stops) < 6
     assert sum(text == "cmd_vel arrives again" for text in robot.log) in (
         len(stops), len(stops) - 1,
     )  # fmt: skip
+
+
+def test_only_the_last_get_up_that_fails_is_a_warning() -> None:
+    robot = Robot()
+    robot.imu_force = (-9.81, 0.0, 0.0)  # it never gets off the floor
+    robot.tick(100)
+    robot.request("get_up")
+    for _ in range(100):
+        if not robot.results:
+            robot.tick(100)
+    tries = [text for text in robot.log if text.startswith("getting up: ")]
+    assert len(tries) == ATTEMPTS
+    assert robot.log.count("not up yet, going on") == ATTEMPTS - 1
+    assert robot.log.count("getting up has failed, relaxed") == 1
 
 
 def test_an_outage_of_the_imu_is_logged_when_it_begins_and_ends() -> None:
