@@ -2,17 +2,23 @@
 
 from collections.abc import Mapping
 
+from nao_lipm_gait.runtime.diagnostics import Level, LogLine
+
 WINDOW = 2.0
 """[s] of wall time over which the speed of the simulation is measured."""
 _SECOND = 1_000_000_000
 
 
 class SpeedMonitor:
-    """Reports when the simulation becomes slower than asked, much slower, and fast enough again."""
+    """Reports when the simulation becomes slower than asked, much slower, and fast enough again.
+
+    A machine that is slow again and again is reported less and less often: with each time the speed
+    must be right for twice as long until it counts as recovered.
+    """
 
     SLOW, WORSE, RECOVERED = 0.95, 0.7, 0.99
     """Share of the speed below which it is slow; share of the reported share below which it is
-    reported again; share from which on it has recovered, after `CALM` windows."""
+    reported again; share from which on it has recovered, after `CALM` windows at first."""
     CALM = 3
 
     def __init__(self, factor: float, now: int) -> None:
@@ -23,9 +29,10 @@ class SpeedMonitor:
         self._reported: float | None = None
         self._slow_since = now
         self._calm_windows = 0
+        self._calm_needed = self.CALM
 
-    def update(self, now: int, lost: int) -> str | None:
-        """A message if the speed has changed.
+    def update(self, now: int, lost: int) -> LogLine | None:
+        """A line for the log if the speed has changed.
 
         Args:
             now: wall time [ns].
@@ -40,20 +47,23 @@ class SpeedMonitor:
             if share >= self.SLOW:
                 return None
             self._reported, self._slow_since, self._calm_windows = share, now - elapsed, 0
-            return self._text(share)
+            return self._slower(share)
         if share < self.WORSE * self._reported:
             self._reported, self._calm_windows = share, 0
-            return self._text(share)
+            return self._slower(share)
         self._calm_windows = self._calm_windows + 1 if share >= self.RECOVERED else 0
-        if self._calm_windows < self.CALM:
+        if self._calm_windows < self._calm_needed:
             return None
         self._reported = None
+        self._calm_needed *= 2
         slow = (now - self._slow_since) * 1e-9
-        return f"real_time_factor {self._factor:g} is reached again, after {slow:.0f} s"
+        text = f"real_time_factor {self._factor:g} is reached again, after {slow:.0f} s"
+        return LogLine(Level.OK, text)
 
-    def _text(self, share: float) -> str:
+    def _slower(self, share: float) -> LogLine:
         reached = share * self._factor
-        return f"slower than real_time_factor {self._factor:g}: {reached:.2g} is reached"
+        text = f"slower than real_time_factor {self._factor:g}: {reached:.2g} is reached"
+        return LogLine(Level.WARN, text)
 
 
 class PublisherMonitor:
@@ -64,17 +74,18 @@ class PublisherMonitor:
         self._advice = advice
         self._counts = dict.fromkeys(advice, 1)
 
-    def update(self, counts: Mapping[str, int]) -> list[str]:
-        """Messages about topics whose number of publishers has changed.
+    def update(self, counts: Mapping[str, int]) -> list[LogLine]:
+        """Lines for the log about topics whose number of publishers has changed.
 
         Args:
             counts: number of publishers by topic, the bridge included.
         """
-        messages = []
+        lines = []
         for topic, count in counts.items():
             before, self._counts[topic] = self._counts[topic], count
             if count > 1 and count > before:
-                messages.append(f"{count} publishers on {topic}; {self._advice[topic]}")
+                text = f"{count} publishers on {topic}; {self._advice[topic]}"
+                lines.append(LogLine(Level.WARN, text))
             elif before > 1 and count <= 1:
-                messages.append(f"one publisher on {topic} again")
-        return messages
+                lines.append(LogLine(Level.OK, f"one publisher on {topic} again"))
+        return lines

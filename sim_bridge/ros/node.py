@@ -17,6 +17,7 @@ from std_srvs.srv import Trigger
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.parameters import declare, of_type, unknown_overrides, used_as
+from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball
 from sim_bridge.plant import Plant, load_plant
@@ -186,8 +187,15 @@ class BridgeNode(Node):
     def check_publishers(self) -> None:
         """Log topics of this bridge on which others publish too."""
         counts = {topic: self.count_publishers(topic) for topic in self._watched_topics}
-        for message in self._publisher_monitor.update(counts):
-            self.get_logger().warning(message)
+        for line in self._publisher_monitor.update(counts):
+            self.log(line)
+
+    def log(self, line: LogLine) -> None:
+        """Write a line of a monitor to the log."""
+        if line.level == Level.OK:
+            self.get_logger().info(line.text)
+        else:
+            self.get_logger().warning(line.text)
 
     # -- inputs ------------------------------------------------------------------------------------
 

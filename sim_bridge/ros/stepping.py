@@ -87,9 +87,9 @@ def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> No
         node.advance()
         pacer.stepped()
         now = time.monotonic_ns()
-        message = speed.update(now, pacer.lost)
-        if message is not None:
-            node.get_logger().warning(message)
+        line = speed.update(now, pacer.lost)
+        if line is not None:
+            node.log(line)
         if now >= check_at:
             check_at = now + round(WINDOW * _SECOND)
             node.check_publishers()

@@ -79,9 +79,9 @@ def messages(shares: list[float]) -> list[tuple[int, str]]:
         for _ in range(200):  # one window
             now += round(WINDOW * SECOND / 200)
             lost += round((1.0 - share) * WINDOW * SECOND / 200)
-            message = monitor.update(now, lost)
-            if message is not None:
-                said.append((index, message))
+            line = monitor.update(now, lost)
+            if line is not None:
+                said.append((index, line.text))
     return said
 
 
@@ -102,13 +102,19 @@ def test_recovery_is_reported_once_it_lasts() -> None:
     assert said[1][1] == "real_time_factor 1 is reached again, after 12 s"
 
 
+def test_a_machine_that_is_slow_again_and_again_for_half_an_hour_is_few_lines() -> None:
+    windows = round(1800 / WINDOW)
+    said = messages(([0.9] * 4 + [1.0] * 10) * (windows // 14))
+    assert 3 <= len(said) < 8
+
+
 # -- other publishers -----------------------------------------------------------------------------
 
 
 def test_another_publisher_is_reported_when_it_comes_and_when_it_goes() -> None:
     monitor = PublisherMonitor({"/clock": "rename", "joint_states": "rename"})
     said = [
-        monitor.update({"/clock": clock, "joint_states": joints})
+        [line.text for line in monitor.update({"/clock": clock, "joint_states": joints})]
         for clock, joints in ((1, 1), (2, 1), (2, 1), (3, 2), (2, 2), (1, 2), (0, 1))
     ]
     assert said == [
