@@ -24,7 +24,7 @@ from nao_lipm_gait.ros.messages import (
     footsteps,
     support_text,
 )
-from nao_lipm_gait.runtime.diagnostics import Health, reports
+from nao_lipm_gait.runtime.reports import Health, reports
 from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant

@@ -13,8 +13,8 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
-from nao_lipm_gait.runtime.diagnostics import PublisherCounts
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
 from nao_lipm_gait.types import GaitStatus, JointTargets
 from sim_bridge.command_input import CommandInput, read_push
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import GaitController
-from nao_lipm_gait.runtime.diagnostics import Level, Report
+from nao_lipm_gait.runtime.diagnostics import Level
+from nao_lipm_gait.runtime.reports import Report
 from nao_lipm_gait.runtime.target_guard import SPEED_SHARE
 from nao_lipm_gait.types import GaitState, JointTargets
 

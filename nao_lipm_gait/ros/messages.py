@@ -27,8 +27,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
 from nao_lipm_gait.geometry import compose, quaternion_from_rpy
-from nao_lipm_gait.runtime.diagnostics import Report
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.runtime.reports import Report
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2, Pose6
 
 ODOM = "odom"

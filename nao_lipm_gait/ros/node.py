@@ -49,9 +49,10 @@ from nao_lipm_gait.ros.parameters import (
 )
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine, PublisherCounts
+from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
+from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
 from nao_lipm_gait.types import ON_THE_WAY, GaitStatus
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")

@@ -9,8 +9,11 @@ the fault trials and the benchmarks drive the same class.
                  the way of a sensor message: is its stamp the next one, are its values plausible,
                  which IMU sample belongs to which joint state
     target_guard the last check of the targets before they are sent
-    sensor_outage, commands, diagnostics, latency
-                 missing sensors, commands, health and log lines, warm-up and garbage collection
+    sensor_outage, commands, motion_requests
+                 missing sensors, velocity and head commands, outcomes of requested motions
+    diagnostics, reports, publisher_watch, tick_times
+                 log lines, reports, publishers that are one too many, durations and late ticks
+    latency      warm-up and garbage collection
 
 `sim_bridge` uses `inputs` and `diagnostics` as well: they are shared by both nodes and know neither
 the gait nor the robot's stand-in.

@@ -27,23 +27,12 @@ from nao_lipm_gait.runtime.commands import (
     read_velocity,
     with_changes,
 )
-from nao_lipm_gait.runtime.diagnostics import (
-    COMMANDS,
-    SENSORS,
-    SILENCE,
-    WALK,
-    Diagnostics,
-    Health,
-    Level,
-    LogLine,
-    PublisherCounts,
-    PublisherWatch,
-    Report,
-    reports,
-)
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics, Level, LogLine
 from nao_lipm_gait.runtime.frame_sync import FrameSync
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, finite, stamp_of
 from nao_lipm_gait.runtime.motion_requests import MotionRequests
+from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
+from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
 from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
 from nao_lipm_gait.runtime.target_guard import TargetGuard

@@ -11,8 +11,10 @@ from nao_lipm_gait.motion.scheduler import ATTEMPTS
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.controller import HELD_MAX, GaitController, Output, Settings
-from nao_lipm_gait.runtime.diagnostics import Level, PublisherCounts, Report
+from nao_lipm_gait.runtime.diagnostics import Level
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TwistInput
+from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from nao_lipm_gait.runtime.reports import Report
 from nao_lipm_gait.types import GaitState, JointTargets, SensorFrame
 
 ROBOT = load_robot()

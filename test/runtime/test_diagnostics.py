@@ -1,15 +1,6 @@
-"""What is logged, and how often; tick times are summarized."""
+"""What is logged, and how often."""
 
-import pytest
-
-from nao_lipm_gait.runtime.diagnostics import (
-    SENSORS,
-    Diagnostics,
-    Level,
-    PublisherCounts,
-    PublisherWatch,
-    Throttle,
-)
+from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics, Level, Throttle
 
 
 class Clock:
@@ -115,37 +106,3 @@ def test_a_condition_that_ends_within_a_second_is_in_one_report() -> None:
     diagnostics.begin(SENSORS, Level.WARN, "heat", "warm")
     diagnostics.end("heat", "cool")
     assert [remark.text for remark in diagnostics.take_remarks()[SENSORS]] == ["warm"]
-
-
-# -- publishers ------------------------------------------------------------------------------------
-
-
-def watched(*counts: PublisherCounts, seconds: int) -> list[str]:
-    """Log lines, if each of the counts lasts so long."""
-    clock = Clock()
-    diagnostics = Diagnostics(clock)
-    watch = PublisherWatch(diagnostics, clock)
-    for each in counts:
-        for _ in range(seconds):
-            watch.update(each)
-            clock.now += 1.0
-    return lines(diagnostics)
-
-
-def test_a_publisher_that_discovery_still_keeps_after_its_end_is_not_logged() -> None:
-    assert watched(PublisherCounts(joint_states=2), PublisherCounts(), seconds=20) == []
-
-
-@pytest.mark.parametrize("topic", ["cmd_vel", "joint_states", "joint_command"])
-def test_a_second_publisher_is_logged_once_and_when_it_leaves(topic: str) -> None:
-    said = watched(PublisherCounts(**{topic: 2}), PublisherCounts(), seconds=120)
-    assert len(said) == 2
-    assert said[0].startswith(f"2 publishers on {topic}")
-    assert said[1] == f"one publisher on {topic} again"
-
-
-def test_a_sender_of_another_message_type_is_logged_once() -> None:
-    wrong = PublisherCounts(mismatched="cmd_vel: got TwistStamped")
-    assert watched(wrong, PublisherCounts(), seconds=5) == [
-        "cmd_vel: got TwistStamped", "every sender of cmd_vel uses the right type",
-    ]  # fmt: skip

@@ -1,0 +1,155 @@
+"""One report per second each of the sensors, the walk and the commands, for the diagnostics."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Level, Remark
+from nao_lipm_gait.runtime.tick_times import TickSummary
+from nao_lipm_gait.types import GaitState, GaitStatus
+
+SILENCE = 0.5
+"""[s] without joint states that is an error."""
+IDLE = 10.0
+"""[s] after the last velocity command, after which its absence is no warning any more."""
+UNREACHED = 1e-3
+"""[m] Distance of a sole from its target that is reported."""
+_SHOWN = 3
+"""Remarks shown in a report."""
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """The state of the gait at the end of a second.
+
+    Attributes:
+        ticks: Ticks of this second; None without a tick.
+        sensor_age: Wall time [s] since the last joint state; None before the first.
+        missed_ticks: Frames that never arrived, since the start.
+        rejected: Refused messages per topic, since the start.
+        faults: Ticks whose targets were held or clipped by the guard, since the start.
+        deadline_misses: Ticks that took longer than a control period, since the start.
+        status: Status of the last tick; None before the first.
+        command_age: Sensor time [s] since the last velocity command; None before the first.
+        command_timed_out: A command to move is too old, so the robot stops.
+        gyro_bias_sigma: Standard deviation of the gyro's bias [rad/s].
+        remarks: What happened in this second, by report.
+    """
+
+    ticks: TickSummary | None
+    sensor_age: float | None
+    missed_ticks: int
+    rejected: Mapping[str, int]
+    faults: int
+    deadline_misses: int
+    status: GaitStatus | None
+    command_age: float | None = None
+    command_timed_out: bool = False
+    gyro_bias_sigma: float = 0.0
+    remarks: Mapping[str, Sequence[Remark]] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One status of the diagnostics.
+
+    Attributes:
+        name: SENSORS, WALK or COMMANDS.
+        level: The worst of what is said.
+        message: One line.
+        values: Numbers as text, with their unit in the name.
+    """
+
+    name: str
+    level: Level
+    message: str
+    values: Mapping[str, str]
+
+
+def reports(health: Health) -> tuple[Report, ...]:
+    """Make one report each for the sensors, the walk and the commands."""
+    remarks = health.remarks or {}
+    return (
+        _sensors(health, remarks.get(SENSORS, ())),
+        _walk(health, remarks.get(WALK, ())),
+        _commands(health, remarks.get(COMMANDS, ())),
+    )
+
+
+def _with_remarks(level: Level, message: str, remarks: Sequence[Remark]) -> tuple[Level, str]:
+    """Level and message together with the remarks: the worst ones first, each once."""
+    found = dict.fromkeys(
+        remark.text for remark in sorted(remarks, key=lambda remark: -remark.level)
+    )
+    worst = max((remark.level for remark in remarks), default=Level.OK)
+    shown = [text for text in (message, *list(found)[:_SHOWN]) if text]
+    return max(level, worst), "; ".join(shown)
+
+
+def _sensors(health: Health, remarks: Sequence[Remark]) -> Report:
+    level, message = Level.OK, "sensors arrive"
+    if health.sensor_age is None:
+        level, message = Level.STALE, "no joint_states so far"
+    elif health.sensor_age > SILENCE:
+        level, message = Level.ERROR, f"no joint_states for {health.sensor_age:.1f} s"
+    elif remarks:
+        message = ""
+    level, message = _with_remarks(level, message, remarks)
+    values = {
+        "sensor age [s]": "" if health.sensor_age is None else f"{health.sensor_age:.3f}",
+        "missed ticks": str(health.missed_ticks),
+        **{f"rejected {topic}": str(count) for topic, count in health.rejected.items()},
+    }
+    return Report(SENSORS, level, message, values)
+
+
+def _walk(health: Health, remarks: Sequence[Remark]) -> Report:
+    status, ticks = health.status, health.ticks
+    if status is None:
+        return Report(WALK, *_with_remarks(Level.STALE, "no tick so far", remarks), {})
+    level, message = Level.OK, status.state.value
+    if status.state is GaitState.FALLEN:
+        level = Level.ERROR
+    elif status.ik_residual > UNREACHED or status.clipped_joints:
+        level = Level.WARN
+        message += ", target out of reach"
+    level, message = _with_remarks(level, message, remarks)
+    innovation = [
+        measured - expected
+        for measured, expected in zip(
+            status.com_measured_in_q, status.com_expected_in_q, strict=True
+        )
+    ]
+    values = {
+        "state": status.state.value,
+        "motion": status.motion,
+        "support": status.support,
+        "steps": str(status.step_count),
+        "ticks per second": str(ticks.count if ticks else 0),
+        "tick p50 [us]": f"{ticks.p50:.0f}" if ticks else "",
+        "tick p99 [us]": f"{ticks.p99:.0f}" if ticks else "",
+        "tick max [us]": f"{ticks.maximum:.0f}" if ticks else "",
+        "deadline misses": str(health.deadline_misses),
+        "observer innovation x [mm]": f"{innovation[0] * 1e3:.2f}",
+        "observer innovation y [mm]": f"{innovation[1] * 1e3:.2f}",
+        "IK residual [mm]": f"{status.ik_residual * 1e3:.3f}",
+        "clipped joints": str(status.clipped_joints),
+        "torso roll [rad]": f"{status.torso_roll:.4f}",
+        "torso pitch [rad]": f"{status.torso_pitch:.4f}",
+        "gyro bias deviation [rad/s]": f"{health.gyro_bias_sigma:.5f}",
+        "faults": str(health.faults),
+    }
+    return Report(WALK, level, message, values)
+
+
+def _commands(health: Health, remarks: Sequence[Remark]) -> Report:
+    level, message = Level.OK, "cmd_vel arrives"
+    if health.command_age is None:
+        message = "no cmd_vel so far"
+    elif health.command_timed_out and health.command_age < IDLE:
+        level = Level.WARN
+        message = f"no cmd_vel for {health.command_age:.1f} s: the robot stops"
+    elif health.command_timed_out:
+        message = f"idle, no cmd_vel for {health.command_age:.0f} s"
+    level, message = _with_remarks(level, message, remarks)
+    age = "" if health.command_age is None else f"{health.command_age:.3f}"
+    return Report(COMMANDS, level, message, {"cmd_vel age [s]": age})
