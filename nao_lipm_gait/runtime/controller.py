@@ -168,6 +168,7 @@ class GaitController:
         self._last_position: FloatArray | None = None
         self._held = 0
         self._sensors_at: float | None = None
+        self._arrived_at = -math.inf
         self._continued_at = self._started_at = clock()
         self.faults = self.unexpected = 0
         self.crashes: list[str] = []
@@ -262,14 +263,15 @@ class GaitController:
             )  # fmt: skip
         else:
             sample = self._validation.read_joints(message, stamp)
-        before, now = self._sensors_at, self._clock()
-        self._sensors_at = now
+        now = self._sensors_at = self._clock()
+        before, arrived = self._arrived_at, now - message.waited
+        self._arrived_at = arrived
         self._diagnostics.end("silence", "joint_states arrive")
         self._stamps.accept(stamp, step)
         if step is Step.REPEATED:
-            self._answer_again(stamp, asked=before is not None and now - before > ASKED_AGAIN)
+            self._answer_again(stamp, asked=arrived - before > ASKED_AGAIN)
             return
-        if self._ticks.was_late(now - message.waited):
+        if self._ticks.was_late(arrived):
             period = self._settings.control_period
             text = f"a tick took longer than {period:g} s: the next joint_states had to wait"
             self._diagnostics.event(WALK, Level.WARN, "late ticks", text)

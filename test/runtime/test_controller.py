@@ -424,6 +424,16 @@ def test_a_robot_that_asks_for_its_answer_again_is_no_fault() -> None:
     assert robot.reports()["sensors"].values["rejected joint_states"] == "20"
 
 
+def test_when_a_robot_asks_again_is_when_its_message_arrived() -> None:
+    robot = Robot()
+    robot.tick(10)
+    robot.joints_waited = 0.3
+    robot.tick(1)
+    robot.joints_waited = 0.05  # it came 0.26 s after the last one and is taken right after it
+    robot.send()
+    assert robot.log == []
+
+
 def test_a_driver_that_is_late_again_and_again_is_few_lines() -> None:
     robot = Robot()
     robot.tick(100)
