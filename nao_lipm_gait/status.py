@@ -64,6 +64,8 @@ def make_status(
         ik_residual=ik_residual,
         clipped_joints=clipped_joints,
         motion=motion,
+        pose_covariance=estimator.pose_covariance,
+        yaw_rate_variance=estimator.yaw_rate_variance,
     )
 
 

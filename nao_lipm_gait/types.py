@@ -124,6 +124,17 @@ BUSY = (*ON_THE_WAY, *IN_MOTION)
 """The walk or a motion moves or holds the robot."""
 
 
+class PoseCovariance(NamedTuple):
+    """Covariance of x, y [m] and yaw [rad] of base_footprint in odom."""
+
+    xx: float = 0.0
+    xy: float = 0.0
+    yy: float = 0.0
+    x_yaw: float = 0.0
+    y_yaw: float = 0.0
+    yaw: float = 0.0
+
+
 class GaitStatus(NamedTuple):
     """The state of the gait after a tick, for topics, bags and figures.
 
@@ -151,6 +162,8 @@ class GaitStatus(NamedTuple):
         ik_residual: Largest distance [m] of a sole from its target; 0 when in reach.
         clipped_joints: Number of targets that were clipped at a joint limit.
         motion: Name of the running motion, or empty.
+        pose_covariance: Covariance of `base_footprint_in_odom`.
+        yaw_rate_variance: Variance [rad^2/s^2] of the yaw rate in `velocity`.
     """
 
     stamp: int
@@ -173,3 +186,5 @@ class GaitStatus(NamedTuple):
     ik_residual: float
     clipped_joints: int
     motion: str = ""
+    pose_covariance: PoseCovariance = PoseCovariance()
+    yaw_rate_variance: float = 0.0

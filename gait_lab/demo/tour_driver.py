@@ -22,8 +22,9 @@ STALL_TIMEOUT = 20.0
 """Wall time [s] without a message on `/clock` after which the demo gives up."""
 COMMAND_PERIOD = 0.1
 """Simulated time [s] between two velocity commands."""
-STAND_UP_TIME = 1.2
-"""Simulated time [s] for the gait to stand up before the tour."""
+STAND_UP_TIME = 4.0
+"""Simulated time [s] before the tour for the gait to stand up and, with the tour's own stand, to
+learn its gyro's bias."""
 EXTRA_TIME = 0.2
 """Simulated time [s] that is recorded after the end of the tour."""
 TOPICS = 12

@@ -20,11 +20,10 @@ only while the estimate is less certain than that.
 """
 
 from collections.abc import Sequence
-from math import hypot, sqrt
+from math import hypot, remainder, sqrt, tau
 from typing import final
 
 from nao_lipm_gait.estimation.com_measurement import LevelFrame
-from nao_lipm_gait.estimation.yaw_slip import YawOverSole
 from nao_lipm_gait.geometry import cross, dot
 from nao_lipm_gait.rate_limiter import limited_step
 from nao_lipm_gait.types import GRAVITY, LEFT, Point2, Point3
@@ -194,7 +193,7 @@ class SoleLevelling:
     def pause(self) -> None:
         """The robot does not walk. What has been learned is kept."""
         self._up: Point3 | None = None
-        self._over_sole = YawOverSole()
+        self._yaw = 0.0
         self._yaw_rate = 0.0
         self._support = 0
         self._supports = 0
@@ -245,9 +244,9 @@ class SoleLevelling:
             dt: Time [s] since the last tick.
         """
         roll_rate, pitch_rate, _ = angular_velocity
-        over_sole = self._over_sole.update(support, level)
-        if over_sole is not None:
-            self._yaw_rate = over_sole / dt
+        yaw_before, self._yaw = self._yaw, level.torso_yaw
+        if support == self._support:
+            self._yaw_rate = remainder(self._yaw - yaw_before, tau) / dt
         nx, ny, _ = sole.normal
         ux, uy, uz = self._up or sole.normal
         rx, ry, rz = cross((ux, uy, uz), (roll_rate, pitch_rate, self._yaw_rate))  # du/dt = u x w

@@ -14,10 +14,12 @@ from nao_lipm_gait.estimation.com_measurement import (
 from nao_lipm_gait.estimation.fall_detection import FallDetector, TippingDetector
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
+from nao_lipm_gait.estimation.odometry_covariance import OdometryCovariance
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
-from nao_lipm_gait.estimation.yaw_slip import YawSlipFromLean, YawSlipFromYawGyro
+from nao_lipm_gait.estimation.yaw_slip import UnseenYawSlip, YawOverSole, YawSlipFromYawGyro
+from nao_lipm_gait.estimation.yaw_slip_from_lean import YawSlipFromLean
 from nao_lipm_gait.geometry import as_point
 from nao_lipm_gait.head.head_control import TorsoPlace
 from nao_lipm_gait.motion.keyframes import Posture
@@ -30,6 +32,7 @@ from nao_lipm_gait.types import (
     WALK,
     GaitState,
     Point3,
+    PoseCovariance,
     SensorFrame,
 )
 from nao_lipm_gait.walks.base import Expectation
@@ -93,8 +96,12 @@ class StateEstimator:
         self._fall = FallDetector()
         self._tipping = TippingDetector()
         self._lying = LyingSideDetector()
+        self._yaw_over_sole = YawOverSole()
         self._slip_from_yaw_gyro = YawSlipFromYawGyro()
         self._slip_from_lean = YawSlipFromLean()
+        self._unseen_slip = UnseenYawSlip()
+        self._support = 0
+        self._covariance = OdometryCovariance()
         self._levelling = levelling
         self._alignment = alignment
 
@@ -170,18 +177,44 @@ class StateEstimator:
         else:
             self._levelling.pause()
         if in_motion:
+            self._yaw_over_sole.interrupt()
             return
-        slip = 0.0
+        over_sole = self._yaw_over_sole.update(support, level, other)
+        velocity = self.odometry.velocity
         if self._p.yaw_gyro:
-            slip = self._slip_from_yaw_gyro.update(support, level, rate, gyro_dt, at_rest=settled)
+            slip = self._slip_from_yaw_gyro.update(
+                over_sole, level.up, rate, gyro_dt, at_rest=settled
+            )
             if dt > GAP_MAX:
                 slip = 0.0  # the joints turned over the whole gap, the gyro only over a part of it
         elif self._p.yaw_from_lean:
-            velocity = self.odometry.velocity[:2]
             slip = self._slip_from_lean.update(
-                support, level, sole.normal, roll_rate, velocity, gyro_dt, at_rest=settled
-            )
+                support, over_sole, sole.normal, level.up, roll_rate, velocity[:2], gyro_dt,
+                at_rest=settled,
+            )  # fmt: skip
+        else:
+            slip = self._unseen_slip.update(over_sole, velocity, dt, at_rest=settled)
         self.odometry.update(support, level, other, dt, slip)
+        if support != self._support:
+            self._support = support
+            base = self.odometry.base_footprint_in_odom
+            self._covariance.step(base, self._yaw_slip.yaw_variance)
+
+    @property
+    def pose_covariance(self) -> PoseCovariance:
+        """Covariance of the odometry's pose, as of the last step."""
+        return self._covariance.pose
+
+    @property
+    def yaw_rate_variance(self) -> float:
+        """Variance [rad^2/s^2] of the odometry's yaw rate."""
+        return self._yaw_slip.rate_variance(self.odometry.velocity)
+
+    @property
+    def _yaw_slip(self) -> YawSlipFromYawGyro | YawSlipFromLean | UnseenYawSlip:
+        if self._p.yaw_gyro:
+            return self._slip_from_yaw_gyro
+        return self._slip_from_lean if self._p.yaw_from_lean else self._unseen_slip
 
     @property
     def gyro_bias_sigma(self) -> float:

@@ -216,9 +216,9 @@ class StatusWriter:
         self._odometry = Odometry()
         self._odometry.header.frame_id = ODOM
         self._odometry.child_frame_id = BASE_FOOTPRINT
-        # x, y, z, roll, pitch, yaw. Dead reckoning drifts; these are orders of magnitude, no model.
-        self._odometry.pose.covariance = _diagonal(0.01, 0.01, 1e-6, 1e-6, 1e-6, 0.05)
-        self._odometry.twist.covariance = _diagonal(0.0025, 0.0025, 1e-6, 1e-6, 1e-6, 0.04)
+        # x, y, z, roll, pitch, yaw. Height, roll and pitch of base_footprint are 0 by definition.
+        self._odometry.pose.covariance = _diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
+        self._odometry.twist.covariance = _diagonal(0.0025, 0.0025, 1e-6, 1e-6, 1e-6, 0.0)
         self._point = PointStamped()
         self._point.header.frame_id = Q
         self._transform = TransformStamped()
@@ -229,7 +229,7 @@ class StatusWriter:
         self._base.child_frame_id = base_frame
 
     def odometry(self, status: GaitStatus) -> Odometry:
-        """Pose of base_footprint in odom, and its velocity in its own frame."""
+        """Pose of base_footprint in odom and its velocity in its own frame, with covariances."""
         x, y, yaw = status.base_footprint_in_odom
         message = self._odometry
         message.header.stamp = to_time(status.stamp)
@@ -239,6 +239,13 @@ class StatusWriter:
         message.pose.pose.orientation.w = math.cos(0.5 * yaw)
         twist = message.twist.twist
         twist.linear.x, twist.linear.y, twist.angular.z = status.velocity
+        pose = status.pose_covariance
+        covariance = message.pose.covariance
+        covariance[0], covariance[7], covariance[35] = pose.xx, pose.yy, pose.yaw
+        covariance[1] = covariance[6] = pose.xy
+        covariance[5] = covariance[30] = pose.x_yaw
+        covariance[11] = covariance[31] = pose.y_yaw
+        message.twist.covariance[35] = status.yaw_rate_variance
         return message
 
     def transform(self, status: GaitStatus) -> TransformStamped:

@@ -47,6 +47,7 @@ from nao_lipm_gait.ros.parameters import (
     unknown_overrides,
     used_as,
 )
+from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
@@ -76,8 +77,8 @@ MOTIONS = node_parameter(
     "motions", "", "folder of motion files; empty = those that are shipped for this robot"
 )
 BIAS_WAIT = node_parameter(
-    "bias_wait", 5.0, "longest stand until the gyro's bias is known, before the first walk",
-    "s", 0.0, 60.0,
+    "bias_wait", LONGEST_BIAS_WAIT,
+    "longest stand until the gyro's bias is known, before the first walk", "s", 0.0, 60.0,
 )  # fmt: skip
 NODE_PARAMETERS = (
     URDF, PRESET, MOTIONS, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,

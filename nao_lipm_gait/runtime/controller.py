@@ -21,6 +21,7 @@ from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.motion.scheduler import GET_UP
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.runtime.bias_wait import BiasWait
 from nao_lipm_gait.runtime.commands import (
     VelocityInput,
     needing_restart,
@@ -64,8 +65,6 @@ LOAD_ABSURD = 1e5
 OFF_RATE, RATE_AGAIN = 0.1, 0.05
 """Share by which the mean step of the stamps may differ from the control period, and below which it
 is right again."""
-BIAS_KNOWN = 1e-3
-"""[rad/s] Standard deviation of the gyro's bias with which the robot may walk."""
 ASKED_AGAIN = 0.2
 """[s] of wall time without joint states, after which a repeated stamp asks for the answer again, as
 `sim_bridge` does in lockstep. That is no fault."""
@@ -162,8 +161,7 @@ class GaitController:
         self._motion_results: list[str] = []
         self._logged_state = GaitState.STAND
         self._timed_out = self._logged_timeout = False
-        self._bias_known = settings.bias_wait == 0.0
-        self._stands_since: int | None = None
+        self._bias_wait = BiasWait(settings.bias_wait)
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
         self._held = 0
@@ -379,8 +377,7 @@ class GaitController:
         """Restart the gait; its next targets may be anywhere, and so may the robot be."""
         self._gait.restart()
         self._guard.restart()
-        self._bias_known = self._settings.bias_wait == 0.0
-        self._stands_since = None
+        self._bias_wait.restart()
 
     # -- the tick ----------------------------------------------------------------------------------
 
@@ -388,7 +385,7 @@ class GaitController:
         command = self._velocity.at(frame.stamp)
         if self._sensors_are_missing(frame.stamp):
             command = STANDSTILL
-        if not self._bias_known and self._must_wait(frame.stamp, command):
+        if not self._bias_wait.over and self._must_wait(frame.stamp, command):
             command = STANDSTILL
         begin = self._clock()
         guarded = self._guard.step(frame, command)
@@ -423,22 +420,18 @@ class GaitController:
 
     def _must_wait(self, stamp: int, command: VelocityCommand) -> bool:
         """Whether the robot must still stand until the gyro's bias is known; ends for good."""
-        if self._gait.state is not GaitState.STAND:
-            self._stands_since = None
-            return False
-        since = self._stands_since = stamp if self._stands_since is None else self._stands_since
-        wait = self._settings.bias_wait
-        if self.last_status is not None and self._gait.gyro_bias_sigma < BIAS_KNOWN:
-            self._bias_known = True
+        wait, ticked = self._bias_wait, self.last_status is not None
+        sigma = self._gait.gyro_bias_sigma if ticked else None
+        stands = wait.update(stamp, self._gait.state, sigma)
+        if wait.known:
             self._diagnostics.end("gyro bias", "the gyro's bias is known")
-        elif stamp - since > wait * 1e9:
-            self._bias_known = True
-            text = f"the gyro's bias is not known after {wait:g} s of standing: the walk may turn"
-            self._diagnostics.end("gyro bias", text)
-        elif not command.is_zero:
-            text = f"standing until the gyro's bias is known, for {wait:g} s at most"
+        elif wait.over:
+            text = "the gyro's bias is not known after {:g} s of standing: the walk may turn"
+            self._diagnostics.end("gyro bias", text.format(wait.longest))
+        elif stands and not command.is_zero:
+            text = f"standing until the gyro's bias is known, for {wait.longest:g} s at most"
             self._diagnostics.begin(COMMANDS, Level.OK, "gyro bias", text)
-        return not self._bias_known
+        return stands
 
     def _log_state(self, status: GaitStatus) -> None:
         """Log falls, get-ups and what else an operator must know of; steps of a walk are not."""

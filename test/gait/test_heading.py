@@ -91,14 +91,30 @@ def test_the_yaw_slip_is_the_gyros_rotation_without_that_over_the_sole() -> None
     turn = YawSlipFromYawGyro()
     bias, slip, over_sole = 0.02, 0.3, 0.5
     for _ in range(1000):
-        assert turn.update(1, level(0.0), (0.0, 0.0, bias), DT, at_rest=True) == 0.0
-    yaw = 0.0
+        assert turn.update(0.0, UP, (0.0, 0.0, bias), DT, at_rest=True) == 0.0
     for _ in range(20):
-        # In the frame of a torso that turns left, its sole turns right.
-        yaw -= over_sole * DT
-        slipped = turn.update(1, level(yaw), (0.0, 0.0, over_sole + slip + bias), DT, at_rest=False)
+        rate = (0.0, 0.0, over_sole + slip + bias)
+        slipped = turn.update(over_sole * DT, UP, rate, DT, at_rest=False)
         assert slipped == pytest.approx(slip * DT, rel=1e-3)
-    assert turn.update(-1, level(1.0), (0.0, 0.0, 0.0), DT, at_rest=False) == 0.0
+
+
+def test_a_torso_that_rolls_and_pitches_does_not_turn() -> None:
+    """Roll and pitch a quarter of a period apart: the rate about the vertical is not 0."""
+    turn = YawSlipFromYawGyro()
+    frequency, amplitude = 15.0, 0.1
+    seen = 0.0
+    for tick in range(1000):
+        phase = frequency * tick * DT
+        roll, pitch = amplitude * math.sin(phase), amplitude * math.cos(phase)
+        roll_rate = amplitude * frequency * math.cos(phase)
+        pitch_rate = -amplitude * frequency * math.sin(phase)
+        up = (-math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll))
+        rate = (roll_rate, pitch_rate * math.cos(roll), -pitch_rate * math.sin(roll))
+        seen += turn.update(0.0, up, rate, DT, at_rest=False)
+        if tick == 999:
+            vertical = sum(a * b for a, b in zip(rate, up, strict=True))
+            assert abs(vertical) > 0.01
+    assert abs(seen) < 1e-6
 
 
 def test_odometry_turns_with_the_support_sole() -> None:

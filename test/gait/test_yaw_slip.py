@@ -9,7 +9,8 @@ import pytest
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.estimation.com_measurement import level_frame
-from nao_lipm_gait.estimation.yaw_slip import YawOverSole, YawSlipFromLean
+from nao_lipm_gait.estimation.yaw_slip import YawOverSole
+from nao_lipm_gait.estimation.yaw_slip_from_lean import YawSlipFromLean
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
@@ -29,9 +30,11 @@ class SwayingTorso:
         bias: Bias [rad/s] of the roll gyro.
         joints: Yaw rate [rad/s] over the soles, by the joint angles.
         slope: Slope [rad] of the ground, downwards ahead.
+        lean_error: Error [rad] of the lean by the joint angles.
         seed: Seed of the gyro's noise.
 
     Attributes:
+        joints: Yaw rate [rad/s] over the soles, by the joint angles.
         filter: The estimator under test.
         seen: Yaw slip [rad] that it has estimated so far.
         tipping: Roll rate [rad/s] that lifts the soles off the ground.
@@ -39,16 +42,19 @@ class SwayingTorso:
     """
 
     def __init__(
-        self, lean: float, bias: float, joints: float = 0.0, slope: float = 0.0, seed: int = 0
-    ) -> None:
+        self, lean: float, bias: float, joints: float = 0.0, slope: float = 0.0,
+        lean_error: float = 0.0, seed: int = 0,
+    ) -> None:  # fmt: skip
         self.filter = YawSlipFromLean()
         self.seen = 0.0
         self.tipping = 0.0
         self.bias = bias
-        self._lean, self._joints, self._slope = lean, joints, slope
+        self.joints = joints
+        self._lean, self._lean_error, self._slope = lean, lean_error, slope
         self._noise = np.random.default_rng(seed)
         self._time = 0.0
         self._over_sole = 0.0
+        self._yaw_over_sole = YawOverSole()
 
     def stand(self, seconds: float, rocking: Callable[[float], float] = lambda time: 0.0) -> None:
         """Stand for some time [s]; rocking: roll rate [rad/s] over time."""
@@ -64,17 +70,18 @@ class SwayingTorso:
             self._time += DT
             phase = math.pi * self._time / STEP
             roll, roll_rate = 0.05 * math.sin(phase), 0.05 * math.pi / STEP * math.cos(phase)
-            self._over_sole += self._joints * DT
+            self._over_sole += self.joints * DT
             support = 1 if math.sin(phase) > 0.0 else -1
-            self._tick(roll, roll_rate, self._joints + turn, velocity, support, at_rest=False)
+            self._tick(roll, roll_rate, self.joints + turn, velocity, support, at_rest=False)
 
     def _tick(
         self, roll: float, roll_rate: float, yaw_rate: float, velocity: tuple[float, float],
         support: int, at_rest: bool,
     ) -> None:  # fmt: skip
-        sin, cos = math.sin(self._lean), math.cos(self._lean)
+        gyro = roll_rate - yaw_rate * math.sin(self._lean) + self.bias + self.tipping
+        measured = self._lean + self._lean_error
+        sin, cos = math.sin(measured), math.cos(measured)
         up = (-sin, cos * math.sin(roll), cos * math.cos(roll))
-        gyro = roll_rate - yaw_rate * sin + self.bias + self.tipping
         gyro += self._noise.normal(0.0, NOISE)
         sole = flat_sole(up, -self._over_sole)
         # The slope in the frame of the turning torso.
@@ -83,8 +90,9 @@ class SwayingTorso:
         vertical = (
             -math.sin(lean), math.cos(lean) * math.sin(tilted), math.cos(lean) * math.cos(tilted)
         )
+        over_sole = self._yaw_over_sole.update(support, level_frame(sole, vertical), sole)
         self.seen += self.filter.update(
-            support, level_frame(sole, vertical), sole.normal, gyro, velocity, DT, at_rest=at_rest
+            support, over_sole, sole.normal, vertical, gyro, velocity, DT, at_rest=at_rest
         )
 
 
@@ -98,14 +106,60 @@ def flat_sole(up: Point3, heading: float) -> SolePose:
 
 
 @pytest.mark.parametrize("turn", [0.15, -0.1, 0.0])
-@pytest.mark.parametrize("joints", [0.0, 0.3])
-def test_a_leaning_torso_measures_the_yaw_slip(turn: float, joints: float) -> None:
-    torso = SwayingTorso(lean=0.1, bias=0.008, joints=joints)
+@pytest.mark.parametrize("held", [False, True])
+def test_a_leaning_torso_measures_the_yaw_slip(turn: float, held: bool) -> None:
+    """Also while the joints turn the torso back, as they do while a heading is held."""
+    torso = SwayingTorso(lean=0.1, bias=0.008)
     torso.stand(3.0)
     torso.walk(8.0, turn)
+    torso.joints = -turn if held else 0.0
     before = torso.seen
     torso.walk(10.0, turn)
     assert torso.seen - before == pytest.approx(10.0 * turn, abs=math.radians(10.0))
+
+
+@pytest.mark.parametrize("lean_error", [-0.03, 0.03])
+def test_a_curve_is_not_taken_for_slip(lean_error: float) -> None:
+    """With this error of the lean, each radian of the curve looks like 0.75 rad of slip."""
+    torso = SwayingTorso(lean=0.04, bias=0.0, joints=0.35, lean_error=lean_error)
+    torso.stand(3.0)
+    torso.walk(10.0, 0.0, velocity=(0.15, 0.0))
+    assert abs(torso.seen) < math.radians(5.0)
+    # A slip of 5 % would not be seen either, and the variance says so.
+    assert torso.filter.yaw_variance > (0.05 * 3.5) ** 2
+    assert torso.filter.rate_variance((0.15, 0.0, 0.35)) > (0.05 * 0.35) ** 2
+
+
+def test_a_slip_that_is_found_late_corrects_the_heading_back() -> None:
+    """The slip begins with the walk; the first strides do not show it."""
+
+    def missed(seconds: float) -> float:
+        torso = SwayingTorso(lean=0.12, bias=0.0)
+        torso.stand(5.0)
+        torso.walk(seconds, 0.2)
+        return 0.2 * seconds - torso.seen
+
+    assert missed(1.0) > 0.1
+    assert abs(missed(12.0)) < 0.08
+
+
+def test_the_heading_is_known_worse_without_lean() -> None:
+    def variance(lean: float) -> float:
+        torso = SwayingTorso(lean=lean, bias=0.0)
+        torso.stand(5.0)
+        torso.walk(10.0, 0.0)
+        return torso.filter.yaw_variance
+
+    assert variance(0.15) < 0.25 * variance(0.01)
+    assert variance(0.15) < 0.25 * variance(0.0)
+
+
+def test_a_robot_that_still_rocks_learns_its_bias_from_the_later_samples() -> None:
+    torso = SwayingTorso(lean=0.1, bias=0.002)
+    torso.stand(4.0, lambda time: -0.016 * math.exp(-time / 0.2))
+    assert torso.filter.bias_sigma < 5e-4
+    torso.walk(20.0, 0.0)
+    assert abs(torso.seen) < math.radians(10.0)
 
 
 def test_left_and_right_are_alike() -> None:
@@ -216,20 +270,25 @@ def test_each_walking_direction_has_its_own_yaw_slip() -> None:
     torso.stand(3.0)
     torso.walk(15.0, 0.2)
     before = torso.seen
-    torso.walk(4.0 * DT, 0.0, velocity=(-0.3, 0.0))
-    assert torso.seen == before
+    torso.walk(3.0, 0.0, velocity=(-0.3, 0.0))
+    # With the slip of the walk forward it would be 0.5 rad.
+    assert abs(torso.seen - before) < 0.2
 
 
 def test_the_torso_turns_left_over_a_sole_that_turns_right_in_its_frame() -> None:
     turn = YawOverSole()
     up = (0.0, 0.0, 1.0)
 
-    def turn_of(support: int, heading: float) -> float | None:
-        return turn.update(support, level_frame(flat_sole(up, heading), up))
+    def turn_of(support: int, heading: float, other: float) -> float:
+        sole = flat_sole(up, heading)
+        return turn.update(support, level_frame(sole, up), flat_sole(up, other))
 
-    assert turn_of(1, 0.0) is None
-    assert turn_of(1, -0.1) == pytest.approx(0.1)
-    assert turn_of(-1, 0.5) is None
+    assert turn_of(1, 0.0, 0.5) == 0.0
+    assert turn_of(1, -0.1, 0.5) == pytest.approx(0.1)
+    # The other sole becomes the support sole; the torso has turned over the first one.
+    assert turn_of(-1, 0.5, -0.3) == pytest.approx(0.2)
+    turn.interrupt()
+    assert turn_of(-1, 0.8, 0.0) == 0.0
 
 
 def test_a_robot_without_yaw_gyro_keeps_its_heading() -> None:

@@ -33,6 +33,7 @@ TINY: dict[str, dict[str, Any]] = {
     "endurance": {"metres": 0.3},
     "delay": {"tasks": ("forward=10",), "window": 0.5, "open_loop": "off"},
     "robust": {"tasks": ("forward=10",), "window": 0.5, "open_loop": "off"},
+    "odometry": {"courses": ("curve",), "bias_wait": 1.0},
 }
 HEADLINES = {
     "speed": ("forward_worst", "forward_open_loop_median", "forward_half_error_worst",
@@ -45,6 +46,7 @@ HEADLINES = {
     "endurance": ("closed_falls_per_km", "open_loop_falls_per_km", "closed_distance"),
     "delay": ("delay_0_matched_forward_10_upright", "delay_80_own_forward_10_worst"),
     "robust": ("stiff_floor_forward_10_upright_share", "joint_zeros_forward_10_median"),
+    "odometry": ("curve_heading_error_worst", "curve_place_error_median", "curve_stood_worst"),
 }  # fmt: skip
 
 

@@ -1,0 +1,50 @@
+"""Covariance of the odometry's pose, by the walked way and the variance of the heading."""
+
+from math import hypot
+
+from nao_lipm_gait.geometry import ORIGIN
+from nao_lipm_gait.types import Pose2, PoseCovariance
+
+WAY_NOISE = 0.03
+"""Deviation [m/m^0.5] of the walked way: feet that slip, and errors of the joint angles."""
+VARIANCE_MIN = 1e-6
+"""Smallest variance [m^2, rad^2]; filters cannot use 0."""
+
+
+class OdometryCovariance:
+    """Covariance of the odometry's pose, step by step.
+
+    With a heading error e, a step (dx, dy) in odom is (-dy, dx) e off; the covariance follows as
+    F P F' + Q. The variance of the heading is that of the yaw slip's estimator. If it decreases, an
+    earlier error was found, and the covariance of heading and place decreases alike.
+
+    Attributes:
+        pose: The covariance.
+    """
+
+    def __init__(self) -> None:
+        self.pose = PoseCovariance(xx=VARIANCE_MIN, yy=VARIANCE_MIN, yaw=VARIANCE_MIN)
+        self._last: Pose2 = ORIGIN
+
+    def step(self, base_footprint: Pose2, yaw_variance: float) -> None:
+        """One step.
+
+        Args:
+            base_footprint: Pose of base_footprint in odom.
+            yaw_variance: Variance [rad^2] of the heading.
+        """
+        x, y, _ = base_footprint
+        dx, dy = x - self._last[0], y - self._last[1]
+        self._last = base_footprint
+        xx, xy, yy, x_yaw, y_yaw, yaw = self.pose
+        way = WAY_NOISE**2 * hypot(dx, dy)
+        yaw_after = max(yaw_variance, VARIANCE_MIN)
+        share = min(1.0, yaw_after / yaw)
+        self.pose = PoseCovariance(
+            xx - 2.0 * dy * x_yaw + dy * dy * yaw + way,
+            xy + dx * x_yaw - dy * y_yaw - dx * dy * yaw,
+            yy + 2.0 * dx * y_yaw + dx * dx * yaw + way,
+            share * (x_yaw - dy * yaw),
+            share * (y_yaw + dx * yaw),
+            yaw_after,
+        )
