@@ -58,6 +58,15 @@ def joined(meshes: list[Mesh]) -> Mesh:
     return Mesh(np.vstack(vertices), np.vstack(normals))
 
 
+def wavefront(mesh: Mesh) -> str:
+    """The mesh as the text of an OBJ file."""
+    corners = range(1, len(mesh.vertices) + 1)
+    lines = [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in mesh.vertices.tolist()]
+    lines += [f"vn {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.normals.tolist()]
+    lines += [f"f {i}//{i} {i + 1}//{i + 1} {i + 2}//{i + 2}" for i in corners[::3]]
+    return "\n".join(lines) + "\n"
+
+
 def _box(size: FloatArray) -> Mesh:
     faces = []
     for axis in range(3):

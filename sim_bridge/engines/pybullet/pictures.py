@@ -5,8 +5,10 @@ What is seen is in a PyBullet client of its own, so it costs the physics nothing
 
 import contextlib
 import math
+import tempfile
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -17,7 +19,7 @@ from nao_soccer.field import COLORS
 from sim_bridge.ball import BallState
 from sim_bridge.body import Body
 from sim_bridge.engines.pybullet.library import bullet, silenced
-from sim_bridge.engines.pybullet.meshes import Mesh, faceted, flat, joined, mesh_of
+from sim_bridge.engines.pybullet.meshes import Mesh, faceted, flat, joined, mesh_of, wavefront
 from sim_bridge.shapes import Shape
 from sim_bridge.state import TrueState
 from sim_bridge.surroundings import Surroundings
@@ -37,8 +39,8 @@ _TRANSPARENT = 0.5
 _LIGHT = {
     "lightDirection": [0.2, -0.1, 1.0],
     "lightColor": [1.0, 1.0, 1.0],
-    "lightAmbientCoeff": 0.55,
-    "lightDiffuseCoeff": 0.45,
+    "lightAmbientCoeff": 0.65,
+    "lightDiffuseCoeff": 0.35,
     "lightSpecularCoeff": 0.0,
     "shadow": 0,
 }
@@ -133,17 +135,17 @@ class PyBulletPictures:
             by_color.setdefault(tuple(color), []).append(mesh)
         bodies = []
         for color, meshes in by_color.items():
-            mesh = joined(meshes)
-            shape = bullet.createVisualShape(
-                bullet.GEOM_MESH,
-                vertices=mesh.vertices.tolist(),
-                normals=mesh.normals.tolist(),
-                uvs=np.zeros((len(mesh.vertices), 2)).tolist(),
-                indices=list(range(len(mesh.vertices))),
-                rgbaColor=color,
-                specularColor=[0.0, 0.0, 0.0],
-                physicsClientId=self._client,
-            )
+            # From a file, because PyBullet never frees vertices that are given to it directly.
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder, "mesh.obj")
+                path.write_text(wavefront(joined(meshes)), encoding="utf-8")
+                shape = bullet.createVisualShape(
+                    bullet.GEOM_MESH,
+                    fileName=str(path),
+                    rgbaColor=color,
+                    specularColor=[0.0, 0.0, 0.0],
+                    physicsClientId=self._client,
+                )
             bodies.append(
                 bullet.createMultiBody(
                     0.0, baseVisualShapeIndex=shape, physicsClientId=self._client
