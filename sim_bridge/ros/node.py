@@ -20,6 +20,7 @@ from nao_lipm_gait.ros.parameters import declare, of_type, unknown_overrides, us
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball
+from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.ros import parameters
 from sim_bridge.ros.messages import WorldWriter
@@ -80,6 +81,7 @@ class BridgeNode(Node):
             "sensor_delay": of_type(delay, float),
             "control_period": CONTROL_PERIOD,
             "gui": _check_display(of_type(declare(self, parameters.GUI), bool)),
+            "cameras": self._camera_settings(plant),
         }
         if name != FLOOR:
             scene = used_as(parameters.SCENE, load_scene, name)
@@ -97,6 +99,19 @@ class BridgeNode(Node):
             ball=Ball() if of_type(declare(self, parameters.BALL), bool) else None,
             **common,
         )
+
+    def _camera_settings(self, plant: Plant) -> CameraSettings | None:
+        """Settings of the cameras; None without cameras."""
+        delay = declare(self, parameters.CAMERA_DELAY, plant.camera.delay)
+        noise = declare(self, parameters.CAMERA_NOISE, plant.camera.noise)
+        settings = CameraSettings(
+            of_type(declare(self, parameters.CAMERA_RATE), float),
+            of_type(declare(self, parameters.CAMERA_WIDTH), int),
+            of_type(declare(self, parameters.CAMERA_HEIGHT), int),
+            of_type(delay, float),
+            of_type(noise, float),
+        )
+        return settings if of_type(declare(self, parameters.CAMERAS), bool) else None
 
     def _titles(self, plant: Plant) -> list[str]:
         robots = [each.robot for each in self._robots]

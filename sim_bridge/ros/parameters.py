@@ -35,9 +35,23 @@ BALL = node_parameter("ball", False, "a ball on the floor, 0.5 m in front of the
 PUBLISH_CLOCK = node_parameter(
     "publish_clock", True, "publish /clock; false for all but one of several robots"
 )
+CAMERAS = node_parameter("cameras", False, "publish images of the robots' cameras")
+CAMERA_RATE = node_parameter(
+    "camera_rate", 10.0, "images per second of each camera", "Hz", 0.1, 100.0
+)
+CAMERA_WIDTH = node_parameter("camera_width", 320, "columns of an image", "px", 16, 1920)
+CAMERA_HEIGHT = node_parameter("camera_height", 240, "rows of an image", "px", 16, 1440)
+CAMERA_DELAY = node_parameter(
+    "camera_delay", 0.1, "age of an image when published; default: the plant's", "s", 0.0, 1.0
+)
+CAMERA_NOISE = node_parameter(
+    "camera_noise", 3.0, "standard deviation of a pixel, of 255; default: the plant's", "",
+    0.0, 64.0,
+)  # fmt: skip
+OF_THE_CAMERAS = (CAMERA_RATE, CAMERA_WIDTH, CAMERA_HEIGHT, CAMERA_DELAY, CAMERA_NOISE)
 NODE_PARAMETERS = (
     SCENE, URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI,
-    START_STATE, PUSH_DURATION, BALL, PUBLISH_CLOCK,
+    START_STATE, PUSH_DURATION, BALL, PUBLISH_CLOCK, CAMERAS, *OF_THE_CAMERAS,
 )  # fmt: skip
 OF_THE_FLOOR = (URDF, ROBOT_SEED, START_STATE, BALL)
 """Parameters that the other scenes give for each robot."""

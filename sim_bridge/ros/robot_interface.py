@@ -22,6 +22,7 @@ from nao_lipm_gait.runtime.diagnostics import Throttle
 from nao_lipm_gait.runtime.inputs import stamp_of
 from sim_bridge.command_input import CommandInput, read_push
 from sim_bridge.robot import Reading, SimulatedRobot
+from sim_bridge.ros.camera_topics import CameraTopics
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
 
 RESET_SILENCE = 0.6
@@ -109,6 +110,7 @@ class RobotInterface:
         )
         self._odometry = node.create_publisher(Odometry, f"{below}ground_truth/odom", RELIABLE)
         self._com = node.create_publisher(PointStamped, f"{below}ground_truth/com", RELIABLE)
+        self._cameras = [CameraTopics(node, camera, below) for camera in robot.cameras]
         description = node.create_publisher(String, f"{below}robot_description", LATCHED)
         description.publish(String(data=robot.description.urdf))
         self.joint_states: str = self._joint_states.topic_name
@@ -128,6 +130,9 @@ class RobotInterface:
             self._sent = reading
             self.awaited = reading.frame.stamp
             self._send(reading)
+        if now >= self._silent_until:
+            for camera in self._cameras:
+                camera.publish(now)
         truth = self.robot.truth()
         self._odometry.publish(self._truths.odometry(truth))
         self._com.publish(self._truths.com(truth))
