@@ -219,8 +219,8 @@ class StateEstimator:
     @property
     def gyro_bias_sigma(self) -> float:
         """Standard deviation [rad/s] of the gyro's bias; 0 where the odometry does not use it."""
-        learns = self._p.yaw_from_lean and not self._p.yaw_gyro
-        return self._slip_from_lean.bias_sigma if learns else 0.0
+        slip = self._yaw_slip
+        return 0.0 if isinstance(slip, UnseenYawSlip) else slip.bias_sigma
 
     def _mean_rate(self, rate: Point3) -> Point3:
         """Gyro [rad/s] since the last frame; the mean of both ends if frames were lost."""

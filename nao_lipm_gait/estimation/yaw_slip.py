@@ -9,7 +9,7 @@ Each of them has a `yaw_variance` [rad^2], that of the odometry's heading since 
 `rate_variance` [rad^2/s^2], that of its yaw rate.
 """
 
-from math import hypot, remainder, tau
+from math import hypot, remainder, sqrt, tau
 
 from nao_lipm_gait.estimation.com_measurement import LevelFrame
 from nao_lipm_gait.types import Point3, Pose2
@@ -57,6 +57,10 @@ BIAS_TIME = 10.0
 """Time [s] of rest over which the bias is the mean of the gyro."""
 
 
+BIAS_SIGMA = 0.005
+"""Deviation [rad/s] of the bias before the robot has stood still."""
+SAMPLE_NOISE = 5e-4
+"""Deviation [rad/s^0.5] of the gyro's integral: 0.005 rad/s in each of 100 samples a second."""
 YAW_GYRO_NOISE = 0.004
 """Deviation [rad/s^0.5] of the heading by a yaw gyro."""
 YAW_GYRO_RATE_SIGMA = 0.01
@@ -100,6 +104,13 @@ class YawSlipFromYawGyro:
             return 0.0
         self.yaw_variance += YAW_GYRO_NOISE**2 * dt
         return (rate - self._bias) * dt - over_sole
+
+    @property
+    def bias_sigma(self) -> float:
+        """Standard deviation [rad/s] of the learned bias."""
+        if self._rest_time <= 0.0:
+            return BIAS_SIGMA
+        return min(BIAS_SIGMA, SAMPLE_NOISE / sqrt(self._rest_time))
 
     def rate_variance(self, velocity: Pose2) -> float:
         """Variance [rad^2/s^2] of the yaw rate; velocity: by odometry [m/s, m/s, rad/s]."""

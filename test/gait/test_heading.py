@@ -90,8 +90,10 @@ def test_only_a_robot_that_walks_straight_leans(yaw: float, leans: bool) -> None
 def test_the_yaw_slip_is_the_gyros_rotation_without_that_over_the_sole() -> None:
     turn = YawSlipFromYawGyro()
     bias, slip, over_sole = 0.02, 0.3, 0.5
+    unknown = turn.bias_sigma
     for _ in range(1000):
         assert turn.update(0.0, UP, (0.0, 0.0, bias), DT, at_rest=True) == 0.0
+    assert turn.bias_sigma < 0.1 * unknown
     for _ in range(20):
         rate = (0.0, 0.0, over_sole + slip + bias)
         slipped = turn.update(over_sole * DT, UP, rate, DT, at_rest=False)

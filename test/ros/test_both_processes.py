@@ -53,7 +53,7 @@ def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, paramete
     probe.start("sim_bridge", **parameters)
     began = time.monotonic()
     probe.wait(lambda: support and support[-1].data.startswith("stand"), "a stand")
-    probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
+    probe.wait(lambda: truth and stamp(truth[-1]) > 5_000_000_000, "5 s of simulated time")
     start = truth[-1].pose.pose.position
 
     def walked(message: Odometry) -> float:
@@ -157,7 +157,7 @@ def _run(folder: Path, seed: int, until: int) -> dict[int, bytes]:
     probe = Probe(folder)
     try:
         remap = ("--ros-args", "-r", "joint_states:=relayed/joint_states")
-        probe.start("gait", *remap, cmd_vel_timeout=1000.0)
+        probe.start("gait", *remap, cmd_vel_timeout=1000.0, bias_wait=0.0)
         relay = probe.publisher(JointState, "relayed/joint_states")
         joints = probe.subscribe(JointState, "joint_states", 1000, relay.publish)
         velocity = probe.publisher(Twist, "cmd_vel")

@@ -38,7 +38,7 @@ def walking(probe: Probe) -> tuple[Any, list[Any], list[Any], list[Any]]:
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     support = probe.subscribe(String, "gait/support", LATCHED)
     commands = probe.subscribe(JointState, "joint_command")
-    gait = probe.start("gait")
+    gait = probe.start("gait", bias_wait=0.0)
     probe.start("sim_bridge", **SLOW)
     probe.wait(lambda: truth and stamp(truth[-1]) > 2 * SECOND, "2 s of simulated time")
 
@@ -65,7 +65,7 @@ def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe
     gait.wait()
     probe.processes.remove(gait)
     support.clear()
-    again = probe.start("gait")
+    again = probe.start("gait", bias_wait=0.0)
     probe.wait(lambda: support, "a word of the new gait")
     returned = stamp(truth[-1])
 
