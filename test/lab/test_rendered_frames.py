@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import attrs
 import numpy as np
 import pytest
 
@@ -16,8 +17,10 @@ from gait_lab.trials.rendered_frames import (
     rendered_frames,
 )
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.head.goals import Angles
 from nao_lipm_gait.types import VelocityCommand
 from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.scene import load_scene
 
 SMALL = CameraSettings(width=160, height=120)
 
@@ -63,6 +66,34 @@ def test_the_orange_ball_is_where_the_truth_says(engine: str) -> None:
         assert rows[near].mean() == pytest.approx(expected[1], abs=1.5)
         checked += 1
     assert checked >= 6
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_lines_cross_where_the_field_says(engine: str) -> None:
+    """The pixels of crossings are white, those of points beside the lines are green."""
+    pitch = load_scene("pitch_small")
+    assert pitch.field is not None
+    alone = attrs.evolve(pitch, ball=None, robots=pitch.robots[:1])
+    crossings = [(each.x, each.y) for each in pitch.field.crossings()]
+    beside = [(-1.2, 0.3), (-0.2, 0.15), (0.2, -0.2), (0.6, 0.3)]
+    white = green = 0
+    for pan in (-0.3, 0.0, 0.3):
+        spec = RenderSpec(
+            scene=alone, engine=engine, head=Angles(pan, 0.1), seconds=0.95, cameras=("camera_top",)
+        )
+        frame = frames_of(spec)[-1]
+        for places, is_line in ((crossings, True), (beside, False)):
+            points = np.array([(x, y, 0.0) for x, y in places])
+            pixels = frame.truth.view.project(points)
+            x, y, _ = frame.truth.footprint
+            near = np.hypot(points[:, 0] - x, points[:, 1] - y) < 2.5
+            inside = frame.intrinsics.contains(pixels) & near
+            for u, v in np.rint(pixels[inside]).astype(int):
+                red, lush, _ = frame.image[v, u].astype(float)
+                assert (red > 0.7 * lush) == is_line
+                white, green = white + is_line, green + (not is_line)
+    assert white >= 4
+    assert green >= 4
 
 
 def test_samples_are_what_the_robot_knew_and_reach_over_the_exposure() -> None:

@@ -117,19 +117,6 @@ def test_the_ball_is_where_the_camera_model_puts_it(
         assert drawn.mean() == pytest.approx(expected.mean(), abs=0.25)
 
 
-def test_the_robot_sees_its_own_feet(world: World) -> None:
-    """The head looks down as far as it can: soles and shins are in the lower image."""
-    robot = world.robot
-    joints = robot.state.joint_position.copy()
-    joints[robot.description.index("HeadPitch")] = 0.5
-    camera = robot.cameras[1].model
-    view = camera.view(joints, robot.state.torso_position, robot.state.torso_matrix)
-    for pose in robot.truth().soles:
-        u, v = view.project(pose.position + (0.08, 0.0, 0.0))
-        assert 0.0 < u < 160.0
-        assert v < 160.0
-
-
 # -- time ------------------------------------------------------------------------------------------
 
 
