@@ -7,6 +7,7 @@ from typing import Any
 
 from gait_lab.commands import (
     bench,
+    calibrate,
     compile,
     demo,
     fingerprint,
@@ -34,7 +35,9 @@ _COMMANDS = (
     ("view", "watch and drive the running robot in the browser", view.add),
     ("teach", "teach the robot a motion by hand, or play one", teach.add),
     ("teleop", "drive the robot from the keyboard", teleop.add),
-)
+    ("calibrate", "the running robot measures its soles and its IMU; a file comes out",
+     calibrate.add),
+)  # fmt: skip
 
 
 class _Parser(argparse.ArgumentParser):

@@ -88,6 +88,9 @@ class VelocityPublisher:
         node: The node that publishes.
         stamped: Whether to publish TwistStamped.
         topic: Name of the topic.
+
+    Attributes:
+        message_type: Type of the messages.
     """
 
     def __init__(self, node: "Node", *, stamped: bool = False, topic: str = "cmd_vel") -> None:
@@ -95,12 +98,12 @@ class VelocityPublisher:
 
         self._node = node
         self._stamped = stamped
-        self._message: Any = TwistStamped if stamped else Twist
-        self._publisher = node.create_publisher(self._message, topic, 10)
+        self.message_type: Any = TwistStamped if stamped else Twist
+        self._publisher = node.create_publisher(self.message_type, topic, 10)
 
     def publish(self, command: VelocityCommand) -> None:
         """Publish a command [m/s, m/s, rad/s]."""
-        message = self._message()
+        message = self.message_type()
         twist = message
         if self._stamped:
             message.header.stamp = self._node.get_clock().now().to_msg()

@@ -47,6 +47,7 @@ ARGUMENTS = (
     ("camera_noise", float, ("sim_bridge",), "noise of a pixel, of 255 (the plant's)"),
     ("preset", str, ("gait",), "gait parameters: shipped name or YAML file (default)"),
     ("motions", str, ("gait",), "folder of motion files (those that are shipped)"),
+    ("calibration", str, ("gait",), "calibration file of the robot (none)"),
     ("control_period", float, ("gait",), "distance of two joint states [s] (0.01)"),
     ("feedback", bool, ("gait",), "false walks open loop (the preset's)"),
     ("feedback_delay", float, ("gait",), "sensor delay plus motor lag [s] (the preset's)"),
@@ -64,8 +65,8 @@ EXTRAS = (
     ("robot_state_publisher", "auto",
      "transforms of the robot's links: true, false, or auto (if that package is installed)"),
 )  # fmt: skip
-OF_THE_FLOOR = ("urdf", "robot_seed", "start_state", "ball")
-"""Arguments that another scene gives for each robot."""
+OF_THE_FLOOR = ("urdf", "robot_seed", "start_state", "ball", "calibration")
+"""Arguments for the robot of the floor: those of another scene differ from each other."""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 TRUE, FALSE = ("true", "1"), ("false", "0", "")
 
@@ -141,7 +142,7 @@ def _robots(context: LaunchContext) -> list[Robot]:
     for argument in OF_THE_FLOOR:
         got = _text(context, argument)
         if got:
-            allowed = f"nothing: scene {scene.name} says it for each robot"
+            allowed = f"nothing: it differs between the robots of scene {scene.name}"
             raise ValueError(f"{argument}: got {got!r}; allowed: {allowed}")
     for robot in scene.robots:
         load_robot(robot.urdf)

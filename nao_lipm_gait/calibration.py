@@ -1,13 +1,11 @@
-"""Constant errors of one robot's sensors: what a calibration file holds, and their correction."""
-
-from pathlib import Path
+"""Constant errors of one robot's sensors, and their correction."""
 
 import attrs
 import numpy as np
 
 from nao_lipm_gait.geometry import as_point, float_view, rotate, rotation_from_rpy
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.schema import Settings, number, read_yaml
+from nao_lipm_gait.schema import Settings, number
 from nao_lipm_gait.types import FloatArray, SensorFrame
 
 
@@ -39,12 +37,6 @@ class Calibration(Settings):
 
 
 NOT_CALIBRATED = Calibration()
-
-
-def load_calibration(path: str | Path) -> Calibration:
-    """Read a calibration file; NaoGaitError names what is wrong with it."""
-    values = read_yaml(Path(path), "calibration")
-    return Calibration.from_mapping({} if values is None else values, f"calibration {path}: ")
 
 
 class SensorCorrection:

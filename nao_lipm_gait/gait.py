@@ -442,6 +442,11 @@ class Gait:
         )
 
     @property
+    def stand_time(self) -> float:
+        """Duration [s] of the present quiet stand, as far as the calibration uses it."""
+        return self._alignment.time
+
+    @property
     def gyro_bias_sigma(self) -> float:
         """Standard deviation [rad/s] of the gyro's bias; it is learned while the robot stands."""
         return self._estimator.gyro_bias_sigma

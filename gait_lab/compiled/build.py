@@ -19,7 +19,8 @@ from nao_lipm_gait.resources import share
 
 FOLDERS = ("estimation", "walks", "whole_body")
 AS_PYTHON = (
-    "errors.py", "parameters.py", "presets.py", "resources.py", "schema.py", "walk_engines.py",
+    "calibration.py", "calibration_file.py", "errors.py", "parameters.py", "presets.py",
+    "resources.py", "schema.py", "walk_engines.py",
 )  # fmt: skip
 """Modules of the package's root that stay Python: off the tick, pickled, or made by attrs."""
 SHARED = ("config", "launch", "urdf")

@@ -1,1 +1,1 @@
-"""Tools that move a running robot: keyboard teleoperation, teach-in of motions."""
+"""Tools that move a running robot: keyboard teleoperation, teach-in of motions, calibration."""

@@ -6,13 +6,17 @@ from nao_lipm_gait.types import Point3
 
 SETTLING_TIME = 2.5
 """Time [s] for which a robot rocks after it has taken its stand."""
+QUIET_RATE = 0.1
+"""Largest deviation [rad/s] of the gyro from its mean in a quiet stand: noise, and the rocking that
+is left, are below 0.03."""
 
 
 class StandAlignment:
     """Means of gyro, accelerometer and sole normals over a quiet stand.
 
     Attributes:
-        time: Duration [s] of the mean; 0 = none yet.
+        time: Duration [s] of the mean in this stand; 0 = none yet, the values are those of the last
+            quiet stand.
         gyro: Mean gyro [rad/s], its bias.
         roll: Roll [rad] of the torso by the accelerometer minus that over the soles.
         pitch: The same for the pitch [rad].
@@ -21,11 +25,11 @@ class StandAlignment:
     def __init__(self) -> None:
         self.gyro: Point3 = (0.0, 0.0, 0.0)
         self.roll = self.pitch = 0.0
-        self.time = 0.0
         self.restart()
 
     def restart(self) -> None:
         """A stand begins; the means of the last one are kept until this one has its own."""
+        self.time = 0.0
         self._settling = 0.0
         self._count = 0
         self._gyro: Point3 = (0.0, 0.0, 0.0)
@@ -35,7 +39,7 @@ class StandAlignment:
     def update(
         self, gyro: Point3, force: Point3, left_normal: Point3, right_normal: Point3, dt: float
     ) -> None:
-        """One tick of a settled stand.
+        """One tick of a settled stand. A robot that is moved meanwhile has to come to rest again.
 
         Args:
             gyro: Gyro [rad/s] in the torso frame.
@@ -46,6 +50,9 @@ class StandAlignment:
         """
         self._settling += dt
         if self._settling < SETTLING_TIME:
+            return
+        if self.time > 0.0 and _distance(gyro, self.gyro) > QUIET_RATE:
+            self.restart()
             return
         self._count += 1
         self._gyro = _plus(self._gyro, gyro)
@@ -61,6 +68,10 @@ class StandAlignment:
 
 def _plus(a: Point3, b: Point3) -> Point3:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _distance(a: Point3, b: Point3) -> float:
+    return sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
 def _tilt(up: Point3) -> tuple[float, float]:

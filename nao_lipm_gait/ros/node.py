@@ -19,6 +19,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
+from nao_lipm_gait.calibration_file import calibration_of
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.library import library_of
@@ -76,12 +77,15 @@ INTERFACE = node_parameter(
 MOTIONS = node_parameter(
     "motions", "", "folder of motion files; empty = those that are shipped for this robot"
 )
+CALIBRATION = node_parameter(
+    "calibration", "", "calibration file of this robot, by `nao_gait calibrate`; empty = none"
+)
 BIAS_WAIT = node_parameter(
     "bias_wait", LONGEST_BIAS_WAIT,
     "longest stand until the gyro's bias is known, before the first walk", "s", 0.0, 60.0,
 )  # fmt: skip
 NODE_PARAMETERS = (
-    URDF, PRESET, MOTIONS, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
+    URDF, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
 )  # fmt: skip
 
 WATCHDOG_PERIOD = 0.25
@@ -101,6 +105,8 @@ class GaitNode(Node):
         self._robot = used_as(URDF, load_robot, text(declare(self, URDF)))
         preset = used_as(PRESET, partial(preset_for, self._robot), text(declare(self, PRESET)))
         motions = used_as(MOTIONS, partial(library_of, self._robot), text(declare(self, MOTIONS)))
+        calibration_file = text(declare(self, CALIBRATION))
+        calibration = used_as(CALIBRATION, partial(calibration_of, self._robot), calibration_file)
         period = of_type(declare(self, CONTROL_PERIOD), float)
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
@@ -110,7 +116,7 @@ class GaitNode(Node):
         warm_up(self._robot, parameters, Settings(period, timeout))
         settings = Settings(period, timeout, bias_wait=bias_wait)
         self._controller = GaitController(
-            self._robot, parameters, settings, time.monotonic, motions
+            self._robot, parameters, settings, time.monotonic, motions, calibration
         )
         self._garbage = GarbageScheduler()
         self._loads: list[Subscription] = []

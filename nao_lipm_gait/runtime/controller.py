@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import MISSED_TICKS_MAX, Gait
 from nao_lipm_gait.head.goals import Goal
@@ -22,6 +23,7 @@ from nao_lipm_gait.motion.scheduler import GET_UP
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.bias_wait import BiasWait
+from nao_lipm_gait.runtime.calibration_monitor import CalibrationMonitor
 from nao_lipm_gait.runtime.commands import (
     VelocityInput,
     needing_restart,
@@ -126,6 +128,7 @@ class GaitController:
         settings: Settings of this controller.
         clock: Any monotonic time [s]; it is used for reports and never for the walk.
         motions: None = those that are shipped for this robot.
+        calibration: Known constant errors of the robot's sensors.
 
     Attributes:
         faults: Ticks whose targets were held or clipped by the guard.
@@ -142,6 +145,7 @@ class GaitController:
         settings: Settings,
         clock: Callable[[], float],
         motions: MotionLibrary | None = None,
+        calibration: Calibration = NOT_CALIBRATED,
     ) -> None:
         self._settings = settings
         self._clock = clock
@@ -150,12 +154,13 @@ class GaitController:
         self._stamps = StampMonitor(round(settings.control_period * 1e9), MISSED_TICKS_MAX)
         self._validation = SensorValidation(robot, self._diagnostics)
         self._sync = FrameSync(self._acceleration_at_rest)
-        self._gait = Gait(robot, parameters, settings.control_period, motions)
+        self._gait = Gait(robot, parameters, settings.control_period, motions, calibration)
         self._guard = TargetGuard(self._gait, robot, settings.control_period)
         self._outage = SensorOutage(self._gait.mass, settings.imu_patience)
         self._velocity = VelocityInput(settings.cmd_vel_timeout)
         self._ticks = TickTimes(settings.control_period)
         self._publishers = PublisherWatch(self._diagnostics, clock)
+        self._calibration = CalibrationMonitor(self._gait, self._diagnostics)
         self._motions = MotionRequests()
         self._answers: list[Answer] = []
         self._motion_results: list[str] = []
@@ -585,6 +590,7 @@ class GaitController:
 
     def _watch(self) -> None:
         self._diagnostics.watch()
+        self._calibration.watch()
         now = self._clock()
         if self._sensors_at is None:
             if now - self._started_at > WAITING:
@@ -601,7 +607,7 @@ class GaitController:
     def reports(self) -> tuple[Report, ...]:
         """The reports since the last call; to be called once per second."""
         stamp = self._stamps.last
-        return reports(
+        others = reports(
             Health(
                 ticks=self._ticks.summarize(),
                 sensor_age=None if self._sensors_at is None else self._clock() - self._sensors_at,
@@ -616,3 +622,5 @@ class GaitController:
                 remarks=self._diagnostics.take_remarks(),
             )
         )
+        p = self._parameters
+        return *others, self._calibration.report(steps_measure=p.level_soles and p.feedback)

@@ -1,0 +1,352 @@
+"""Calibration of the running robot: it stands, steps on the spot and stands; a file comes out.
+
+`Procedure` decides what happens, by the time of the robot's sensors and without ROS; `run` connects
+it to the nodes. The gait itself measures; this tool commands, watches and writes down.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gait_lab.ros_session import VelocityPublisher, ros_node
+from gait_lab.trials.calibration import STEP_ON_THE_SPOT
+from nao_lipm_gait.calibration_file import CalibrationFile, Deviation
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
+from nao_lipm_gait.ros.process import StopRequest, stop_on_signal
+from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
+from nao_lipm_gait.runtime.commands import read_velocity
+from nao_lipm_gait.types import ON_THE_WAY, STANDSTILL, GaitState, VelocityCommand
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+STAND_TIME = 2.0
+"""Duration [s] of the quiet stand before the steps, for the gyro."""
+STEP_TIME = 10.0
+"""Least duration [s] of the steps; the soles are usually level after 3 s."""
+REST_TIME = 5.0
+"""Duration [s] of the quiet stand after them, for gyro and accelerometer."""
+PHASE_LIMIT = 60.0
+"""Longest duration [s] of each of the three."""
+PLACE = 0.3
+"""Distance [m] from its place, by odometry, at which the robot does not step on the spot."""
+COMMAND_PERIOD = 0.1
+"""Time [s] of the sensors between two velocity commands."""
+ANSWER_TIMEOUT = 10.0
+"""Wall time [s] for the first messages of the gait."""
+STALL_TIMEOUT = 20.0
+"""Longest wall time [s] without odometry later on."""
+STOP_COMMANDS = 3
+"""Number of stop commands at the end; DDS sends in the background."""
+
+
+class CalibrationError(Exception):
+    """The robot was not calibrated; the text says why."""
+
+
+class Phase(StrEnum):
+    """What the robot does."""
+
+    STAND = "standing"
+    STEP = "stepping on the spot"
+    REST = "standing on level soles"
+    DONE = "done"
+
+
+class Procedure:
+    """The phases of a calibration.
+
+    The methods `see_*` raise `CalibrationError` if the calibration cannot succeed any more.
+
+    Attributes:
+        phase: What the robot does now.
+        measured: The last measurement; None before the first.
+    """
+
+    def __init__(self) -> None:
+        self.phase = Phase.STAND
+        self.measured: Measurement | None = None
+        self._state = GaitState.STAND
+        self._place: tuple[float, float] | None = None
+        self._now = self._began = self._stepped = 0.0
+
+    @property
+    def command(self) -> VelocityCommand | None:
+        """What to command now; None = nothing, the robot stands."""
+        if self.phase is Phase.STAND:
+            return None
+        return STEP_ON_THE_SPOT if self.phase is Phase.STEP else STANDSTILL
+
+    @property
+    def elapsed(self) -> float:
+        """Duration [s] of the present phase."""
+        return self._now - self._began
+
+    def see_odometry(self, now: float, x: float, y: float) -> None:
+        """Take a place x, y [m] of the robot at a time [s] of its sensors."""
+        if self._place is None:
+            self._place = x, y
+            self._now = self._began = now
+        if now < self._now:
+            raise CalibrationError("the clock of the sensors went back")
+        if self.phase is Phase.STEP and self._state is GaitState.WALK:
+            self._stepped += now - self._now
+        self._now = now
+        if math.hypot(x - self._place[0], y - self._place[1]) > PLACE:
+            raise CalibrationError(f"the robot left its place by more than {PLACE:g} m")
+        if self.elapsed > PHASE_LIMIT:
+            raise CalibrationError(f"{_UNFINISHED[self.phase]} after {PHASE_LIMIT:g} s")
+
+    def see_state(self, text: str) -> None:
+        """Take the state of the gait, as in `gait/support`."""
+        self._state = GaitState(text.split()[0])
+        if self._state is GaitState.FALLEN:
+            raise CalibrationError("the robot has fallen")
+        walks = self._state in ON_THE_WAY and self.phase is not Phase.STAND
+        if self._state is not GaitState.STAND and not walks:
+            raise CalibrationError(
+                f"{self.phase}, the gait is in {self._state}: the robot has to stand first, "
+                "undisturbed, and nobody else may command it"
+            )
+
+    def see_command(self, command: VelocityCommand) -> None:
+        """Take a command from `cmd_vel`, which is ours or that of somebody else."""
+        ours = {
+            Phase.STAND: (STANDSTILL,),
+            Phase.STEP: (STEP_ON_THE_SPOT,),
+        }.get(self.phase, (STANDSTILL, STEP_ON_THE_SPOT))  # the last step may arrive late
+        if command not in ours:
+            raise CalibrationError("somebody else commands the robot on cmd_vel")
+
+    def see_measurement(self, stamp: float, measured: Measurement) -> None:
+        """Take what the gait has measured up to a time [s]; the next phase may begin.
+
+        Raises:
+            NaoGaitError: The gait does not measure the soles.
+        """
+        self.measured = measured
+        if not measured.steps_measure:
+            raise NaoGaitError("gait parameters level_soles, feedback", "false", "true for both")
+        if self._place is None or stamp < self._began:
+            return
+        if self.phase is Phase.STAND:
+            if measured.stand_time >= STAND_TIME:
+                self._begin(Phase.STEP)
+        elif self.phase is Phase.STEP:
+            if self._stepped >= STEP_TIME and measured.soles_level:
+                self._begin(Phase.REST)
+        elif measured.stand_time >= REST_TIME:
+            if max(abs(measured.sole_pitch), abs(measured.sole_roll)) >= TILT_MAX:
+                limit = math.degrees(TILT_MAX)
+                raise CalibrationError(f"the soles are tilted by {limit:.1f} deg or more")
+            self._begin(Phase.DONE)
+
+    def _begin(self, phase: Phase) -> None:
+        self.phase = phase
+        self._began = self._now
+
+
+_UNFINISHED = {
+    Phase.STAND: "the robot has not come to rest",
+    Phase.STEP: "the tilt of the soles is not known",
+    Phase.REST: "the robot has not come to rest after its steps",
+    Phase.DONE: "no end",
+}
+
+
+class _RobotClient:
+    """Feeds the procedure with what the gait says, and sends its commands.
+
+    The callbacks raise what the procedure raises; `rclpy.spin_once` passes it on.
+
+    Attributes:
+        robot: Name of the robot; empty before the first report of the gait.
+        problem: Why the gait has no usable measurement; empty if it has.
+        heard: Wall time [s] of the last odometry; None before the first.
+    """
+
+    def __init__(self, node: "Node", procedure: Procedure) -> None:
+        from diagnostic_msgs.msg import DiagnosticArray
+        from nav_msgs.msg import Odometry
+        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from std_msgs.msg import String
+
+        self.robot = self.problem = ""
+        self.heard: float | None = None
+        self._node = node
+        self._procedure = procedure
+        self._velocity: VelocityPublisher | None = None
+        self._next_command = 0.0
+        self._namespace = node.get_namespace()
+        self._report = f"{self._namespace}/gait: {CALIBRATION}".lstrip("/")
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+        node.create_subscription(Odometry, "odom", self._on_odometry, qos_profile_sensor_data)
+        node.create_subscription(String, "gait/support", self._on_state, latched)
+
+    def prepare_commands(self) -> bool:
+        """Publish `cmd_vel` as the gait expects it, once the gait is seen there."""
+        from nao_lipm_gait.ros.messages import twist_input
+
+        name = self._node.resolve_topic_name("cmd_vel")
+        for reader in self._node.get_subscriptions_info_by_topic(name):
+            if reader.node_name == "gait" and reader.node_namespace == self._namespace:
+                stamped = reader.topic_type.endswith("/TwistStamped")
+                self._velocity = VelocityPublisher(self._node, stamped=stamped)
+
+                def receive(message: Any) -> None:
+                    self._procedure.see_command(read_velocity(twist_input(message)))
+
+                self._node.create_subscription(self._velocity.message_type, name, receive, 10)
+                return True
+        return False
+
+    def stop(self) -> None:
+        """Command a stop, if anything was commanded."""
+        if self._velocity is not None and self._procedure.command is not None:
+            for _ in range(STOP_COMMANDS):
+                self._velocity.publish(STANDSTILL)
+                time.sleep(0.02)
+
+    def _on_diagnostics(self, message: Any) -> None:
+        for status in message.status:
+            if status.name == self._report:
+                self.robot = status.hardware_id
+                self.problem = "" if status.values else status.message
+                if status.values and self.heard is not None:
+                    values = {each.key: each.value for each in status.values}
+                    stamp = _seconds(message.header.stamp)
+                    self._procedure.see_measurement(stamp, Measurement.read(values))
+
+    def _on_odometry(self, message: Any) -> None:
+        self.heard = time.monotonic()
+        now, place = _seconds(message.header.stamp), message.pose.pose.position
+        self._procedure.see_odometry(now, place.x, place.y)
+        command = self._procedure.command
+        if self._velocity is not None and command is not None and now >= self._next_command:
+            self._next_command = now + COMMAND_PERIOD
+            self._velocity.publish(command)
+
+    def _on_state(self, message: Any) -> None:
+        self._procedure.see_state(message.data)
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
+
+
+def run(out: Path, *, namespace: str = "", say: Callable[[str], None] = print) -> None:
+    """Calibrate the running robot and write a file.
+
+    Args:
+        out: The file to write.
+        namespace: Namespace of the robot; "" for none.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: If the file cannot be written, if no gait answers, or if it does not measure.
+        CalibrationError: If the robot was not calibrated.
+        KeyboardInterrupt: If the user interrupts.
+    """
+    _prepare(out)
+    procedure = Procedure()
+    with ros_node("nao_gait_calibrate", namespace) as node, stop_on_signal() as stop:
+        client = _RobotClient(node, procedure)
+        try:
+            _find_gait(node, client, stop)
+            _carry_out(node, client, procedure, stop, say)
+        finally:
+            client.stop()
+    measured = procedure.measured
+    if measured is None:
+        raise CalibrationError("nothing was measured")
+    file = CalibrationFile(
+        robot=client.robot,
+        date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+        calibration=measured.calibration,
+        deviation=Deviation(measured.sole_pitch_deviation, measured.sole_roll_deviation),
+    )
+    out.write_text(file.as_yaml(), encoding="utf-8")
+    say(f"wrote {out}; use it by: gait --ros-args -p calibration:={out}")
+
+
+def _prepare(out: Path) -> None:
+    """Make the folder of a file; NaoGaitError if the file cannot be written."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with out.open("a", encoding="utf-8"):
+            pass
+        if out.stat().st_size == 0:
+            out.unlink()
+    except OSError as error:
+        raise NaoGaitError("out", str(out), f"a file that can be written ({error})") from error
+
+
+def _find_gait(node: "Node", client: _RobotClient, stop: StopRequest) -> None:
+    """Wait for the messages of a gait that has sensors."""
+    for found, what, allowed in (
+        (lambda: client.robot, "gait", "a running gait (`gait`), in this namespace and domain"),
+        (client.prepare_commands, "gait's cmd_vel", "a subscriber of cmd_vel"),
+        (lambda: client.heard, "odom", "a gait with sensors: a running robot (`sim_bridge`)"),
+    ):
+        deadline = time.monotonic() + ANSWER_TIMEOUT
+        while not found():
+            _spin(node, stop)
+            if time.monotonic() > deadline:
+                raise NaoGaitError(what, "nothing", allowed)
+
+
+def _carry_out(
+    node: "Node",
+    client: _RobotClient,
+    procedure: Procedure,
+    stop: StopRequest,
+    say: Callable[[str], None],
+) -> None:
+    """Go through all phases and show each measurement."""
+    phase, shown = Phase.DONE, None
+    while procedure.phase is not Phase.DONE:
+        _spin(node, stop)
+        if client.heard is None or time.monotonic() - client.heard > STALL_TIMEOUT:
+            raise CalibrationError(f"no odometry for {STALL_TIMEOUT:g} s")
+        if client.problem:
+            raise CalibrationError(client.problem)
+        if procedure.phase is not phase:
+            phase = procedure.phase
+            say(f"{phase}")
+        measured = procedure.measured
+        if measured is not None and measured is not shown:
+            shown = measured
+            if phase is not Phase.STAND:
+                say(f"  {procedure.elapsed:4.1f} s  {_in_degrees(measured, phase)}")
+
+
+def _spin(node: "Node", stop: StopRequest) -> None:
+    import rclpy
+
+    rclpy.spin_once(node, timeout_sec=0.1)
+    if stop:
+        raise KeyboardInterrupt
+
+
+def _in_degrees(measured: Measurement, phase: Phase) -> str:
+    """What is measured in a phase."""
+    if phase is Phase.STEP:
+        pitch, roll = math.degrees(measured.sole_pitch), math.degrees(measured.sole_roll)
+        pitch_deviation = math.degrees(measured.sole_pitch_deviation)
+        roll_deviation = math.degrees(measured.sole_roll_deviation)
+        return (
+            f"left sole relative to the right one: pitch {pitch:+.2f} +- {pitch_deviation:.2f}, "
+            f"roll {roll:+.2f} +- {roll_deviation:.2f} deg"
+        )
+    pitch, roll = math.degrees(measured.imu_pitch), math.degrees(measured.imu_roll)
+    bias = ", ".join(
+        f"{math.degrees(each):+.2f}"
+        for each in (measured.gyro_bias_x, measured.gyro_bias_y, measured.gyro_bias_z)
+    )
+    return f"IMU: pitch {pitch:+.2f}, roll {roll:+.2f} deg; gyro bias {bias} deg/s"

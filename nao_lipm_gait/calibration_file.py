@@ -1,0 +1,73 @@
+"""Calibration files: written by `nao_gait calibrate`, read by the gait (`calibration`)."""
+
+from pathlib import Path
+
+import attrs
+import yaml
+
+from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.schema import Settings, group, number, read_yaml, text
+
+DIGITS = 6
+"""Decimals of the numbers in a file; they are known to three."""
+_HEADER = "# Constant errors of the sensors of one robot [rad, rad/s], by `nao_gait calibrate`.\n"
+
+
+@attrs.frozen
+class Deviation(Settings):
+    """Standard deviations of what was measured while the robot stepped."""
+
+    sole_pitch: float = number(0.0, 0.0, 1.0, "rad", "Standard deviation of the sole pitch.")
+    sole_roll: float = number(0.0, 0.0, 1.0, "rad", "Standard deviation of the sole roll.")
+
+
+@attrs.frozen
+class CalibrationFile(Settings):
+    """The contents of a calibration file."""
+
+    robot: str = text(meaning="Name of the robot model, as in config/robots.")
+    calibration: Calibration = group(Calibration, meaning="What was measured.")
+    deviation: Deviation = group(Deviation, Deviation(), "How well.")
+    date: str = text("", "When it was measured.")
+
+    def as_yaml(self) -> str:
+        """The text of the file."""
+        document = {
+            "robot": self.robot,
+            "date": self.date,
+            "calibration": _rounded(self.calibration),
+            "deviation": _rounded(self.deviation),
+        }
+        return _HEADER + yaml.safe_dump(document, sort_keys=False)
+
+
+def _rounded(values: Settings) -> dict[str, float]:
+    return {name: round(value, DIGITS) for name, value in values.as_dict().items()}
+
+
+def load_calibration(path: str | Path, robot: RobotDescription) -> Calibration:
+    """Read a calibration file.
+
+    Args:
+        path: The file.
+        robot: The robot that will use it.
+
+    Returns:
+        The constant errors of its sensors.
+
+    Raises:
+        NaoGaitError: The file cannot be read, a value is not allowed, or it belongs to another
+            robot.
+    """
+    where = f"calibration {path}"
+    file = CalibrationFile.from_mapping(read_yaml(Path(path), "calibration"), f"{where}: ")
+    if file.robot != robot.name:
+        raise NaoGaitError(f"{where}: robot", file.robot, f"{robot.name}, the robot of this gait")
+    return file.calibration
+
+
+def calibration_of(robot: RobotDescription, path: str = "") -> Calibration:
+    """The calibration in a file; that of a robot that was not calibrated if `path` is empty."""
+    return load_calibration(Path(path).expanduser(), robot) if path else NOT_CALIBRATED

@@ -1,0 +1,201 @@
+"""The procedure of `nao_gait calibrate`: its phases, and what ends it."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import attrs
+import pytest
+
+from gait_lab import cli
+from gait_lab.drive.calibrate import (
+    PHASE_LIMIT,
+    PLACE,
+    REST_TIME,
+    STAND_TIME,
+    STEP_TIME,
+    CalibrationError,
+    Phase,
+    Procedure,
+)
+from gait_lab.trials.calibration import STEP_ON_THE_SPOT
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
+from nao_lipm_gait.runtime.calibration_monitor import Measurement
+from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+
+UNKNOWN = Measurement(sole_pitch_deviation=0.02, sole_roll_deviation=0.02, steps_measure=True)
+LEVEL = Measurement(
+    sole_pitch=0.01, sole_pitch_applied=0.01,
+    sole_pitch_deviation=0.0025, sole_roll_deviation=0.0025, steps_measure=True,
+)  # fmt: skip
+
+
+class Robot:
+    """Tells the procedure what happens, at 10 Hz of its own time [s]."""
+
+    def __init__(self) -> None:
+        self.procedure = Procedure()
+        self.time = 100.0
+        self.procedure.see_state("stand both")
+        self.procedure.see_odometry(self.time, 0.0, 0.0)
+
+    def wait(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.1)):
+            self.time += 0.1
+            self.procedure.see_odometry(self.time, 0.0, 0.0)
+
+    def measure(self, measured: Measurement, **changes: float) -> None:
+        self.procedure.see_measurement(self.time, attrs.evolve(measured, **changes))
+
+    def stands(self) -> None:
+        self.wait(STAND_TIME + 3.0)
+        self.measure(UNKNOWN, stand_time=STAND_TIME)
+
+    def steps(self) -> None:
+        self.stands()
+        self.procedure.see_state("walk left")
+        self.wait(STEP_TIME + 0.5)
+        self.measure(LEVEL)
+
+    @property
+    def phase(self) -> Phase:
+        return self.procedure.phase
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return Robot()
+
+
+def test_it_stands_steps_and_stands(robot: Robot) -> None:
+    assert robot.procedure.command is None
+    robot.stands()
+    assert robot.phase is Phase.STEP
+    assert robot.procedure.command == STEP_ON_THE_SPOT
+    robot.procedure.see_state("walk left")
+    robot.wait(STEP_TIME + 0.5)
+    robot.measure(LEVEL)
+    assert robot.phase is Phase.REST
+    assert robot.procedure.command == STANDSTILL
+    robot.procedure.see_state("stop left")
+    robot.procedure.see_state("stand both")
+    robot.wait(1.0)
+    robot.measure(LEVEL, stand_time=0.5 * REST_TIME)
+    assert robot.phase is Phase.REST
+    robot.measure(LEVEL, stand_time=REST_TIME, imu_roll=0.02)
+    assert robot.phase is Phase.DONE
+    assert robot.procedure.measured is not None
+    assert robot.procedure.measured.imu_roll == 0.02
+
+
+def test_a_robot_that_does_not_walk_has_not_measured(robot: Robot) -> None:
+    robot.stands()
+    robot.wait(STEP_TIME + 1.0)
+    robot.measure(LEVEL)  # known from its calibration file
+    assert robot.phase is Phase.STEP
+
+
+def test_it_steps_until_the_soles_are_level(robot: Robot) -> None:
+    robot.stands()
+    robot.procedure.see_state("walk left")
+    robot.wait(STEP_TIME + 5.0)
+    robot.measure(UNKNOWN)
+    assert robot.phase is Phase.STEP
+    robot.measure(LEVEL, sole_pitch_applied=0.0)
+    assert robot.phase is Phase.STEP, "known, but not corrected yet"
+    robot.measure(LEVEL)
+    assert robot.phase is Phase.REST
+
+
+def test_a_report_from_before_a_phase_does_not_end_it(robot: Robot) -> None:
+    robot.steps()
+    robot.procedure.see_state("stand both")
+    robot.procedure.see_measurement(robot.time - 1.0, attrs.evolve(LEVEL, stand_time=30.0))
+    assert robot.phase is Phase.REST
+
+
+@pytest.mark.parametrize("begin", [lambda robot: None, Robot.stands, Robot.steps])
+@pytest.mark.parametrize("state", ["fallen both", "motion both", "getting_up both", "relaxed both"])
+def test_a_fall_or_a_request_of_somebody_else_ends_it(
+    robot: Robot, begin: Callable[[Robot], None], state: str
+) -> None:
+    begin(robot)
+    reason = "has fallen" if state.startswith("fallen") else f"the gait is in {state.split()[0]}"
+    with pytest.raises(CalibrationError, match=reason):
+        robot.procedure.see_state(state)
+
+
+def test_a_robot_that_walks_already_is_refused(robot: Robot) -> None:
+    with pytest.raises(CalibrationError, match="the gait is in walk"):
+        robot.procedure.see_state("walk left")
+
+
+def test_commands_of_somebody_else_end_it(robot: Robot) -> None:
+    see = robot.procedure.see_command
+    other = VelocityCommand(0.1, 0.0, 0.0)
+    see(STANDSTILL)
+    for command in (other, STEP_ON_THE_SPOT):
+        with pytest.raises(CalibrationError, match="somebody else"):
+            see(command)
+    robot.stands()
+    see(STEP_ON_THE_SPOT)
+    for command in (other, STANDSTILL):
+        with pytest.raises(CalibrationError, match="somebody else"):
+            see(command)
+
+
+def test_the_own_commands_may_arrive_late(robot: Robot) -> None:
+    robot.steps()
+    robot.procedure.see_command(STEP_ON_THE_SPOT)
+    robot.procedure.see_command(STANDSTILL)
+    with pytest.raises(CalibrationError, match="somebody else"):
+        robot.procedure.see_command(VelocityCommand(0.0, 0.0, 0.2))
+
+
+def test_a_robot_that_leaves_its_place_ends_it(robot: Robot) -> None:
+    robot.stands()
+    robot.procedure.see_odometry(robot.time + 0.1, 0.9 * PLACE, 0.0)
+    with pytest.raises(CalibrationError, match="left its place"):
+        robot.procedure.see_odometry(robot.time + 0.2, PLACE, 0.5 * PLACE)
+
+
+@pytest.mark.parametrize(
+    ("begin", "reason"),
+    [
+        (lambda robot: None, "not come to rest"),
+        (Robot.stands, "tilt of the soles is not known"),
+        (Robot.steps, "not come to rest after its steps"),
+    ],
+)
+def test_no_phase_lasts_forever(
+    robot: Robot, begin: Callable[[Robot], None], reason: str
+) -> None:
+    begin(robot)
+    with pytest.raises(CalibrationError, match=reason):
+        robot.wait(PHASE_LIMIT + 1.0)
+
+
+def test_a_clock_that_goes_back_ends_it(robot: Robot) -> None:
+    with pytest.raises(CalibrationError, match="clock"):
+        robot.procedure.see_odometry(robot.time - 1.0, 0.0, 0.0)
+
+
+def test_a_gait_that_does_not_measure_is_refused(robot: Robot) -> None:
+    with pytest.raises(NaoGaitError, match="level_soles"):
+        robot.measure(attrs.evolve(UNKNOWN, steps_measure=False))
+
+
+def test_a_tilt_at_the_limit_of_what_is_learned_is_no_result(robot: Robot) -> None:
+    robot.steps()
+    robot.procedure.see_state("stand both")
+    robot.wait(1.0)
+    with pytest.raises(CalibrationError, match=f"{math.degrees(TILT_MAX):.1f} deg or more"):
+        robot.measure(LEVEL, sole_roll=-TILT_MAX, stand_time=REST_TIME)
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_the_robot_moves(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["calibrate", "--out", str(tmp_path)]) == 2
+    assert "out: got" in capsys.readouterr().err

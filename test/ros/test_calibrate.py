@@ -1,0 +1,144 @@
+"""`nao_gait calibrate` with a running robot; a gait that is given its file starts level."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+from nao_lipm_gait.calibration_file import load_calibration
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.process import DomainClaim
+from nao_lipm_gait.runtime.calibration_monitor import Measurement
+from nao_lipm_gait.types import LEFT, RIGHT
+from nao_lipm_gait.whole_body.body_model import BodyModel
+from ros_probe import TIMEOUT, Probe
+from sim_bridge.individual import draw_individual
+from sim_bridge.plant import load_plant
+
+FAST = {"lockstep": True, "real_time_factor": 0.0, "engine": "mujoco"}
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+ROBOT = 2
+"""One whose soles are more than 1 deg from parallel in pitch and in roll."""
+
+pytest.importorskip("mujoco")
+
+
+def calibrate(domain: DomainClaim, out: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "gait_lab.cli", "calibrate", "--out", str(out)],
+        env=domain.environment(), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+def measurement(messages: list[Any]) -> Measurement | None:
+    """The first that the gait has reported."""
+    for message in messages:
+        for status in message.status:
+            if status.name == "gait: calibration":
+                return Measurement.read({each.key: each.value for each in status.values})
+    return None
+
+
+def true_tilt() -> tuple[float, float]:
+    """Pitch and roll [rad] of the left sole relative to the right one, by the joint zeros."""
+    robot = load_robot()
+    body = BodyModel(robot)
+    zeros = draw_individual(load_plant("reference"), robot, ROBOT).joint_zero
+    body.set_joints(robot.stand_pose + zeros)
+    body.com_in_torso()
+    left, right = (body.sole_in_torso(leg).normal for leg in (LEFT, RIGHT))
+    return left[0] - right[0], right[1] - left[1]
+
+
+def test_a_calibrated_gait_starts_with_level_soles(probe: Probe, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "calibration.yaml"
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    gait = probe.start("gait")
+    probe.start("sim_bridge", robot_seed=ROBOT, **FAST)
+    probe.wait(lambda: support, "the gait's state")
+    tool = calibrate(probe.domain, out)
+    probe.wait(lambda: tool.poll() is not None, "the end of the calibration", 3.0 * TIMEOUT)
+    said, errors = tool.communicate()
+    assert tool.returncode == 0, errors
+    assert [line for line in said.splitlines() if line.startswith("st")] == [
+        "standing", "stepping on the spot", "standing on level soles"
+    ]  # fmt: skip
+    measured = load_calibration(out, load_robot())
+    truth, found = true_tilt(), (measured.sole_pitch, measured.sole_roll)
+    assert min(np.abs(truth)) > np.radians(1.0)
+    np.testing.assert_allclose(found, truth, atol=np.radians(0.5))
+    assert gait.says("soles measured, the ankles correct them")
+    assert support[-1].data.startswith("stand")
+
+    gait.end()
+    reports = probe.subscribe(DiagnosticArray, "/diagnostics")
+    probe.start("gait", calibration=out)
+    probe.wait(lambda: measurement(reports), "a report of the gait")
+    known = measurement(reports)
+    assert known is not None
+    assert (known.sole_pitch_applied, known.sole_roll_applied) == found
+    assert known.soles_level
+
+
+def test_a_command_of_somebody_else_ends_it_without_a_file(probe: Probe, tmp_path: Path) -> None:
+    out = tmp_path / "calibration.yaml"
+    out.write_text("an older one")
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    probe.start("gait", enable_stamped_cmd_vel=True)
+    probe.start("sim_bridge", robot_seed=ROBOT, **FAST)
+    probe.wait(lambda: support, "the gait's state")
+    tool = calibrate(probe.domain, out)
+    # The tool's own commands have the type that this gait expects.
+    probe.wait(lambda: any(m.data.startswith("walk") for m in support), "steps on the spot")
+    other = probe.publisher(TwistStamped, "cmd_vel")
+    message = TwistStamped()
+    message.twist.linear.x = 0.1
+    probe.wait(
+        lambda: tool.poll() is not None, "the end of the calibration",
+        every=lambda: other.publish(message),
+    )  # fmt: skip
+    _, errors = tool.communicate()
+    assert tool.returncode == 1
+    assert "somebody else commands the robot" in errors
+    assert len(errors.splitlines()) == 1
+    assert out.read_text() == "an older one"
+    probe.wait(lambda: support[-1].data.startswith("stand"), "a robot that stands again")
+
+
+def test_without_a_gait_or_a_robot_it_says_so(probe: Probe, tmp_path: Path) -> None:
+    out = tmp_path / "calibration.yaml"
+    probe.start("gait")
+    with DomainClaim() as empty:
+        alone, without_robot = calibrate(empty, out), calibrate(probe.domain, out)
+        for tool, reason in ((alone, "a running gait"), (without_robot, "a running robot")):
+            _, errors = tool.communicate(timeout=60)
+            assert tool.returncode == 2
+            assert reason in errors
+            assert len(errors.splitlines()) == 1
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("robot: bruno\ncalibration: {}\n", "robot: got 'bruno'; allowed: nao_h21"),
+        ("robot: nao_h21\ncalibration: {sole_pitch: 3}\n", "sole_pitch: got 3; allowed: a number"),
+    ],
+)
+def test_the_gait_refuses_a_file_that_does_not_fit(
+    probe: Probe, tmp_path: Path, text: str, reason: str
+) -> None:
+    file = tmp_path / "calibration.yaml"
+    file.write_text(text)
+    gait = probe.start("gait", calibration=file)
+    assert gait.wait() == 2
+    assert f"parameter calibration: calibration {file}: " in gait.log
+    assert reason in gait.log
+    assert len(gait.log.splitlines()) == 1
