@@ -157,6 +157,8 @@ def push_cells(
         The series with its results.
     """
     series = PushSeries(text, push_task(text), True, walker=walker)
+    if not wanted:
+        return series
     walk_unpushed([series], options)
     push_all([(series, direction, impulse) for direction, impulse in wanted], options, label=label)
     return series

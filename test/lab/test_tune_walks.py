@@ -77,14 +77,21 @@ def test_a_trial_is_repeatable_and_never_raises() -> None:
     assert "no_such_robot" in str(evaluate(broken, 0, (0.5, 0.5)).error)
 
 
-def test_com_error_and_speed_come_from_the_same_walk() -> None:
+def test_com_error_and_speed_come_from_the_same_walks() -> None:
     protocol = PROTOCOLS["com_error"]
-    measures = protocol.run(ROBOT, protocol.checked("", {"window": 2.0}))
+    measures = protocol.run(ROBOT, protocol.checked("", {"forward": 0.15, "window": 2.0}))
     assert set(measures.values) == set(protocol.measures)
     assert 0.0 < measures.values["error_measured"] < 0.03
-    speed = measures.values["speed"]
-    assert speed == pytest.approx(0.15, rel=0.4)
-    assert measures.values["speed_error"] == pytest.approx(abs(speed - 0.15))
+    assert 0.6 < measures.values["reached"] <= 1.0
+    assert measures.values["drift"] < 0.03
+    assert measures.values["upright"] == 1.0
+
+
+def test_a_small_com_error_does_not_pay_if_the_robot_does_not_move() -> None:
+    protocol = PROTOCOLS["com_error"]
+    still = dataclasses.replace(ROBOT, parameters=GaitParameters(step_forward_max=0.0))
+    options = protocol.checked("", {"forward": 0.15, "window": 1.0})
+    assert protocol.run(still, options).values["reached"] < 0.2
 
 
 def test_omni_counts_the_pushes_before_the_one_that_makes_the_robot_fall() -> None:
