@@ -135,6 +135,7 @@ class BenchOptions:
     Attributes:
         parameters: Parameters of the gait, from `--preset` and `--set`.
         show: Show a progress bar, on a terminal.
+        calibrated: The robots have been calibrated by their own sensors.
     """
 
     robots: int = option(8, "number of robots", "N", minimum=1)
@@ -171,6 +172,7 @@ class BenchOptions:
     )
     parameters: GaitParameters = GaitParameters()
     show: bool = True
+    calibrated: bool = False
 
     def __post_init__(self) -> None:
         for name, each in declared(type(self)).items():

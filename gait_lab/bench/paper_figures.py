@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import groupby, islice
 from pathlib import Path
 from typing import Any
@@ -79,7 +78,9 @@ def draw_origins(panel: Any, options: BenchOptions) -> None:
 def _walk_forward(options: BenchOptions) -> Iterator[GaitStatus]:
     """The status of each tick of single support at 20 cm/s."""
     task = find_task("forward=20").lasting(2.0)
-    spec = RolloutSpec(task, robot_seed=options.seed, **options.trial)
+    spec = RolloutSpec(
+        task, robot_seed=options.seed, calibrated=options.calibrated, **options.trial
+    )
     world, gait = make_pair(spec)
     with world:
         ticks = islice(run(world, gait, TimedCommands(task.command_at)), task_ticks(task))
@@ -116,8 +117,11 @@ def draw_push(panel: Any, options: BenchOptions) -> None:
 
 def _on_the_spot(options: BenchOptions, push: Push | None = None) -> Trace:
     task = find_task("spot").lasting(SHOWN)
-    spec = RolloutSpec(task, robot_seed=options.seed, keep_trace=True, **options.trial)
-    trace = rollout(replace(spec, push=push)).trace
+    spec = RolloutSpec(
+        task, robot_seed=options.seed, keep_trace=True, push=push, calibrated=options.calibrated,
+        **options.trial,
+    )  # fmt: skip
+    trace = rollout(spec).trace
     assert trace is not None  # keep_trace
     return trace
 

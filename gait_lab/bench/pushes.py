@@ -186,8 +186,9 @@ def _spec(series: PushSeries, options: BenchOptions, seed: int) -> RolloutSpec:
     parameters = options.loop_parameters(series.closed_loop)
     trial = {**options.trial, "parameters": parameters}
     return RolloutSpec(
-        series.task, robot_seed=seed, keep_trace=True, walker=series.walker, **trial
-    )
+        series.task, robot_seed=seed, keep_trace=True, calibrated=options.calibrated,
+        walker=series.walker, **trial,
+    )  # fmt: skip
 
 
 def walk_unpushed(series: Sequence[PushSeries], options: BenchOptions) -> None:

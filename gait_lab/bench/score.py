@@ -231,6 +231,7 @@ def walk_all(
             plant_options=(*options.plant_options, *variant.plant),
             urdf=options.urdf,
             engine=options.engine,
+            calibrated=options.calibrated,
             urdf_effort=variant.urdf_effort,
             walker=variant.walker,
         )

@@ -6,11 +6,12 @@ same order as over ROS, so what is measured here is what walks there.
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 from gait_lab.analysis.metrics import Metrics, measure
 from gait_lab.analysis.trace import Recorder, Trace
+from gait_lab.trials.calibration import calibrate
 from gait_lab.trials.motions import MotionOutcome, MotionWatch, ball_for
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import Task
@@ -39,12 +40,14 @@ class RolloutSpec(TrialSpec):
         task: The commands over time and the measured window.
         keep_trace: Return the trace with the result.
         push: A push on the way.
+        calibrated: The robot has been calibrated by its own sensors (`calibrate`).
         walker: Makes what walks in the gait's place, for a robot, a task and a control period [s].
     """
 
     task: Task
     keep_trace: bool = False
     push: Push | None = None
+    calibrated: bool = False
     walker: Callable[[RobotDescription, Task, float], Walker] | None = None
 
 
@@ -67,6 +70,8 @@ class RolloutResult:
 
 def make_pair(spec: RolloutSpec) -> tuple[World, Gait]:
     """The world of a rollout, which the caller closes, and the robot's gait."""
+    if spec.calibrated:
+        spec = replace(spec, calibration=calibrate(spec))
     return make_world(spec, ball=ball_for(spec.task.motions)), make_gait(spec)
 
 
