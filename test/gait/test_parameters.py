@@ -48,8 +48,18 @@ def test_default_preset_is_the_defaults_and_every_shipped_preset_loads() -> None
 
 def test_paper_is_the_method_without_extensions() -> None:
     paper = load_preset("paper")
-    assert paper.pendulum_shift_max == 0.004
-    assert paper.offset_time == paper.gyro_pitch_gain == paper.gyro_roll_gain == 0.0
+    assert paper.pendulum_shift_max == paper.pendulum_shift_back_max  # one cap on |r_x|
+    off = (
+        "offset_time", "push_velocity", "pendulum_shift_side_max", "step_stretch_max",
+        "step_capture", "step_capture_back", "step_catch_out", "step_catch_in", "stand_catch",
+        "tilt_pitch_gain", "tilt_roll_gain", "tilt_com_gain", "gyro_pitch_gain", "gyro_roll_gain",
+        "gyro_pitch_rate_gain", "gyro_roll_rate_gain", "heading_gain", "heading_lean",
+        "speed_time", "arm_swing", "swing_toe_lift",
+    )  # fmt: skip
+    assert {name: getattr(paper, name) for name in off} == dict.fromkeys(off, 0.0)
+    for switch in (paper.push_acceleration, paper.yaw_from_lean, paper.level_soles):
+        assert not switch
+    assert paper.step_hurry == 1.0
 
 
 @pytest.mark.parametrize(
