@@ -68,6 +68,11 @@ class GaitParameters(Settings):
     zmp_foot_roll: float = number(
         0.0, -0.3, 0.3, "rad", "Outward roll of the swing foot at its highest point."
     )
+    zmp_stop_pause: float = number(
+        0.0, 0.0, 3.0, "s",
+        "Pause at rest after a stop until the robot no longer rocks; a new walk or a motion begins "
+        "after it.",
+    )
     preview_time: float = number(0.8, 0.1, 3.0, "s", "Preview horizon of the desired ZMP.")
 
     com_height: float = number(

@@ -208,6 +208,31 @@ def test_parameters_change_with_the_next_half_stride_and_move_no_standing_foot()
 # -- behind the gait -------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("name", ["zmp", "preview"])
+def test_a_stop_lasts_longer_by_the_pause_and_nothing_moves_in_it(name: str) -> None:
+    def stopping(pause: float) -> list[BodyTargets]:
+        walk = make_walk(GaitParameters(walk=name, zmp_stop_pause=pause), DT)
+        walk.start(FORWARD)
+        for _ in range(300):
+            walk.expect()
+            walk.plan(FORWARD)
+        targets: list[BodyTargets] = []
+        while not walk.finished:
+            assert len(targets) < 1000
+            walk.expect()
+            targets.append(walk.plan(STANDSTILL))
+            assert not walk.finished or walk.stopping
+        return targets
+
+    at_once, later = stopping(0.0), stopping(0.5)
+    assert len(later) - len(at_once) == pytest.approx(0.5 / DT)
+    assert [each.com_in_q for each in later[: len(at_once) - 5]] == [
+        each.com_in_q for each in at_once[:-5]
+    ]
+    resting = np.array([each.com_in_q for each in later[-50:]])
+    assert np.ptp(resting, axis=0).max() < 1e-3, "at rest in the pause"
+
+
 def test_the_parameter_chooses_the_walk() -> None:
     assert isinstance(make_walk(GaitParameters(), DT), LipmWalk)
     assert isinstance(make_walk(ZMP, DT), ZmpWalk)

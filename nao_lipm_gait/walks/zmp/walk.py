@@ -46,6 +46,7 @@ class Phase(Enum):
     SHIFT = "shift"  # from rest: the weight moves over one foot, both feet on the ground
     STEP = "step"
     SETTLE = "settle"  # to rest, both feet on the ground
+    PAUSE = "pause"  # at rest: the robot may still rock from foot to foot
 
 
 class StrideState(NamedTuple):
@@ -185,7 +186,9 @@ class ZmpWalk:
         self, done: HalfStride, stride: Stride, command: VelocityCommand
     ) -> tuple[HalfStride, Stride]:
         """The half stride after `done`, which was made with `stride`, and its stride."""
-        if done.phase in (Phase.REST, Phase.SETTLE):
+        if done.phase is Phase.SETTLE and self._pause_ticks > 0:
+            return self._standing(Phase.PAUSE, done.support, done.standing, done.swing_end), stride
+        if done.phase in (Phase.REST, Phase.SETTLE, Phase.PAUSE):
             return self._standing(Phase.REST, done.support, done.standing, done.swing_end), stride
         support = -done.support
         s = done.step_size
@@ -211,7 +214,9 @@ class ZmpWalk:
 
     def _standing(self, phase: Phase, support: int, standing: Pose2, other: Pose2) -> HalfStride:
         """A half stride with both feet on the ground."""
-        ticks = 1 if phase is Phase.REST else self._standing_ticks
+        ticks = self._standing_ticks
+        if phase in (Phase.REST, Phase.PAUSE):
+            ticks = 1 if phase is Phase.REST else self._pause_ticks
         return HalfStride(
             phase, support, ticks, (0.0, 0.0), NOWHERE, standing, other, other, self._p
         )
@@ -220,6 +225,11 @@ class ZmpWalk:
     def _standing_ticks(self) -> int:
         """Duration of the motion out of rest, and of the one back to it, in control periods."""
         return self._ticks
+
+    @property
+    def _pause_ticks(self) -> int:
+        """Duration of the pause after a stop, in control periods."""
+        return round(self._p.zmp_stop_pause / self._dt)
 
     @property
     def _ticks(self) -> int:
@@ -235,7 +245,7 @@ class ZmpWalk:
     def _sway(self) -> float:
         """Offset of the CoM to the left of its line [m]."""
         half, p = self._half_stride, self._half_stride.parameters
-        if half.phase is Phase.REST:
+        if half.phase in (Phase.REST, Phase.PAUSE):
             return 0.0
         w = natural_frequency(p.pendulum_height)
         duration = half.ticks * self._dt
@@ -297,7 +307,7 @@ class ZmpWalk:
     @property
     def stopping(self) -> bool:
         """Whether both feet stay on the ground from now on."""
-        return self._half_stride.phase in (Phase.SETTLE, Phase.REST)
+        return self._half_stride.phase in (Phase.SETTLE, Phase.PAUSE, Phase.REST)
 
     @property
     def estimated(self) -> StrideState:
