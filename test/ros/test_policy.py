@@ -19,7 +19,7 @@ def relative(names: Iterable[tuple[str, list[str]]], node: str) -> set[str]:
 
 @pytest.mark.parametrize("name", ["gait", "sim_bridge"])
 def test_the_policy_covers_what_the_node_does(probe: Probe, name: str) -> None:
-    probe.start(name, use_sim_time=name == "gait")
+    probe.start(name, **({"use_sim_time": True} if name == "gait" else {"cameras": True}))
     node = probe.node
     probe.wait(lambda: name in node.get_node_names(), f"the node {name}")
     allowed = {

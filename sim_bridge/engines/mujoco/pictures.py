@@ -119,5 +119,5 @@ def _open_context(width: int, height: int) -> Any:
             raise ImportError("neither EGL nor OSMesa is installed")
         return importlib.import_module(f"mujoco.{names[0]}").GLContext(width, height)
     except (ImportError, AttributeError, RuntimeError, OSError) as error:
-        reason = " ".join(str(error).split())
+        reason = " ".join(str(error).split()).split(". ")[0]
         raise NaoGaitError("cameras", f"true, but no images: {reason}", INSTALL) from error
