@@ -31,6 +31,7 @@ TEST = ["filterpy>=1.4.5", "hypothesis>=6.100", "pytest>=8", "pytest-xdist>=3.6"
 
 EXTRAS = {
     "mujoco": ["mujoco>=4,<5"],  # the second physics engine; 4 changed what joint.damping is
+    "vision": ["opencv-python-headless>=4.9,<6"],
     "lab": [
         "joblib>=1.3",
         "matplotlib>=3.8",
@@ -94,6 +95,7 @@ setup(
         "console_scripts": [
             "gait = nao_lipm_gait.ros.main:main",
             "sim_bridge = sim_bridge.ros.main:main",
+            "vision = nao_soccer.ros.vision_main:main",
             "nao_gait = gait_lab.cli:main",
         ],
     },

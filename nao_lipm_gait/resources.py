@@ -17,6 +17,7 @@ _KINDS = {
     "gait": (("config", "gait"), (".yaml", ".yml")),
     "robots": (("config", "robots"), (".yaml", ".yml")),
     "scenes": (("config", "scenes"), (".yaml", ".yml")),
+    "vision": (("config", "vision"), (".yaml", ".yml")),
 }
 
 
@@ -75,7 +76,7 @@ def share(*parts: str) -> Path:
 
 
 def names(kind: str) -> tuple[str, ...]:
-    """The shipped names of a kind: `urdf`, `plants`, `gait`, `robots` or `scenes`."""
+    """The shipped names of a kind: `urdf`, `plants`, `gait`, `robots`, `scenes` or `vision`."""
     if kind not in _KINDS:
         raise NaoGaitError("kind of resource", kind, f"one of {', '.join(_KINDS)}")
     folder, suffixes = _KINDS[kind]

@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = {
     "gait": "nao_lipm_gait.ros.main:main",
     "sim_bridge": "sim_bridge.ros.main:main",
+    "vision": "nao_soccer.ros.vision_main:main",
     "nao_gait": "gait_lab.cli:main",
 }
 
@@ -98,6 +99,7 @@ def _imports(folder: str) -> set[str]:
 
 
 ROSDEP_KEYS = {
+    "cv2": "python3-opencv",
     "numpy": "python3-numpy",
     "yaml": "python3-yaml",
     "pybullet": "python3-pybullet-pip",
@@ -120,7 +122,8 @@ ROSDEP_KEYS = {
 
 def test_package_xml_depends_on_what_is_imported():
     depends = {element.text for element in package_xml().iter() if element.tag.endswith("_depend")}
-    imported = set().union(*(_imports(top) for top in ("nao_lipm_gait", "sim_bridge", "gait_lab")))
+    packages = ("nao_lipm_gait", "nao_soccer", "sim_bridge", "gait_lab")
+    imported = set().union(*(_imports(top) for top in packages))
     imported |= _imports("launch")
     for module in imported:
         key = ROSDEP_KEYS.get(module)

@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import (
     Point,
     PointStamped,
+    PoseStamped,
     TransformStamped,
     Twist,
     TwistStamped,
@@ -227,6 +228,8 @@ class StatusWriter:
         self._base = TransformStamped()
         self._base.header.frame_id = BASE_FOOTPRINT
         self._base.child_frame_id = base_frame
+        self._torso = PoseStamped()
+        self._torso.header.frame_id = BASE_FOOTPRINT
 
     def odometry(self, status: GaitStatus) -> Odometry:
         """Pose of base_footprint in odom and its velocity in its own frame, with covariances."""
@@ -267,6 +270,16 @@ class StatusWriter:
         translation, rotation = message.transform.translation, message.transform.rotation
         translation.x, translation.y, translation.z = x, y, z
         rotation.x, rotation.y, rotation.z, rotation.w = quaternion_from_rpy(roll, pitch, yaw)
+        return message
+
+    def torso_pose(self, stamp: int, torso_pose: Pose6) -> PoseStamped:
+        """The torso in base_footprint; see `Gait.torso_pose`."""
+        x, y, z, roll, pitch, yaw = torso_pose
+        message = self._torso
+        message.header.stamp = to_time(stamp)
+        position, turn = message.pose.position, message.pose.orientation
+        position.x, position.y, position.z = x, y, z
+        turn.x, turn.y, turn.z, turn.w = quaternion_from_rpy(roll, pitch, yaw)
         return message
 
     def point_in_q(self, point: Point3, stamp: int) -> PointStamped:

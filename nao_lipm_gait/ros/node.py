@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, Twist, TwistStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped, PoseStamped, Twist, TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -162,6 +162,7 @@ class GaitNode(Node):
         self._com_expected = self.create_publisher(PointStamped, "~/com_expected", 10)
         self._com_measured = self.create_publisher(PointStamped, "~/com_measured", 10)
         self._com_estimated = self.create_publisher(PointStamped, "~/com_estimated", 10)
+        self._torso_pose = self.create_publisher(PoseStamped, "~/torso_pose", 10)
         self._support_topic = self.create_publisher(String, "~/support", _LATCHED)
         self._motion_result = self.create_publisher(String, "~/motion_result", _LATCHED)
         self._footsteps = self.create_publisher(MarkerArray, "~/footsteps", 10)
@@ -272,6 +273,10 @@ class GaitNode(Node):
             (self._com_estimated, status.com_estimated_in_q),
         ):
             publisher.publish(writer.point_in_q(point, status.stamp))
+        if self._torso_pose.get_subscription_count():
+            self._torso_pose.publish(
+                writer.torso_pose(status.stamp, self._controller.torso_pose)
+            )
         support = support_text(status)
         if support != self._support:
             self._support = support

@@ -1,0 +1,1 @@
+"""How well a robot sees: rendered walks, what is to be seen in them, and scores."""

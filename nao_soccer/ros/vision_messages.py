@@ -1,0 +1,135 @@
+"""Conversion between the types of vision and ROS messages."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, PoseWithCovarianceStamped
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import Header
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import rotation_from_quaternion
+from nao_lipm_gait.robot.camera import Intrinsics
+from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, to_time
+from nao_lipm_gait.runtime.inputs import stamp_of
+from nao_lipm_gait.types import FloatArray
+from nao_soccer.vision.controller import ImageInput
+from nao_soccer.vision.percepts import Kind, Percept, Percepts
+
+KINDS = tuple(Kind)
+"""The field `kind` of `vision/percepts` is an index of this."""
+_POINT = ("x", "y", "z", "var_x", "cov_xy", "var_y")
+_PERCEPT = (*_POINT, "yaw", "kind")
+_NOT_SEEN = np.pi**2
+"""[rad^2] Variance of an orientation that is not seen."""
+
+
+# -- from messages ---------------------------------------------------------------------------------
+
+
+def image_input(message: Image, topic: str) -> ImageInput:
+    """Contents of an image."""
+    stamp = message.header.stamp
+    return ImageInput(
+        stamp_of(stamp.sec, stamp.nanosec, f"{topic} header.stamp"),
+        message.width,
+        message.height,
+        message.encoding,
+        message.step,
+        bytes(message.data),
+    )
+
+
+def intrinsics(message: CameraInfo, topic: str) -> Intrinsics:
+    """The pinhole of `camera_info`; NaoGaitError if the image is distorted."""
+    if any(message.d):
+        raise NaoGaitError(f"{topic} d", list(message.d), "zeros: rectify the image first")
+    k = message.k
+    return Intrinsics(message.width, message.height, k[0], k[4], k[2], k[5])
+
+
+def torso_pose(message: PoseStamped) -> tuple[int, FloatArray, FloatArray]:
+    """Stamp [ns], position (3,) [m] and rotation (3, 3) of `gait/torso_pose`."""
+    stamp = message.header.stamp
+    position, turn = message.pose.position, message.pose.orientation
+    return (
+        stamp_of(stamp.sec, stamp.nanosec, "gait/torso_pose header.stamp"),
+        np.array((position.x, position.y, position.z)),
+        np.array(rotation_from_quaternion(turn.x, turn.y, turn.z, turn.w)),
+    )
+
+
+# -- to messages -----------------------------------------------------------------------------------
+
+
+def ball(percepts: Percepts, ball: Percept, radius: float) -> PoseWithCovarianceStamped:
+    """`vision/ball`: the centre of the ball."""
+    message = PoseWithCovarianceStamped(header=_header(percepts))
+    message.pose.pose = _pose(ball, radius)
+    xx, xy, yy = ball.covariance
+    covariance = np.diag((0.0, 0.0, 1e-4, _NOT_SEEN, _NOT_SEEN, _NOT_SEEN))
+    covariance[:2, :2] = ((xx, xy), (xy, yy))
+    message.pose.covariance = covariance.ravel()
+    return message
+
+
+def poses(percepts: Percepts, objects: Iterable[Percept]) -> PoseArray:
+    """The places and yaws of objects; empty if none was seen."""
+    return PoseArray(header=_header(percepts), poses=[_pose(each) for each in objects])
+
+
+def lines(percepts: Percepts) -> PointCloud2:
+    """`vision/lines`: x, y, z [m], var_x, cov_xy, var_y [m^2] of each line point."""
+    places = percepts.line_points
+    rows = np.column_stack((places, np.zeros(len(places)), percepts.line_covariances))
+    return _cloud(percepts, rows, _POINT)
+
+
+def objects(percepts: Percepts) -> PointCloud2:
+    """`vision/percepts`: as `lines`, with yaw [rad] and kind, an index of `KINDS`."""
+    found = percepts.objects if percepts.ball is None else (percepts.ball, *percepts.objects)
+    rows = [
+        (*each.position, 0.0, *each.covariance, each.yaw, float(KINDS.index(each.kind)))
+        for each in found
+    ]
+    return _cloud(percepts, np.array(rows).reshape(-1, len(_PERCEPT)), _PERCEPT)
+
+
+def debug(percepts: Percepts, picture: np.ndarray, camera: str) -> Image:
+    """`vision/debug`."""
+    message = Image(header=_header(percepts), encoding="rgb8", step=3 * picture.shape[1])
+    message.header.frame_id = f"{camera}_optical_frame"
+    message.height, message.width = picture.shape[:2]
+    message.data = picture.tobytes()
+    return message
+
+
+def _header(percepts: Percepts) -> Header:
+    return Header(stamp=to_time(percepts.stamp), frame_id=BASE_FOOTPRINT)
+
+
+def _pose(percept: Percept, z: float = 0.0) -> Pose:
+    pose = Pose()
+    pose.position.x, pose.position.y = percept.position
+    pose.position.z = z
+    pose.orientation.z = float(np.sin(0.5 * percept.yaw))
+    pose.orientation.w = float(np.cos(0.5 * percept.yaw))
+    return pose
+
+
+def _cloud(percepts: Percepts, rows: FloatArray, names: tuple[str, ...]) -> PointCloud2:
+    """A cloud of float32 fields, one row (n, fields) each."""
+    width = 4 * len(names)
+    return PointCloud2(
+        header=_header(percepts),
+        height=1,
+        width=len(rows),
+        fields=[
+            PointField(name=name, offset=4 * index, datatype=PointField.FLOAT32, count=1)
+            for index, name in enumerate(names)
+        ],
+        point_step=width,
+        row_step=width * len(rows),
+        data=rows.astype("<f4").tobytes(),
+        is_dense=True,
+    )

@@ -1,0 +1,136 @@
+"""Vision as a ROS 2 node: converts messages and publishes what `VisionController` returns."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.parameters import (
+    declare,
+    node_parameter,
+    of_type,
+    unknown_overrides,
+    used_as,
+)
+from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.runtime.inputs import stamp_of
+from nao_soccer.ros import vision_messages as convert
+from nao_soccer.vision.colors import load_color_table
+from nao_soccer.vision.controller import VisionController
+from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percepts
+from nao_soccer.vision.settings import settings_of_scene
+
+URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+SCENE = node_parameter("scene", "pitch", "field, goals and ball: a shipped scene or a YAML file")
+COLORS = node_parameter("colors", "pitch", "colour classes: a shipped table or a YAML file")
+CAMERAS = node_parameter("cameras", "", "names of the cameras, with commas; empty = all")
+NODE_PARAMETERS = (URDF, SCENE, COLORS, CAMERAS)
+
+
+class VisionNode(Node):
+    """Each image leads to one message on every topic; nothing is remembered between two images."""
+
+    def __init__(self) -> None:
+        super().__init__("vision", automatically_declare_parameters_from_overrides=True)
+        text = partial(of_type, kind=str)
+        robot = used_as(URDF, load_robot, text(declare(self, URDF)))
+        settings = used_as(SCENE, settings_of_scene, text(declare(self, SCENE)))
+        table = used_as(COLORS, load_color_table, text(declare(self, COLORS)))
+        names = tuple(name.strip() for name in text(declare(self, CAMERAS)).split(",") if name)
+        self._radius = settings.ball_radius
+        self._controller = VisionController(robot, table, settings, names or None)
+        self._throttle = Throttle()
+        self._make_publishers()
+        self._make_subscriptions()
+        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
+            self.get_logger().warning(
+                f"parameter {name}: unknown and ignored; see `ros2 param list`"
+            )
+        self.get_logger().info(
+            f"{robot.name}; waiting for images of {', '.join(self._controller.cameras)}"
+        )
+
+    def _make_publishers(self) -> None:
+        make = self.create_publisher
+        self._ball = make(PoseWithCovarianceStamped, "vision/ball", 10)
+        self._lines = make(PointCloud2, "vision/lines", 10)
+        self._percepts = make(PointCloud2, "vision/percepts", 10)
+        self._arrays = [
+            (make(PoseArray, f"vision/{topic}", 10), kinds)
+            for topic, kinds in (
+                ("goal_posts", (Kind.GOAL_POST,)),
+                ("poles", (Kind.POLE,)),
+                ("robots", ROBOTS),
+                ("crossings", CROSSINGS),
+            )
+        ]
+        self._debug = make(Image, "vision/debug", 2)
+
+    def _make_subscriptions(self) -> None:
+        self._subscribe(JointState, "joint_states", self._on_joints)
+        self._subscribe(PoseStamped, "gait/torso_pose", self._on_torso)
+        for name in self._controller.cameras:
+            self._subscribe(CameraInfo, f"{name}/camera_info", partial(self._on_info, name))
+            self._subscribe(Image, f"{name}/image_raw", partial(self._on_image, name))
+
+    def _subscribe(self, kind: type, topic: str, receive: Callable[[Any], None]) -> None:
+        self.create_subscription(
+            kind, topic, partial(self._guarded, receive), qos_profile_sensor_data
+        )
+
+    # -- messages ----------------------------------------------------------------------------------
+
+    def _guarded(self, receive: Callable[[Any], None], message: Any) -> None:
+        """Turn a refusal into a warning; the next message is served as usual."""
+        try:
+            receive(message)
+            for camera in self._controller.cameras:
+                percepts = self._controller.see(camera)
+                if percepts is not None:
+                    self._publish(camera, percepts)
+        except NaoGaitError as error:
+            self._warn(error.field, f"{error}; ignored")
+        except Exception as error:
+            self._warn(type(error).__name__, f"{type(error).__name__}: {error}; ignored")
+
+    def _on_joints(self, message: JointState) -> None:
+        stamp = message.header.stamp
+        self._controller.add_joints(
+            stamp_of(stamp.sec, stamp.nanosec, "joint_states header.stamp"),
+            message.name,
+            message.position,
+        )
+
+    def _on_torso(self, message: PoseStamped) -> None:
+        self._controller.add_torso(*convert.torso_pose(message))
+
+    def _on_info(self, camera: str, message: CameraInfo) -> None:
+        self._controller.set_camera(camera, convert.intrinsics(message, f"{camera}/camera_info"))
+
+    def _on_image(self, camera: str, message: Image) -> None:
+        self._controller.add_image(camera, convert.image_input(message, f"{camera}/image_raw"))
+
+    def _publish(self, camera: str, percepts: Percepts) -> None:
+        if percepts.ball is not None:
+            self._ball.publish(convert.ball(percepts, percepts.ball, self._radius))
+        self._lines.publish(convert.lines(percepts))
+        self._percepts.publish(convert.objects(percepts))
+        for publisher, kinds in self._arrays:
+            publisher.publish(convert.poses(percepts, percepts.of(*kinds)))
+        if self._debug.get_subscription_count():
+            picture = self._controller.debug_image(camera, percepts)
+            if picture is not None:
+                self._debug.publish(convert.debug(percepts, picture, camera))
+
+    def _warn(self, key: str, message: str) -> None:
+        held_back = self._throttle.allow(key, time.monotonic())
+        if held_back is not None:
+            more = f" ({held_back} more like it)" if held_back else ""
+            self.get_logger().warning(message + more)

@@ -1,0 +1,189 @@
+"""Between a message and an image: checks what arrives, places each camera at the image's time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.robot.camera import CameraModel, Intrinsics
+from nao_lipm_gait.types import FloatArray
+from nao_soccer.vision.colors import ColorTable, Image
+from nao_soccer.vision.debug_image import draw_debug_image
+from nao_soccer.vision.detector import Vision
+from nao_soccer.vision.percepts import Percepts
+from nao_soccer.vision.pose_history import BodyHistory
+from nao_soccer.vision.settings import VisionSettings
+from nao_soccer.vision.tilt_calibration import TiltCalibration
+
+ENCODINGS: Mapping[str, tuple[int, int, int] | None] = {"rgb8": None, "bgr8": (2, 1, 0)}
+"""Encodings that are understood, and the order of red, green and blue where it differs."""
+FOCAL_RANGE = (0.1, 20.0)
+"""Smallest and largest focal length, of the width of the image."""
+SIZE_MIN, SIZE_MAX = 32, 4096
+"""[px] Smallest and largest width or height."""
+
+
+@dataclass(frozen=True, slots=True)
+class ImageInput:
+    """Contents of an image message.
+
+    Attributes:
+        stamp: Time of the exposure [ns].
+        width: Columns.
+        height: Rows.
+        encoding: As in `ENCODINGS`.
+        step: Bytes of a row.
+        data: The pixels.
+    """
+
+    stamp: int
+    width: int
+    height: int
+    encoding: str
+    step: int
+    data: bytes
+
+
+class VisionController:
+    """Takes joints, torso poses, camera facts and images; returns percepts.
+
+    Args:
+        robot: The robot.
+        table: The colour classes.
+        settings: What is looked for.
+        cameras: Names of the cameras; None = all of the robot.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        table: ColorTable,
+        settings: VisionSettings,
+        cameras: tuple[str, ...] | None = None,
+    ) -> None:
+        self.cameras = tuple(robot.cameras) if cameras is None else cameras
+        for name in self.cameras:
+            if name not in robot.cameras:
+                allowed = f"one of {', '.join(robot.cameras) or 'none: the robot has no camera'}"
+                raise NaoGaitError("cameras", name, allowed)
+        self._robot = robot
+        self._table = table
+        self._settings = settings
+        self._history = BodyHistory()
+        self._calibration = TiltCalibration(settings.error)
+        self._models: dict[str, CameraModel] = {}
+        self._visions: dict[str, Vision] = {}
+        self._waiting: dict[str, ImageInput] = {}
+
+    # -- body --------------------------------------------------------------------------------------
+
+    def add_joints(self, stamp: int, names: list[str], position: FloatArray) -> None:
+        """Joint angles by name at a time [ns].
+
+        Raises:
+            NaoGaitError: A joint of the robot is missing or its angle is not finite.
+        """
+        by_name = dict(zip(names, position, strict=False))
+        missing = [name for name in self._robot.joint_names if name not in by_name]
+        if missing:
+            raise NaoGaitError("joint_states name", f"no {', '.join(missing)}", "all joints")
+        angles = np.array([by_name[name] for name in self._robot.joint_names], dtype=float)
+        if not np.isfinite(angles).all():
+            raise NaoGaitError("joint_states position", angles.tolist(), "finite angles [rad]")
+        self._history.add_joints(stamp, angles)
+
+    def add_torso(self, stamp: int, position: FloatArray, rotation: FloatArray) -> None:
+        """Torso in base_footprint at a time [ns]: (3,) [m] and (3, 3).
+
+        Raises:
+            NaoGaitError: A value is not finite.
+        """
+        if not (np.isfinite(position).all() and np.isfinite(rotation).all()):
+            raise NaoGaitError("gait/torso_pose", position.tolist(), "finite numbers")
+        self._history.add_torso(stamp, position, rotation)
+
+    # -- cameras -----------------------------------------------------------------------------------
+
+    def set_camera(self, camera: str, intrinsics: Intrinsics) -> None:
+        """Facts of a camera, from `camera_info`.
+
+        Raises:
+            NaoGaitError: A value is not usable.
+        """
+        known = self._models.get(camera)
+        if known is not None and known.intrinsics == intrinsics:
+            return
+        width = intrinsics.width
+        for name, size in (("width", width), ("height", intrinsics.height)):
+            if not SIZE_MIN <= size <= SIZE_MAX:
+                allowed = f"{SIZE_MIN} to {SIZE_MAX} px"
+                raise NaoGaitError(f"{camera}/camera_info {name}", size, allowed)
+        low, high = (each * width for each in FOCAL_RANGE)
+        for name, focal in (("fx", intrinsics.fx), ("fy", intrinsics.fy)):
+            if not low <= focal <= high:
+                allowed = f"{low:g} to {high:g} px"
+                raise NaoGaitError(f"{camera}/camera_info k {name}", focal, allowed)
+        self._models[camera] = CameraModel(self._robot, camera, intrinsics)
+        self._visions[camera] = Vision(self._table, self._settings, self._calibration)
+
+    def add_image(self, camera: str, image: ImageInput) -> None:
+        """An image, which waits until the body at its time is known.
+
+        Raises:
+            NaoGaitError: The image is not usable, or replaces one that still waits.
+        """
+        _pixels(camera, image)
+        model = self._models.get(camera)
+        if model is None:
+            allowed = f"{camera}/camera_info before the first image"
+            raise NaoGaitError(f"{camera}/image_raw", "no camera_info", allowed)
+        pinhole = model.intrinsics
+        if (image.width, image.height) != (pinhole.width, pinhole.height):
+            raise NaoGaitError(
+                f"{camera}/image_raw size",
+                f"{image.width} x {image.height}",
+                f"{pinhole.width} x {pinhole.height}, as in camera_info",
+            )
+        before = self._waiting.get(camera)
+        self._waiting[camera] = image
+        if before is not None:
+            self._history.at(before.stamp)
+
+    def see(self, camera: str) -> Percepts | None:
+        """Percepts of the waiting image of a camera; None if there is none or it still waits.
+
+        Raises:
+            NaoGaitError: The body at the time of the image is not known any more; it is dropped.
+        """
+        image = self._waiting.get(camera)
+        if image is None or not self._history.covers(image.stamp):
+            return None
+        del self._waiting[camera]
+        body = self._history.at(image.stamp)
+        view = self._models[camera].view(
+            body.joint_position, body.torso_position, body.torso_rotation
+        )
+        return self._visions[camera].see(image.stamp, _pixels(camera, image), view)
+
+    def debug_image(self, camera: str, percepts: Percepts) -> Image | None:
+        """The last image of a camera with its percepts drawn into it; None before the first."""
+        frame = self._visions[camera].frame
+        return None if frame is None else draw_debug_image(frame, percepts)
+
+
+def _pixels(camera: str, image: ImageInput) -> Image:
+    """The pixels (height, width, 3); NaoGaitError if the message contradicts itself."""
+    where = f"{camera}/image_raw"
+    if image.encoding not in ENCODINGS:
+        raise NaoGaitError(f"{where} encoding", image.encoding, f"one of {', '.join(ENCODINGS)}")
+    if image.step < 3 * image.width:
+        raise NaoGaitError(f"{where} step", image.step, f"at least {3 * image.width} bytes")
+    size = image.step * image.height
+    if len(image.data) != size or size == 0:
+        raise NaoGaitError(f"{where} data", f"{len(image.data)} bytes", f"{size} bytes, over 0")
+    rows = np.frombuffer(image.data, dtype=np.uint8).reshape(image.height, image.step)
+    pixels = rows[:, : 3 * image.width].reshape(image.height, image.width, 3)
+    order = ENCODINGS[image.encoding]
+    return pixels if order is None else np.ascontiguousarray(pixels[..., order])

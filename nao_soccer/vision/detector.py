@@ -1,0 +1,109 @@
+"""Percepts of one image after the other: the detectors in a straight line."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_lipm_gait.robot.camera import CameraView
+from nao_soccer.vision.ball import find_ball
+from nao_soccer.vision.colors import ColorClassifier, ColorTable, Image
+from nao_soccer.vision.crossings import find_crossings
+from nao_soccer.vision.frame import Frame, make_frame
+from nao_soccer.vision.image_geometry import ImageGeometry
+from nao_soccer.vision.lines import find_circle, find_segments
+from nao_soccer.vision.percepts import Box, Kind, Percept, Percepts
+from nao_soccer.vision.posts import find_uprights, uprights_of
+from nao_soccer.vision.robots import find_robots, find_torsos
+from nao_soccer.vision.scan_lines import LinePoints, bright, find_line_points
+from nao_soccer.vision.settings import VisionSettings
+from nao_soccer.vision.tilt_calibration import TiltCalibration
+
+SEED = 1
+"""Of the random samples, for each image anew: the same image gives the same percepts."""
+MARGIN = 3
+"""[px] Around posts and robots, where no line is searched."""
+
+
+class Vision:
+    """The detectors of one camera.
+
+    Args:
+        table: The colour classes.
+        settings: What is looked for.
+        calibration: Lasting tilt of the robot's cameras; None = it is not learned.
+
+    Attributes:
+        frame: The last image with its classes, for the debug image; None before the first.
+    """
+
+    def __init__(
+        self,
+        table: ColorTable,
+        settings: VisionSettings,
+        calibration: TiltCalibration | None = None,
+    ) -> None:
+        self.frame: Frame | None = None
+        self._settings = settings
+        self._calibration = calibration
+        self._classifier = ColorClassifier(table)
+        self._edge = table.edge
+        self._uprights = uprights_of(settings)
+
+    def see(self, stamp: int, image: Image, view: CameraView) -> Percepts:
+        """The percepts of one image.
+
+        Args:
+            stamp: Time of the image [ns].
+            image: (height, width, 3) red, green, blue.
+            view: Camera at that time, in base_footprint.
+        """
+        settings = self._settings
+        calibration = self._calibration
+        if calibration is None:
+            geometry = ImageGeometry(view, settings.error)
+        else:
+            geometry = ImageGeometry(calibration.correct(view), calibration.error_at(view))
+        frame = self.frame = make_frame(image, geometry, self._classifier)
+        random = np.random.default_rng(SEED)
+        torsos = find_torsos(frame)
+        near = [each.box for each in torsos]
+        ball = find_ball(frame, settings.ball_radius, near)
+        robots = find_robots(frame, torsos, ball)
+        uprights = find_uprights(frame, self._uprights, near)
+        mask = bright(frame, self._edge)
+        boxes = [each.box for each in (*uprights, *robots) if each.box is not None]
+        free = _free(mask.shape, boxes)
+        points = find_line_points(frame, mask, free, self._edge, settings.field.line_width)
+        circle = find_circle(frame, mask, points, 0.5 * settings.field.circle_diameter, random)
+        straight = points
+        objects = [*uprights, *robots]
+        if circle is not None:
+            straight = LinePoints(points.pixels[~circle.on], points.places[~circle.on])
+            a, b, c = geometry.covariance(np.array([circle.centre]))[0].tolist()
+            objects.append(Percept(Kind.CENTRE_CIRCLE, circle.centre, (a, b, c)))
+        segments = find_segments(frame, straight, random)
+        objects += find_crossings(frame, mask, segments, circle)
+        if calibration is not None:
+            for each in uprights if ball is None else (ball, *uprights):
+                if each.tilt is not None:
+                    calibration.learn(each.tilt)
+        return Percepts(
+            stamp,
+            ball,
+            tuple(objects),
+            points.places,
+            geometry.covariance(points.places),
+            tuple(segments),
+            frame.boundary,
+        )
+
+
+def _free(shape: tuple[int, ...], boxes: list[Box]) -> NDArray[np.bool_]:
+    """(height, width) false where one of the boxes is."""
+    free = np.ones(shape, dtype=bool)
+    for box in boxes:
+        left, top, right, bottom = (int(value) for value in box)
+        free[
+            max(top - MARGIN, 0) : max(bottom + MARGIN + 1, 0),
+            max(left - MARGIN, 0) : max(right + MARGIN + 1, 0),
+        ] = False
+    return free

@@ -1,0 +1,144 @@
+"""Robots: a torso in the colour of a team, and the feet below it; or legs that hide the field."""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from nao_lipm_gait.types import FloatArray
+from nao_soccer.vision.colors import BLUE, FIELD, RED
+from nao_soccer.vision.frame import Frame
+from nao_soccer.vision.percepts import Box, Kind, Percept
+
+TORSO_AREA = 20
+"""[px] Smallest region of a team's colour."""
+TORSO = (0.06, 0.35)
+"""[m] Least and largest width of a torso."""
+TORSO_HEIGHT = (0.05, 0.4)
+"""[m] Least and largest height of a torso."""
+TORSO_MEAN = 0.2
+"""[m] Usual height of a torso."""
+TORSO_TOP = (0.25, 0.6)
+"""[m] Least and largest height of the upper edge of a torso over the ground."""
+ASIDE = 0.55
+"""Width that is looked at below a torso to either side of its middle, of the torso's height."""
+HEAD, FEET = 0.6, 2.2
+"""Height of the head over a torso's upper edge, and of that edge over the feet, of its height."""
+GAP = 3
+"""[px] Green rows of a column from which on a leg has ended."""
+FOOT_COLUMNS = 0.03
+"""[m] Width of what reaches down furthest, for a foot."""
+DEPTH = 0.05
+"""[m] From the front of the feet to the middle of the robot."""
+RANGE_MAX = 4.0
+"""[m] Largest distance."""
+
+
+class Torso(NamedTuple):
+    """A region in the colour of a team.
+
+    Attributes:
+        kind: Robot of which team.
+        stats: Left, top, width, height and area [px].
+        box: About where its robot is in the image.
+    """
+
+    kind: Kind
+    stats: NDArray[np.int32]
+    box: Box
+
+
+def find_torsos(frame: Frame) -> list[Torso]:
+    """Torsos of both teams, the largest first; one for each robot."""
+    regions: list[tuple[int, NDArray[np.int32], Kind]] = []
+    for color, kind in ((RED, Kind.ROBOT_RED), (BLUE, Kind.ROBOT_BLUE)):
+        mask = (frame.classes == color).astype(np.uint8)
+        if cv2.countNonZero(mask) < TORSO_AREA:
+            continue
+        mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)))
+        count, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+        for index in range(1, count):
+            area = int(stats[index, cv2.CC_STAT_AREA])
+            if area >= TORSO_AREA:
+                regions.append((area, stats[index], kind))
+    found: list[Torso] = []
+    for _, stats, kind in sorted(regions, key=lambda each: -each[0]):
+        left, top, across, tall, _ = stats.tolist()
+        size, middle = max(tall, across), left + 0.5 * across
+        if any(each.box.left < middle < each.box.right for each in found):
+            continue  # an arm hides the middle of its torso
+        aside = ASIDE * size
+        box = Box(middle - aside, top - HEAD * size, middle + aside, top + FEET * size)
+        found.append(Torso(kind, stats, box))
+    return found
+
+
+def find_robots(frame: Frame, torsos: list[Torso], ball: Percept | None) -> list[Percept]:
+    """Robots whose feet are seen.
+
+    Args:
+        frame: The image.
+        torsos: Their torsos.
+        ball: The ball, which may lie in front of the feet.
+    """
+    if not torsos:
+        return []
+    ground = frame.classes == FIELD
+    if ball is not None and ball.box is not None:
+        left, top, right, bottom = (int(max(each, 0.0)) for each in ball.box)
+        ground[top : bottom + 2, left : right + 2] = True
+    found = (_below(frame, ground, each.stats, each.kind) for each in torsos)
+    return [each for each in found if each is not None]
+
+
+def _below(
+    frame: Frame, ground: NDArray[np.bool_], stats: NDArray[np.int32], kind: Kind
+) -> Percept | None:
+    """The robot under a torso, or None if it is none."""
+    geometry = frame.geometry
+    height, width = frame.classes.shape
+    left, top, across, tall, _ = stats.tolist()
+    size = max(tall, across)
+    centre = left + 0.5 * (across - 1)
+    first = max(int(centre - ASIDE * size), 0)
+    last = min(int(centre + ASIDE * size) + 1, width)
+    start = top + tall // 2
+    green = ground[start:, first:last]
+    if green.shape[0] <= GAP + 1:
+        return None
+    total = np.cumsum(np.vstack((np.zeros((1, last - first), dtype=int), green)), axis=0)
+    ended = total[GAP:] - total[:-GAP] >= GAP
+    bottoms = np.where(ended.any(axis=0), ended.argmax(axis=0), len(green))
+    expected = min(max(int(FOOT_COLUMNS / TORSO_MEAN * tall), 1), len(bottoms))
+    foot_depth = int(np.sort(bottoms)[-expected])
+    if start + foot_depth >= height - 1:
+        return None
+    feet = np.nonzero(bottoms >= foot_depth - max(tall // 5, 1))[0]
+    centre = 0.5 * (centre + first + float(feet.mean()))
+    foot = start + foot_depth - 1
+    (place,), (meets,) = geometry.ground(np.array([[centre, foot + 0.5]]))
+    if not meets:
+        return None
+    away = place - geometry.camera[:2]
+    reach = float(np.hypot(*away))
+    if not 0.2 < reach < RANGE_MAX:
+        return None
+    slant = float(np.hypot(reach, geometry.camera[2]))
+    metres = slant / geometry.focal
+    if not TORSO[0] < across * metres < TORSO[1]:
+        return None
+    if top > 0 and not TORSO_HEIGHT[0] < tall * metres < TORSO_HEIGHT[1]:
+        return None
+    if top > 0 and not TORSO_TOP[0] < (foot - top) * metres < TORSO_TOP[1]:
+        return None
+    spot = place + DEPTH / reach * away
+    a, b, c = geometry.covariance(spot[None])[0].tolist()
+    # The feet are not the middle of the robot.
+    spread = 0.04**2
+    box = Box(float(first), float(top), float(last), float(foot))
+    return Percept(kind, _point(spot), (a + spread, b, c + spread), box=box)
+
+
+def _point(spot: FloatArray) -> tuple[float, float]:
+    return float(spot[0]), float(spot[1])

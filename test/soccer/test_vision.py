@@ -1,0 +1,124 @@
+import math
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.robot.camera import CameraPose, CameraView
+from nao_soccer.field import Field, Goals
+from nao_soccer.vision.colors import load_color_table
+from nao_soccer.vision.detector import Vision
+from nao_soccer.vision.percepts import CROSSINGS, Kind, Percepts
+from nao_soccer.vision.settings import VisionSettings, settings_of_scene
+from nao_soccer.vision.tilt_calibration import TiltCalibration
+from pitch_image import camera, picture
+
+SETTINGS = VisionSettings(goals=Goals())
+TABLE = load_color_table("pitch")
+
+
+def see(view: CameraView, image: np.ndarray) -> Percepts:
+    """Percepts in the frame of the field, because the camera is given in it."""
+    return Vision(TABLE, SETTINGS).see(0, image, view)
+
+
+@pytest.mark.parametrize("distance", [0.6, 1.5, 3.0])
+@pytest.mark.parametrize("brightness", [0.6, 1.0, 1.4])
+def test_ball_is_where_it_is(distance: float, brightness: float):
+    view = camera(-3.0, 0.3, 0.2, tilt=0.6 if distance < 1.0 else 0.25)
+    ball = (-3.0 + distance * math.cos(0.3), 0.3 + distance * math.sin(0.3))
+    found = see(view, picture(view, ball, brightness=brightness)).ball
+    assert found is not None
+    assert math.dist(found.position, ball) < 0.02 * distance + 0.005
+
+
+def test_no_ball_is_seen_where_there_is_none():
+    for seed in range(5):
+        view = camera(-2.0 + seed, 0.5, 0.8 * seed)
+        assert see(view, picture(view, seed=seed)).ball is None
+
+
+def test_orange_bar_is_no_ball():
+    view = camera(-3.0, 0.3, 0.2)
+    image = picture(view)
+    image[150:162, 140:180] = (242, 115, 13)
+    assert see(view, image).ball is None
+
+
+def test_line_points_lie_on_lines():
+    view = camera(-3.2, 0.6, 0.3)
+    points = see(view, picture(view)).line_points
+    assert len(points) > 50
+    field = Field()
+    off = np.abs(np.hypot(*points.T) - 0.5 * field.circle_diameter)
+    for line in field.lines():
+        (x0, y0), (x1, y1) = line.start, line.end
+        along = np.clip(points, (min(x0, x1), min(y0, y1)), (max(x0, x1), max(y0, y1)))
+        off = np.minimum(off, np.hypot(*(points - along).T))
+    reach2 = (points[:, 0] + 3.2) ** 2 + (points[:, 1] - 0.6) ** 2
+    assert (off < 0.02 + reach2 / (0.47 * 361.0)).all()  # a pixel on the ground
+
+
+@pytest.mark.parametrize(
+    ("place", "heading"),
+    [((2.2, -0.6), -0.9), ((3.0, 1.5), 0.9), ((2.6, 0.1), 0.6), ((-1.2, 1.6), 1.0)],
+)
+def test_crossings_have_their_place_kind_and_yaw(place: tuple[float, float], heading: float):
+    view = camera(*place, heading)
+    found = see(view, picture(view)).of(*CROSSINGS)
+    assert found
+    for each in found:
+        truth = min(Field().crossings(), key=lambda one: math.dist((one.x, one.y), each.position))
+        assert math.dist((truth.x, truth.y), each.position) < 0.15
+        assert each.kind.value == f"crossing_{truth.kind.value.lower()}"
+        turn = 0.5 * math.pi if truth.kind.value == "X" else 2.0 * math.pi
+        assert abs(math.remainder(each.yaw - truth.heading, turn)) < 0.15
+
+
+def test_centre_circle_is_found_from_both_sides_and_not_elsewhere():
+    for x, heading in ((-2.0, 0.0), (2.0, math.pi)):
+        view = camera(x, 0.4, heading)
+        (circle,) = see(view, picture(view)).of(Kind.CENTRE_CIRCLE)
+        assert math.hypot(*circle.position) < 0.1
+    for heading in (-0.5, 0.0, 0.5):
+        view = camera(2.2, 0.4, heading)
+        assert not see(view, picture(view)).of(Kind.CENTRE_CIRCLE)
+
+
+def test_covariance_is_that_of_disturbed_cameras():
+    view = camera(-3.0, 0.3, 0.2)
+    vision = Vision(TABLE, SETTINGS)
+    percepts = vision.see(0, picture(view), view)
+    assert vision.frame is not None
+    geometry = vision.frame.geometry
+    place = percepts.line_points[:1]
+    pixel = geometry.pixels_of(place)
+    xx, xy, yy = geometry.covariance(place)[0]
+    random, error, seen = np.random.default_rng(0), geometry.error, []
+    for _ in range(4000):
+        roll, pitch, yaw = random.normal(0.0, (error.tilt, error.tilt, error.pan))
+        turn = np.array(((1.0, -yaw, pitch), (yaw, 1.0, -roll), (-pitch, roll, 1.0)))
+        height = random.normal(0.0, error.height)
+        pose = CameraPose(view.pose.position + (0.0, 0.0, height), turn @ view.pose.rotation)
+        other = CameraView(view.intrinsics, pose)
+        seen.append(other.on_plane(pixel + random.normal(0.0, error.pixel, (1, 2)))[0, :2])
+    sampled = np.cov(np.array(seen).T)
+    assert np.allclose(sampled, [[xx, xy], [xy, yy]], atol=0.25 * max(xx, yy))
+
+
+def test_lasting_tilt_is_learned_from_the_ball():
+    """The pose that vision is given looks 2 degrees too high."""
+    calibration = TiltCalibration(SETTINGS.error)
+    vision = Vision(TABLE, SETTINGS, calibration)
+    ball = (-1.2, 0.3)
+    for step in range(6):
+        view = camera(-3.0, 0.3, 0.01 * step, tilt=0.25)
+        told = camera(-3.0, 0.3, 0.01 * step, tilt=0.25 - math.radians(2.0))
+        found = vision.see(step, picture(view, ball, seed=step), told).ball
+        assert found is not None
+    corrected = calibration.correct(told)
+    assert math.asin(-corrected.pose.rotation[2, 2]) == pytest.approx(0.25, abs=math.radians(0.3))
+
+
+def test_settings_come_from_the_scene():
+    assert settings_of_scene("pitch_small").field.length == pytest.approx(4.5)
+    assert settings_of_scene("pitch").ball_radius == pytest.approx(0.05)
