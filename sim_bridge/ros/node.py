@@ -28,10 +28,10 @@ from sim_bridge.ros.monitors import PublisherMonitor
 from sim_bridge.ros.parameters import NODE_PARAMETERS, OF_THE_FLOOR
 from sim_bridge.ros.robot_interface import (
     LATCHED,
-    RELIABLE,
     RESET_SILENCE,
     Inputs,
     RobotInterface,
+    publisher,
 )
 from sim_bridge.scene import FLOOR, load_scene
 from sim_bridge.world import World
@@ -128,17 +128,17 @@ class BridgeNode(Node):
         self._writer = WorldWriter()
         self._clock_topic = None
         if of_type(declare(self, parameters.PUBLISH_CLOCK), bool):
-            self._clock_topic = self.create_publisher(Clock, "/clock", 10)
+            self._clock_topic = publisher(self, Clock, "/clock")
         self._ball = self._ball_place_topic = None
         if self._world.ball is not None:
-            self._ball = self.create_publisher(PointStamped, "ground_truth/ball", RELIABLE)
+            self._ball = publisher(self, PointStamped, "ground_truth/ball")
             put_ball = "put_ball" if named else "~/put_ball"
             Inputs(self).subscribe(PointStamped, put_ball, self._on_put_ball)
         if self._world.ball_place is not None:
             topic = "ground_truth/ball_place"
-            self._ball_place_topic = self.create_publisher(String, topic, LATCHED)
+            self._ball_place_topic = publisher(self, String, topic, LATCHED)
         if self._world.scene is not None:
-            description = self.create_publisher(String, "scene_description", LATCHED)
+            description = publisher(self, String, "scene_description", LATCHED)
             description.publish(String(data=self._world.scene.to_yaml()))
         self.create_service(Trigger, "~/reset", self._on_reset)
         for each in self._robots if named else ():
