@@ -50,13 +50,25 @@ def check_places(robots: Sequence[SimulatedRobot], surroundings: Surroundings) -
         taken.append(start)
 
 
-def check_free(robot: SimulatedRobot, robots: Iterable[SimulatedRobot]) -> None:
-    """Refuse to put a robot at its start while another one is there.
+def check_free(
+    robot: SimulatedRobot,
+    robots: Iterable[SimulatedRobot],
+    ball: tuple[FloatArray, float] | None = None,
+) -> None:
+    """Refuse to put a robot at its start while another one or the ball is there.
+
+    Args:
+        robot: the robot.
+        robots: all robots.
+        ball: (3,) [m] centre and radius [m]; None = none.
 
     Raises:
-        NaoGaitError: names the other one.
+        NaoGaitError: names what is there.
     """
-    _check(_start_of(robot), [_now(other) for other in robots if other is not robot])
+    taken = [_now(other) for other in robots if other is not robot]
+    if ball is not None:
+        taken.append(_ball_at(*ball))
+    _check(_start_of(robot), taken)
 
 
 def _check(start: Place, taken: Iterable[Place]) -> None:
@@ -85,5 +97,8 @@ def _places_of(surroundings: Surroundings) -> Iterator[Place]:
         half = np.array([half_height(shape, axis) for axis in shape.rotation])
         yield Place(fixture.name, shape.position - half, shape.position + half)
     if surroundings.ball is not None:
-        centre, radius = surroundings.ball.start, surroundings.ball.radius
-        yield Place("the ball", centre - radius, centre + radius)
+        yield _ball_at(surroundings.ball.start, surroundings.ball.radius)
+
+
+def _ball_at(centre: FloatArray, radius: float) -> Place:
+    return Place("the ball", centre - radius, centre + radius)

@@ -211,14 +211,16 @@ class World:
         """Put one robot back to its start, at rest; its delayed frames are lost.
 
         Raises:
-            NaoGaitError: there is no such robot, or another one is where it starts.
+            NaoGaitError: there is no such robot, or another one or the ball is where it starts.
         """
         names = [robot.name for robot in self.robots]
         if name not in names:
             raise NaoGaitError("robot", name, ", ".join(names))
         index = names.index(name)
         robot = self.robots[index]
-        check_free(robot, self.robots)
+        spec, ball = self.surroundings.ball, self.ball
+        here = None if spec is None or ball is None else (ball.position, spec.radius)
+        check_free(robot, self.robots, here)
         self._engine.place(index, robot.start)
         robot.restart(self.time, self._engine.observe()[index])
 

@@ -206,9 +206,14 @@ def test_one_robot_is_reset_and_the_other_goes_on(make: MakeWorld) -> None:
             world.reset_robot("c")
 
 
-def test_a_robot_is_not_reset_into_another(make: MakeWorld) -> None:
-    with make((0.0, 0.0, 0.0), (0.6, 0.0, math.pi)) as world:
+def test_a_robot_is_not_reset_into_another_or_the_ball(make: MakeWorld) -> None:
+    ball = SceneBall(x=0.0, y=2.0)
+    with make((0.0, 0.0, 0.0), (0.6, 0.0, math.pi), ball=ball) as world:
         run(world, 5)
+        world.put_ball(0.6, 0.1)
+        with pytest.raises(NaoGaitError, match=r"b at x .* overlaps the ball"):
+            world.reset_robot("b")
+        world.put_ball(0.0, 2.0)
         for robot, force in zip(world.robots, (-60.0, -60.0), strict=True):
             robot.push(np.array((force, 0.0, 0.0)), 0.1)
         run(world, 150)
