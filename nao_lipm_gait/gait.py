@@ -59,6 +59,8 @@ HEIGHT_RATE = 0.05
 """Rate [m/s] at which the CoM height follows its parameter."""
 PITCH_RATE = 0.1
 """Rate [rad/s] at which the torso's pitch follows its parameters."""
+CAUTIOUS_SHARE = 0.55
+"""Share of the largest step sizes that is used until the tilt of the soles is known."""
 
 
 class Gait:
@@ -109,7 +111,8 @@ class Gait:
         """Forget everything but the requests; the next frame begins a stand from its pose."""
         p = self._parameters = self._pending or self._parameters
         self._pending = None
-        self._walk = make_walk(p, self._dt)
+        self._cautious = p.level_soles and not self.levelling.known
+        self._walk = make_walk(self._walk_parameters(p), self._dt)
         self._estimator = StateEstimator(self._body, p, self._dt, self.levelling, self._alignment)
         motions = MotionScheduler(self.robot, self._library)
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
@@ -161,6 +164,9 @@ class Gait:
         settled = self._modes.state is STAND and not self._blend.active
         self._estimator.update(frame, expected, self._modes.state, dt, settled=settled)
         self._correction.set_soles(self.levelling.applied_pitch, self.levelling.applied_roll)
+        if self._cautious and self.levelling.known:
+            self._cautious = False
+            self.set_parameters(self._pending or self._parameters)
 
         # Modes.
         gets_up = self._parameters.get_up
@@ -377,8 +383,20 @@ class Gait:
     def _apply_parameters(self, parameters: GaitParameters) -> None:
         self._pending = None
         self._parameters = parameters
-        self._walk.set_parameters(parameters)
+        self._walk.set_parameters(self._walk_parameters(parameters))
         self._estimator.set_parameters(parameters)
+
+    def _walk_parameters(self, parameters: GaitParameters) -> GaitParameters:
+        """The parameters of the walk, with shorter steps until the soles are level."""
+        p = parameters
+        if not self._cautious:
+            return p
+        return p.replace(
+            step_forward_max=CAUTIOUS_SHARE * p.step_forward_max,
+            step_backward_max=CAUTIOUS_SHARE * p.step_backward_max,
+            step_side_max=CAUTIOUS_SHARE * p.step_side_max,
+            step_turn_max=CAUTIOUS_SHARE * p.step_turn_max,
+        )
 
     # -- requests ----------------------------------------------------------------------------------
 

@@ -88,7 +88,7 @@ class GaitParameters(Settings):
     )
 
     swing_lift: float = number(
-        0.0275, 0.0, 0.06, "m", "Greatest height of the swing foot.", section="Swing foot"
+        0.03, 0.0, 0.06, "m", "Greatest height of the swing foot.", section="Swing foot"
     )
     swing_rise: float = number(
         0.46, 0.1, 0.5, "",
@@ -104,14 +104,14 @@ class GaitParameters(Settings):
     )
 
     step_forward_max: float = number(
-        0.105, 0.0, 0.2, "m", "Largest forward step size.", section="Step sizes"
+        0.128, 0.0, 0.2, "m", "Largest forward step size.", section="Step sizes"
     )
-    step_backward_max: float = number(0.085, 0.0, 0.2, "m", "Largest backward step size.")
+    step_backward_max: float = number(0.116, 0.0, 0.2, "m", "Largest backward step size.")
     step_side_max: float = number(
-        0.14, 0.0, 0.2, "m", "Largest sum of the side steps of both feet (one double step)."
+        0.172, 0.0, 0.3, "m", "Largest sum of the side steps of both feet (one double step)."
     )
     step_turn_max: float = number(
-        1.0, 0.0, 1.5, "rad", "Largest sum of the turns of both feet (one double step)."
+        1.5, 0.0, 2.0, "rad", "Largest sum of the turns of both feet (one double step)."
     )
     step_limit_norm: float = number(
         1.0, 1.0, 4.0, "",

@@ -142,12 +142,12 @@ SPOT_TURN = 1e-3
 TASKS = {
     task.name: task
     for task in (
-        walk("forward", x=0.42, axis="x"),
-        walk("back", x=-0.36, axis="x"),
-        walk("side", y=0.22, axis="y"),
-        walk("side_right", y=-0.22, axis="y"),
-        walk("turn", yaw=math.radians(110.0), axis="yaw"),
-        walk("turn_right", yaw=-math.radians(110.0), axis="yaw"),
+        walk("forward", x=0.46, axis="x"),
+        walk("back", x=-0.41, axis="x"),
+        walk("side", y=0.255, axis="y"),
+        walk("side_right", y=-0.255, axis="y"),
+        walk("turn", yaw=math.radians(132.0), axis="yaw"),
+        walk("turn_right", yaw=-math.radians(132.0), axis="yaw"),
         walk("spot", yaw=SPOT_TURN),
         walk("curve", x=0.15, yaw=math.radians(20.0), axis="x"),
         walk("diagonal", x=0.12, y=0.05, axis="x"),

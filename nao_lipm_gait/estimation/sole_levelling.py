@@ -15,8 +15,8 @@ has the factor for the expected ground. The ground's softness relative to it is 
 sole turns while the ZMP moves along it.
 
 Three scalar Kalman filters hold pitch, roll and softness, with one measurement for each single
-support. A measurement may be wrong by a constant (fast, sideways and turning walks); it is used
-only while the estimate is less certain than that.
+support. The measured roll has a systematic error in fast walks and turns; it is used only while the
+estimate is less certain than that.
 """
 
 from collections.abc import Sequence
@@ -35,17 +35,28 @@ TILT_SIGMA = 0.02
 """Deviation [rad] of pitch and roll at first: encoder offsets of 0.5 deg in each joint."""
 TILT_MAX = 0.06
 """Largest pitch and roll [rad] that is learned."""
-TILT_SIGMA_MIN = 0.0025
-"""Deviation [rad] below which pitch and roll are never taken for known, so learning goes on."""
+TILT_ERROR = 0.003
+"""Systematic error of the measured pitch and roll [rad]; learning never ends at it."""
 DIFFERENCE_SIGMA = 0.006
 """Deviation [rad] of the measured difference from step to step."""
 MODEL_SHARE = 0.5
 """Error of the measured difference as a share of the tilt that is not applied yet."""
+CENTER_SHARE = 1.0
+"""Center of the springs of a loaded sole relative to that of its corners, as measured: the sole
+leans over its outer edge, so the inner corners carry less."""
 SOFTNESS_SIGMA = 0.25
 """Deviation of the softness at first."""
-SOFTNESS_SIGMA_MIN = 0.03
-"""Deviation below which the softness is never taken for known: the robot may walk onto a carpet."""
+SOFTNESS_ERROR = 0.05
+"""Systematic error of the measured softness; the robot may also walk onto a carpet."""
 SOFTNESS_MIN, SOFTNESS_MAX = 0.2, 2.5
+ROLL_ERROR_BY_SPEED, ROLL_ERROR_BY_TURN = 0.04, 0.002
+"""Additional systematic error of the roll per speed squared [rad s^2/m^2] and per turning rate
+[rad s/rad], as measured over robots."""
+BETTER = 0.5
+"""Deviation of a value as a share of a measurement's constant error from which on the value is
+known much better."""
+KNOWN_SIGMA = 0.012
+"""Deviation [rad] from which on pitch and roll are known well enough for long strides."""
 OUTLIER = 3.0
 """Innovation in its own deviations from which on a measurement counts less: pushes, bumps."""
 APPLY_RATE = 0.015
@@ -103,7 +114,7 @@ def sole_springs(corners: Sequence[Point2], mass: float) -> SoleSprings:
     return SoleSprings(
         load / sum((corner[0] - x) ** 2 for corner in corners),
         load / sum((corner[1] - y) ** 2 for corner in corners),
-        y,
+        CENTER_SHARE * y,
     )
 
 
@@ -136,33 +147,37 @@ class _Learned:
     Args:
         value: First value.
         sigma: Its deviation.
-        sigma_min: Smallest deviation.
+        low: Smallest value.
+        high: Largest value.
     """
 
-    __slots__ = ("_variance_min", "value", "variance")
+    __slots__ = ("_high", "_low", "value", "variance")
 
-    def __init__(self, value: float, sigma: float, sigma_min: float):
+    def __init__(self, value: float, sigma: float, low: float, high: float):
         self.value = value
         self.variance = sigma * sigma
-        self._variance_min = sigma_min * sigma_min
+        self._low, self._high = low, high
 
-    def correct(self, innovation: float, h: float, r: float, low: float, high: float) -> None:
-        """Kalman correction.
+    def correct(self, innovation: float, h: float, r: float, error: float) -> None:
+        """Kalman correction, if the measurement can improve the value.
 
         Args:
             innovation: Measured minus expected.
             h: Change of the measurement per change of the value.
             r: Variance of the measurement; an outlier counts less.
-            low: Smallest value.
-            high: Largest value.
+            error: Constant error of the measurement, in units of the value. The deviation does not
+                fall below it by this measurement, and a value that is known much better is not
+                corrected.
         """
+        if self.variance < BETTER * BETTER * error * error:
+            return
         s = h * h * self.variance + r
         surprise = innovation * innovation / (OUTLIER * OUTLIER * s)
         if surprise > 1.0:
             s += (surprise - 1.0) * r
         gain = self.variance * h / s
-        self.value = min(max(self.value + gain * innovation, low), high)
-        self.variance = max((1.0 - gain * h) * self.variance, self._variance_min)
+        self.value = min(max(self.value + gain * innovation, self._low), self._high)
+        self.variance = max((1.0 - gain * h) * self.variance, min(self.variance, error * error))
 
 
 class SoleLevelling:
@@ -183,10 +198,10 @@ class SoleLevelling:
         self, springs: SoleSprings, pitch: float = 0.0, roll: float = 0.0, *, known: bool = False
     ) -> None:
         self._springs = springs
-        sigma = TILT_SIGMA_MIN if known else TILT_SIGMA
-        self._pitch = _Learned(pitch, sigma, TILT_SIGMA_MIN)
-        self._roll = _Learned(roll, sigma, TILT_SIGMA_MIN)
-        self._softness = _Learned(1.0, SOFTNESS_SIGMA, SOFTNESS_SIGMA_MIN)
+        sigma = TILT_ERROR if known else TILT_SIGMA
+        self._pitch = _Learned(pitch, sigma, -TILT_MAX, TILT_MAX)
+        self._roll = _Learned(roll, sigma, -TILT_MAX, TILT_MAX)
+        self._softness = _Learned(1.0, SOFTNESS_SIGMA, SOFTNESS_MIN, SOFTNESS_MAX)
         self.applied_pitch, self.applied_roll = pitch, roll
         self.pause()
 
@@ -219,6 +234,12 @@ class SoleLevelling:
     def sigma(self) -> tuple[float, float]:
         """Standard deviations [rad] of pitch and roll."""
         return sqrt(self._pitch.variance), sqrt(self._roll.variance)
+
+    @property
+    def known(self) -> bool:
+        """Whether pitch and roll are known well enough for long strides."""
+        limit = KNOWN_SIGMA * KNOWN_SIGMA
+        return self._pitch.variance <= limit and self._roll.variance <= limit
 
     def update(
         self,
@@ -295,17 +316,17 @@ class SoleLevelling:
         springs, softness = self._springs, self._softness
         moved_x = springs.pitch * (zmp_x - last_zmp[0])
         moved_y = springs.roll * (zmp_y - last_zmp[1] - 2.0 * side * springs.center_y)
-        # Systematic errors by speed, as measured over robots.
-        pitch_error = 0.001 + 0.004 * abs(turn) + 0.01 * vx * vx
-        roll_error = 0.001 + 0.008 * abs(turn) + 0.03 * vx * vx + 0.08 * abs(vy)
-        if self._pitch.variance > pitch_error * pitch_error:
-            expected = side * (self._pitch.value - self.applied_pitch) - softness.value * moved_x
-            r = _variance(softness.variance, moved_x, self._pitch.value - self.applied_pitch)
-            self._pitch.correct(tick.pitch - expected, side, r, -TILT_MAX, TILT_MAX)
-        if self._roll.variance > roll_error * roll_error:
-            expected = side * (self._roll.value - self.applied_roll) + softness.value * moved_y
-            r = _variance(softness.variance, moved_y, self._roll.value - self.applied_roll)
-            self._roll.correct(tick.roll - expected, side, r, -TILT_MAX, TILT_MAX)
+        # An error of the softness is the same in every step.
+        softer = sqrt(softness.variance)
+        left = self._pitch.value - self.applied_pitch
+        expected = side * left - softness.value * moved_x
+        error = TILT_ERROR + softer * abs(moved_x)
+        self._pitch.correct(tick.pitch - expected, side, _variance(left), error)
+        left = self._roll.value - self.applied_roll
+        expected = side * left + softness.value * moved_y
+        error = TILT_ERROR + softer * abs(moved_y)
+        error += ROLL_ERROR_BY_SPEED * vx * vx + ROLL_ERROR_BY_TURN * abs(turn)
+        self._roll.correct(tick.roll - expected, side, _variance(left), error)
 
     def _learn_softness(self, ticks: Sequence[_Tick], dt: float) -> None:
         """From the slope of the sole's pitch over the ZMP, which it follows with a lag."""
@@ -330,10 +351,10 @@ class SoleLevelling:
             measured = moment / sqrt(moved)
             innovation = measured - h * self._softness.value
             r = ROCKING_SIGMA * ROCKING_SIGMA
-            self._softness.correct(innovation, h, r, SOFTNESS_MIN, SOFTNESS_MAX)
+            self._softness.correct(innovation, h, r, SOFTNESS_ERROR)
 
 
-def _variance(softness_variance: float, moved: float, not_applied: float) -> float:
-    """Variance of a difference, with the part of the tilt that is not taken out of it yet."""
+def _variance(not_applied: float) -> float:
+    """Variance of a difference while a part of the tilt [rad] is not applied yet."""
     model = MODEL_SHARE * not_applied
-    return DIFFERENCE_SIGMA * DIFFERENCE_SIGMA + softness_variance * moved * moved + model * model
+    return DIFFERENCE_SIGMA * DIFFERENCE_SIGMA + model * model
