@@ -118,6 +118,11 @@ class GaitParameters(Settings):
         "Exponent that combines the limits of mixed directions: 1 = sum of the shares, 2 = "
         "ellipsoid.",
     )
+    step_mixed_weight: float = number(
+        1.7, 1.0, 4.0, "",
+        "Weight of the smaller shares in that combination; a larger value shortens the steps of "
+        "curves and diagonals.",
+    )
     step_side_share: float = number(
         0.8, 0.5, 1.0, "",
         "Share of a side step that the leading foot takes; the trailing foot takes the rest.",

@@ -89,10 +89,16 @@ def _share(value: float, limit: float) -> float:
 
 
 def limit_share(stride: Stride, parameters: GaitParameters) -> float:
-    """Share of the step limits that a stride uses, by the norm `step_limit_norm`; 1 = all."""
-    norm = parameters.step_limit_norm
+    """Share of the step limits that a stride uses; 1 = all.
+
+    It is the norm of the shares by `step_limit_norm`, where all but the largest share count
+    `step_mixed_weight` times.
+    """
+    norm, weight = parameters.step_limit_norm, parameters.step_mixed_weight
     x, y, yaw = stride.used_shares(parameters)
-    return (x**norm + y**norm + yaw**norm) ** (1.0 / norm)
+    least, middle, largest = sorted((x, y, yaw))
+    mixed = weight**norm * (least**norm + middle**norm)
+    return (mixed + largest**norm) ** (1.0 / norm)
 
 
 def ellipsoid_share(stride: Stride, parameters: GaitParameters) -> float:
