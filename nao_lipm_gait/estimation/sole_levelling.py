@@ -41,7 +41,7 @@ DIFFERENCE_SIGMA = 0.006
 """Deviation [rad] of the measured difference from step to step."""
 MODEL_SHARE = 0.5
 """Error of the measured difference as a share of the tilt that is not applied yet."""
-CENTER_SHARE = 1.0
+CENTER_SHARE = 0.85
 """Center of the springs of a loaded sole relative to that of its corners, as measured: the sole
 leans over its outer edge, so the inner corners carry less."""
 SOFTNESS_SIGMA = 0.25
@@ -56,7 +56,9 @@ BETTER = 0.5
 """Deviation of a value as a share of a measurement's constant error from which on the value is
 known much better."""
 KNOWN_SIGMA = 0.012
-"""Deviation [rad] from which on pitch and roll are known well enough for long strides."""
+"""Deviation [rad] below which pitch and roll are known well enough for long strides, ..."""
+KNOWN_STEPS = 10
+"""... once this many single supports were used."""
 OUTLIER = 3.0
 """Innovation in its own deviations from which on a measurement counts less: pushes, bumps."""
 APPLY_RATE = 0.015
@@ -202,6 +204,7 @@ class SoleLevelling:
         self._pitch = _Learned(pitch, sigma, -TILT_MAX, TILT_MAX)
         self._roll = _Learned(roll, sigma, -TILT_MAX, TILT_MAX)
         self._softness = _Learned(1.0, SOFTNESS_SIGMA, SOFTNESS_MIN, SOFTNESS_MAX)
+        self._measurements = KNOWN_STEPS if known else 0
         self.applied_pitch, self.applied_roll = pitch, roll
         self.pause()
 
@@ -239,7 +242,8 @@ class SoleLevelling:
     def known(self) -> bool:
         """Whether pitch and roll are known well enough for long strides."""
         limit = KNOWN_SIGMA * KNOWN_SIGMA
-        return self._pitch.variance <= limit and self._roll.variance <= limit
+        certain = self._pitch.variance <= limit and self._roll.variance <= limit
+        return certain and self._measurements >= KNOWN_STEPS
 
     def update(
         self,
@@ -316,6 +320,7 @@ class SoleLevelling:
         springs, softness = self._springs, self._softness
         moved_x = springs.pitch * (zmp_x - last_zmp[0])
         moved_y = springs.roll * (zmp_y - last_zmp[1] - 2.0 * side * springs.center_y)
+        self._measurements += 1
         # An error of the softness is the same in every step.
         softer = sqrt(softness.variance)
         left = self._pitch.value - self.applied_pitch

@@ -1,0 +1,235 @@
+"""Sole levelling: the law on a model of tilted soles on springs, and simulated robots."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gait_lab.trials.calibration import (
+    STEP_ON_THE_SPOT,
+    Levelled,
+    calibrate,
+    levelling,
+    true_tilt,
+)
+from gait_lab.trials.tasks import STAND_TIME
+from gait_lab.trials.trial import Push, TrialSpec, make_gait, make_world
+from nao_lipm_gait.calibration import NOT_CALIBRATED
+from nao_lipm_gait.estimation.com_measurement import level_frame
+from nao_lipm_gait.estimation.sole_levelling import (
+    ROCKING_SHARE,
+    SoleLevelling,
+    SoleSprings,
+    sole_springs,
+)
+from nao_lipm_gait.geometry import rotation_from_rpy
+from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.types import GRAVITY, LEFT, VelocityCommand
+from nao_lipm_gait.whole_body.body_model import SolePose
+
+DT = 0.01
+STEP_TICKS = 24
+SPRINGS = SoleSprings(pitch=0.3, roll=0.9, center_y=0.005)
+HEIGHT = 0.24
+
+
+def test_springs_tilt_as_much_as_the_moment_of_the_zmp_bends_them() -> None:
+    """A sole of four corners: stiffness times tilt, summed with its arms, is the moment."""
+    corners, mass, distance = ((0.1, 0.03), (0.1, -0.05), (-0.06, 0.03), (-0.06, -0.05)), 5.0, 0.01
+    springs = sole_springs(corners, mass)
+    moment = sum(1e4 * 0.08**2 * springs.pitch * distance for _ in corners)
+    assert moment == pytest.approx(mass * GRAVITY * distance)
+    moment = sum(1e4 * 0.04**2 * springs.roll * distance for _ in corners)
+    assert moment == pytest.approx(mass * GRAVITY * distance)
+
+
+class SteppingTorso:
+    """A torso that sways over soles on springs, whose joint angles have constant errors.
+
+    Args:
+        pitch: Pitch [rad] of the left sole relative to the right one by the joint errors.
+        roll: The same for the roll [rad].
+        softness: Softness of the ground.
+        bias: Bias [rad/s] of the gyro, about x and y.
+        ahead: How much further ahead [m] the ZMP is on the left sole.
+    """
+
+    def __init__(
+        self,
+        pitch: float,
+        roll: float,
+        softness: float = 1.0,
+        bias: tuple[float, float] = (0.0, 0.0),
+        ahead: float = 0.0,
+    ) -> None:
+        self.levelling = SoleLevelling(SPRINGS)
+        self._tilt = roll, pitch
+        self._softness = softness
+        self._bias = bias
+        self._ahead = ahead
+        self._tick = 0
+        self._last: tuple[float, float] | None = None
+        self._sole_pitch = 0.0
+        self._noise = np.random.default_rng(0)
+
+    def walk(self, seconds: float) -> None:
+        """Step on the spot."""
+        for _ in range(round(seconds / DT)):
+            self._step()
+
+    def _step(self) -> None:
+        support = LEFT if (self._tick // STEP_TICKS) % 2 == 0 else -LEFT
+        phase = (self._tick % STEP_TICKS) / STEP_TICKS
+        self._tick += 1
+        # The ZMP moves along the sole and back, and lies inside of its springs' center.
+        zmp_x = 0.03 * math.cos(2.0 * math.pi * phase) + (self._ahead if support == LEFT else 0.0)
+        zmp_y = support * (SPRINGS.center_y - 0.01)
+        stance_pitch = ROCKING_SHARE * self._softness * SPRINGS.pitch * zmp_x
+        # As the estimator assumes it: the sole follows the ZMP with a lag while it rocks.
+        self._sole_pitch += min(1.0, DT / 0.025) * (stance_pitch - self._sole_pitch)
+        if phase == 0.0:
+            self._sole_pitch = stance_pitch
+        stance_roll = -self._softness * SPRINGS.roll * (zmp_y - support * SPRINGS.center_y)
+        roll = 0.03 * math.sin(math.pi * self._tick / STEP_TICKS)
+        pitch = 0.05 + 0.01 * math.sin(0.7 * self._tick * DT)
+        rate = (0.0, 0.0)
+        if self._last is not None:
+            rate = ((roll - self._last[0]) / DT, (pitch - self._last[1]) / DT)
+        self._last = roll, pitch
+        left = self.levelling
+        error_roll = 0.5 * support * (self._tilt[0] - left.applied_roll)
+        error_pitch = 0.5 * support * (self._tilt[1] - left.applied_pitch)
+        sole = _sole(roll - stance_roll + error_roll, pitch - self._sole_pitch + error_pitch)
+        level = level_frame(sole, _sole(roll, pitch).normal)
+        noise = self._noise.normal(0.0, 0.005, 2)
+        gyro = (rate[0] + self._bias[0] + noise[0], rate[1] + self._bias[1] + noise[1], 0.0)
+        up = level.up
+        self.levelling.update(
+            support, sole, (zmp_x, zmp_y, HEIGHT), level, gyro,
+            (GRAVITY * up[0], GRAVITY * up[1], GRAVITY * up[2]), (0.0, 0.0, 0.0), DT,
+        )  # fmt: skip
+
+
+def _sole(roll: float, pitch: float) -> SolePose:
+    """A sole below a torso that has this tilt [rad] over it."""
+    rows = rotation_from_rpy(roll, pitch, 0.0)
+    # The torso turned over the sole: the sole's axes in the torso frame are the rows.
+    return SolePose((0.0, 0.0, -0.3), rows[0], rows[2])
+
+
+@pytest.mark.parametrize("softness", [0.7, 1.0, 1.4])
+@pytest.mark.parametrize(("pitch", "roll"), [(0.02, -0.015), (-0.03, 0.01), (0.0, 0.0)])
+def test_the_tilt_of_a_model_is_learned(pitch: float, roll: float, softness: float) -> None:
+    torso = SteppingTorso(pitch, roll, softness, bias=(0.01, -0.008), ahead=0.01)
+    torso.walk(15.0)
+    # The softness is not learned to the end; the roll is less certain by it.
+    assert torso.levelling.pitch == pytest.approx(pitch, abs=0.003)
+    assert torso.levelling.roll == pytest.approx(roll, abs=0.005)
+    assert torso.levelling.applied_pitch == pytest.approx(torso.levelling.pitch, abs=0.002)
+
+
+def test_the_mirrored_model_has_the_mirrored_tilt() -> None:
+    """Mirrored at the middle plane: the pitch changes its sign, the roll does not."""
+    one, other = SteppingTorso(0.02, 0.01, ahead=0.01), SteppingTorso(-0.02, 0.01, ahead=-0.01)
+    one.walk(8.0)
+    other.walk(8.0)
+    assert one.levelling.pitch == pytest.approx(-other.levelling.pitch, abs=0.002)
+    assert one.levelling.roll == pytest.approx(other.levelling.roll, abs=0.002)
+
+
+def test_what_is_applied_changes_slowly_and_stays_in_bounds() -> None:
+    torso = SteppingTorso(0.5, -0.5)
+    before = (0.0, 0.0)
+    for _ in range(1500):
+        torso.walk(DT)
+        after = torso.levelling.applied_pitch, torso.levelling.applied_roll
+        assert max(abs(a - b) for a, b in zip(after, before, strict=True)) < 2e-4
+        assert max(map(abs, after)) <= 0.06 + 1e-12
+        before = after
+
+
+def test_a_pause_keeps_what_was_learned() -> None:
+    torso = SteppingTorso(0.02, 0.01)
+    torso.walk(6.0)
+    learned = torso.levelling.pitch, torso.levelling.roll
+    torso.levelling.pause()
+    assert (torso.levelling.pitch, torso.levelling.roll) == learned
+
+
+# -- simulated robots ------------------------------------------------------------------------------
+
+ROBOT_2 = TrialSpec(robot_seed=2, noise_seed=2, engine="mujoco")
+"""Its left sole is tilted by 2.4 deg in pitch and 1.3 deg in roll against the right one."""
+
+
+def after_steps(spec: TrialSpec, seconds: float, pushes: tuple[Push, ...] = ()) -> Levelled:
+    """The state after steps on the spot."""
+    *_, last = levelling(spec, STEP_ON_THE_SPOT, seconds, pushes)
+    assert not last.fallen
+    return last
+
+
+def test_a_simulated_robot_levels_its_soles() -> None:
+    pytest.importorskip("mujoco")
+    with make_world(ROBOT_2) as world:
+        truth = true_tilt(world.robot)
+    assert math.degrees(truth.pitch) > 2.0
+    last = after_steps(ROBOT_2, 9.0)
+    assert abs(math.degrees(last.left.pitch)) < 0.25
+    assert abs(math.degrees(last.left.roll)) < 0.6
+
+
+def test_pushes_and_a_slope_do_not_mislead_it() -> None:
+    pytest.importorskip("mujoco")
+    pushes = tuple(
+        Push(STAND_TIME + 2.0 * n, 1.0, direction)
+        for n, direction in enumerate((0.0, 1.5, 3.0, 4.5), start=1)
+    )
+    pushed = after_steps(ROBOT_2, 10.0, pushes)
+    assert abs(math.degrees(pushed.left.pitch)) < 0.3
+    assert abs(math.degrees(pushed.left.roll)) < 0.7
+    slope = replace(ROBOT_2, plant_options=(("terrain.kind", "ramp"),))
+    *_, uphill = levelling(slope, VelocityCommand(0.1, 0.0, 0.0), 10.0)
+    assert not uphill.fallen
+    assert abs(math.degrees(uphill.left.pitch)) < 0.4
+    assert abs(math.degrees(uphill.left.roll)) < 0.8
+
+
+def test_one_parameter_switches_it_off() -> None:
+    pytest.importorskip("mujoco")
+    spec = replace(ROBOT_2, parameters=load_preset("default").replace(level_soles=False))
+    last = after_steps(spec, 3.0)
+    first = next(iter(levelling(spec, STEP_ON_THE_SPOT, 0.1)))
+    assert last.left == first.left
+
+
+def test_short_steps_until_the_soles_are_known_and_none_after_a_calibration() -> None:
+    """The same command: a calibrated robot takes its full step sooner."""
+    pytest.importorskip("mujoco")
+    fast = VelocityCommand(0.46, 0.0, 0.0)
+    calibration = calibrate(ROBOT_2)
+    assert calibration != NOT_CALIBRATED
+    steps = []
+    for known in (NOT_CALIBRATED, calibration):
+        spec = replace(ROBOT_2, calibration=known)
+        gait = make_gait(spec)
+        longest = 0.0
+        with make_world(spec) as world:
+            for frames in range(round((STAND_TIME + 2.5) / DT)):
+                frame = world.robot.sense()
+                if frame is not None:
+                    command = fast if frames * DT > STAND_TIME else VelocityCommand()
+                    world.robot.command(gait.step(frame, command))
+                    longest = max(longest, gait.status.step_size[0])
+                world.step()
+        steps.append(longest)
+    assert steps[0] + 0.01 < steps[1]
+
+
+def test_a_calibration_is_applied_at_once_and_outlives_a_reset() -> None:
+    calibration = NOT_CALIBRATED.replace(sole_pitch=0.02, sole_roll=-0.01)
+    gait = make_gait(replace(ROBOT_2, calibration=calibration))
+    assert (gait.levelling.applied_pitch, gait.levelling.applied_roll) == (0.02, -0.01)
+    gait.reset()
+    assert (gait.levelling.applied_pitch, gait.levelling.applied_roll) == (0.02, -0.01)
