@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.robot.camera import CameraView, Intrinsics
+from nao_lipm_gait.robot.camera import CameraView, Intrinsics, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraImage, CameraSettings, make_cameras
@@ -131,6 +131,29 @@ def test_images_come_at_their_own_rate_and_late(engine: str) -> None:
     stamps = [(image.stamp // 1_000_000 - start, index) for _, index, image in found]
     assert stamps == [(40, 1), (80, 0), (120, 1), (160, 0), (200, 1)]
     assert [at - stamp for (at, _, _), (stamp, _) in zip(found, stamps, strict=True)] == [50] * 5
+
+
+def test_a_camera_that_is_not_enabled_renders_nothing_and_keeps_its_times() -> None:
+    settings = SETTINGS.replace(width=16, height=16)
+    _, camera = make_cameras(load_robot(), EXACT, settings, seed=0, noise_seed=0)
+    with make_world("pybullet", None) as world:
+        state = world.robot.state
+    rendered = []
+
+    def render(view: CameraView) -> RgbImage:
+        rendered.append(view)
+        return np.zeros((16, 16, 3), dtype=np.uint8)
+
+    camera.restart(0)
+    stamps = []
+    for time in range(0, 500_000_000, 10_000_000):
+        camera.enabled = not 100_000_000 < time < 300_000_000
+        camera.observe(time, state, render)
+        image = camera.newest(time)
+        if image is not None and image.stamp not in stamps:
+            stamps.append(image.stamp)
+    assert [stamp // 1_000_000 for stamp in stamps] == [50, 350, 450]
+    assert len(rendered) == 3
 
 
 def test_a_rate_between_control_periods_is_kept_in_the_mean() -> None:
