@@ -34,6 +34,7 @@ TINY: dict[str, dict[str, Any]] = {
     "delay": {"tasks": ("forward=10",), "window": 0.5, "open_loop": "off"},
     "robust": {"tasks": ("forward=10",), "window": 0.5, "open_loop": "off"},
     "odometry": {"courses": ("curve",), "bias_wait": 1.0},
+    "soles": {"tasks": ("spot", "forward=10"), "window": 2.0},
     "paper": {"tasks": ("forward=10",), "window": 0.5, "drawn": "off", "open_loop": "off",
               "push": False},
 }
@@ -49,6 +50,8 @@ HEADLINES = {
     "delay": ("delay_0_matched_forward_10_upright", "delay_80_own_forward_10_worst"),
     "robust": ("stiff_floor_forward_10_upright_share", "joint_zeros_forward_10_median"),
     "odometry": ("curve_heading_error_worst", "curve_place_error_median", "curve_stood_worst"),
+    "soles": ("sole_pitch_rms_before", "sole_pitch_rms_after", "sole_roll_rms_before",
+              "sole_roll_rms_after", "forward_10_sole_roll_worst_after"),
     "paper": ("paper_slow_median", "paper_com_error_slow", "default_com_error_true_slow"),
 }  # fmt: skip
 

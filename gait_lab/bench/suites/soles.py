@@ -9,6 +9,7 @@ from typing import NamedTuple
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
+from gait_lab.bench.suites.peers import is_nao
 from gait_lab.trials.calibration import Levelled, SoleTilt, levelling
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import STAND_TIME, find_task
@@ -60,13 +61,13 @@ def soles(options: Options) -> SuiteResult:
     walked = parallel_map(_walk, jobs, jobs=options.jobs, show=options.show)
     rows: list[Measurement] = []
     cells: list[tuple[str | float, ...]] = []
-    for index, task in enumerate(tasks):
+    for index, name in enumerate(options.tasks):
         start = index * options.robots
         robots = walked[start : start + options.robots]
         # The names of the contract belong to the first task.
-        prefix = "sole" if index == 0 else f"{task.name.replace('=', '_')}_sole"
+        prefix = "sole" if index == 0 else f"{name.replace('=', '_')}_sole"
         upright = [robot for robot in robots if not robot.after.fallen]
-        line: list[str | float] = [task.name.replace("_", " "), f"{len(upright)}/{len(robots)}"]
+        line: list[str | float] = [name.replace("_", " "), f"{len(upright)}/{len(robots)}"]
         for axis in SoleTilt._fields:
             for moment, states in (
                 ("before", [robot.before for robot in upright]),
@@ -120,5 +121,5 @@ def _known(value: float) -> float | None:
 
 SUITE = Suite(
     "soles", "Sole levelling", "the soles against each other before and after levelling", soles,
-    Options, takes=("robots", "tasks", "window"), quick=({"robots": 4},),
+    Options, takes=("robots", "tasks", "window"), quick=({"robots": 4},), applies=is_nao,
 )  # fmt: skip
