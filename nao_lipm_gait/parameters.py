@@ -104,9 +104,9 @@ class GaitParameters(Settings):
     )
 
     step_forward_max: float = number(
-        0.128, 0.0, 0.2, "m", "Largest forward step size.", section="Step sizes"
+        0.131, 0.0, 0.2, "m", "Largest forward step size.", section="Step sizes"
     )
-    step_backward_max: float = number(0.116, 0.0, 0.2, "m", "Largest backward step size.")
+    step_backward_max: float = number(0.118, 0.0, 0.2, "m", "Largest backward step size.")
     step_side_max: float = number(
         0.172, 0.0, 0.3, "m", "Largest sum of the side steps of both feet (one double step)."
     )
