@@ -111,7 +111,7 @@ class Gait:
         """Forget everything but the requests; the next frame begins a stand from its pose."""
         p = self._parameters = self._pending or self._parameters
         self._pending = None
-        self._cautious = p.level_soles and not self.levelling.known
+        self._cautious = False
         self._walk = make_walk(self._walk_parameters(p), self._dt)
         self._estimator = StateEstimator(self._body, p, self._dt, self.levelling, self._alignment)
         motions = MotionScheduler(self.robot, self._library)
@@ -165,7 +165,7 @@ class Gait:
         self._estimator.update(frame, expected, self._modes.state, dt, settled=settled)
         self._correction.set_soles(self.levelling.applied_pitch, self.levelling.applied_roll)
         if self._cautious and self.levelling.known:
-            self._cautious = False
+            self._cautious = False  # only once
             self.set_parameters(self._pending or self._parameters)
 
         # Modes.
@@ -389,6 +389,7 @@ class Gait:
     def _walk_parameters(self, parameters: GaitParameters) -> GaitParameters:
         """The parameters of the walk, with shorter steps until the soles are level."""
         p = parameters
+        self._cautious = p.level_soles and p.feedback and not self.levelling.known
         if not self._cautious:
             return p
         return p.replace(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 STAND_TIME = 2.0
 """Duration [s] of the quiet stand before the steps, for the gyro."""
-STEP_TIME = 10.0
+STEP_TIME = 12.0
 """Least duration [s] of the steps; the soles are usually level after 3 s."""
 REST_TIME = 5.0
 """Duration [s] of the quiet stand after them, for gyro and accelerometer."""
