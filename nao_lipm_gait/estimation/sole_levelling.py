@@ -15,8 +15,8 @@ has the factor for the expected ground. The ground's softness relative to it is 
 sole turns while the ZMP moves along it.
 
 Three scalar Kalman filters hold pitch, roll and softness, with one measurement for each single
-support. The measured roll has a systematic error in fast walks and turns; it is used only while the
-estimate is less certain than that.
+support. A measurement has a systematic error, which is larger for the roll in fast walks and turns;
+it does not correct what is known much better.
 """
 
 from collections.abc import Sequence
