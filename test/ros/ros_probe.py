@@ -20,7 +20,11 @@ from rclpy.qos import QoSProfile
 from nao_lipm_gait.ros.process import DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = {"gait": "nao_lipm_gait.ros.main", "sim_bridge": "sim_bridge.ros.main"}
+MODULES = {
+    "gait": "nao_lipm_gait.ros.main",
+    "sim_bridge": "sim_bridge.ros.main",
+    "vision": "nao_soccer.ros.vision_main",
+}
 TIMEOUT = 120.0
 """[s] for any single thing to happen, on a busy machine."""
 
@@ -105,7 +109,7 @@ class Probe:
         self.processes: list[Process] = []
 
     def start(self, name: str, *arguments: str, **parameters: object) -> Process:
-        """Start `gait` or `sim_bridge` with ROS parameters."""
+        """Start one of `MODULES` with ROS parameters."""
         given = [f"{key}:={_yaml(value)}" for key, value in parameters.items()]
         ros = [word for item in given for word in ("-p", item)]
         log = self._folder / f"{name}_{len(self.processes)}.log"
