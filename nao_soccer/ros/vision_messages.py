@@ -3,7 +3,14 @@
 from collections.abc import Iterable
 
 import numpy as np
-from geometry_msgs.msg import Pose, PoseArray, PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import (
+    Point32,
+    PolygonStamped,
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+)
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -93,6 +100,13 @@ def objects(percepts: Percepts) -> PointCloud2:
         for each in found
     ]
     return _cloud(percepts, np.array(rows).reshape(-1, len(_PERCEPT)), _PERCEPT)
+
+
+def view(percepts: Percepts) -> PolygonStamped:
+    """`vision/view`: the part of the ground that the image shows."""
+    message = PolygonStamped(header=_header(percepts))
+    message.polygon.points = [Point32(x=x, y=y) for x, y in percepts.visible.tolist()]
+    return message
 
 
 def debug(percepts: Percepts, picture: np.ndarray, camera: str) -> Image:

@@ -16,6 +16,7 @@ from nao_soccer.vision.robots import find_robots, find_torsos
 from nao_soccer.vision.scan_lines import LinePoints, bright, find_line_points
 from nao_soccer.vision.settings import VisionSettings
 from nao_soccer.vision.tilt_calibration import TiltCalibration
+from nao_soccer.vision.visible_ground import visible_ground
 
 SEED = 1
 """Of the random samples, for each image anew: the same image gives the same percepts."""
@@ -94,6 +95,7 @@ class Vision:
             geometry.covariance(points.places),
             tuple(segments),
             frame.boundary,
+            visible_ground(geometry.view),
         )
 
 

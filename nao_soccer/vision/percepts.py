@@ -1,6 +1,6 @@
 """What vision reports. Every percept belongs to one image and is in base_footprint at its time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -99,6 +99,8 @@ class Percepts:
         line_covariances: (n, 3) their covariances [m^2], as in `Covariance2`.
         segments: Straight pieces through these points.
         boundary: (m, 2) columns and rows [px] of the upper edge of the field, from left to right.
+        visible: (k, 2) corners [m] of the part of the ground that the image shows, in
+            base_footprint; empty if it is not known.
     """
 
     stamp: int
@@ -108,6 +110,7 @@ class Percepts:
     line_covariances: FloatArray
     segments: tuple[LineSegment, ...]
     boundary: FloatArray
+    visible: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def of(self, *kinds: Kind) -> tuple[Percept, ...]:
         """The objects of these kinds."""

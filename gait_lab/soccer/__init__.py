@@ -1,0 +1,1 @@
+"""Trials of the soccer software: recorded walks, sampled percepts, errors of the world model."""

@@ -1,0 +1,237 @@
+"""Walks of random commands on a field, recorded once: what a robot measured, and the truth.
+
+The world model does not act on the body. So one walk in the physics serves many runs of it: with
+other percepts, other delays, other faults.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import attrs
+import numpy as np
+
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.rendered_frames import footprint_of
+from gait_lab.trials.several import make_gaits, make_scene_world
+from gait_lab.trials.trial import Action, Policy, Tick, WalkerController, run_controller
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
+from nao_lipm_gait.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
+from sim_bridge.scene import Scene, SceneRobot, load_scene
+
+EVERY = 2
+"""Control periods between two samples."""
+SPEEDS = VelocityCommand(0.25, 0.12, math.radians(50.0))
+"""[m/s, m/s, rad/s] Largest random commands."""
+LASTS = (1.0, 4.0)
+"""[s] Shortest and longest time that one command lasts."""
+STAND_SHARE = 0.1
+"""Share of the commands that are standstill."""
+MARGIN = 0.4
+"""[m] Distance from the outer lines from which on the robot turns to the centre."""
+START_MARGIN = 0.7
+"""[m] Least distance of the start from the outer lines."""
+
+
+@dataclass(frozen=True, slots=True)
+class WalkSpec:
+    """What a walk depends on.
+
+    Attributes:
+        scene: Name of the scene; only its field is used.
+        seed: The individual; start, commands and noise are drawn with it too.
+        seconds: Length [s] after the robot may walk.
+        urdf: The robot.
+        engine: `mujoco` or `pybullet`.
+        plant: Name or file of the plant.
+    """
+
+    scene: str = "pitch_small"
+    seed: int = 0
+    seconds: float = 60.0
+    urdf: str = "nao_h21_v33"
+    engine: str = "mujoco"
+    plant: str = "reference"
+
+
+class Walk(NamedTuple):
+    """What one robot measured on a walk, and the truth; n samples at equal distances in time.
+
+    Attributes:
+        stamp: (n,) [ns]
+        odometry: (n, 3) base_footprint in odom: x, y [m], yaw [rad].
+        covariance: (n, 6) its covariance, in the order of `PoseCovariance`.
+        torso: (n, 6) the torso in base_footprint by the gait: x, y, z [m], roll, pitch, yaw [rad].
+        truth: (n, 3) base_footprint in the frame of the field.
+        fallen: (n,) The robot lies.
+    """
+
+    stamp: FloatArray
+    odometry: FloatArray
+    covariance: FloatArray
+    torso: FloatArray
+    truth: FloatArray
+    fallen: FloatArray
+
+    def save(self, path: Path) -> None:
+        """Write a file."""
+        np.savez_compressed(path, **self._asdict())
+
+    @classmethod
+    def load(cls, path: Path) -> "Walk":
+        """Read a file."""
+        with np.load(path) as data:
+            return cls(**{name: data[name] for name in cls._fields})
+
+    @property
+    def seconds(self) -> float:
+        """Length [s]."""
+        return float(self.stamp[-1] - self.stamp[0]) * 1e-9
+
+
+class RandomWalk(Policy):
+    """Random velocities that last for random times; near the border the robot turns inwards.
+
+    Args:
+        half: Half length and half width [m] of the field.
+        seed: Of the commands.
+        gait: Its gyro's bias has to be known before the first command, as over ROS.
+        seconds: Length [s] from then on.
+    """
+
+    def __init__(
+        self, half: tuple[float, float], seed: int, gait: Gait, seconds: float
+    ) -> None:
+        self._inner = tuple(each - MARGIN for each in half)
+        self._random = np.random.default_rng((seed, 1))
+        self._gait = gait
+        self._wait = BiasWait(LONGEST_BIAS_WAIT)
+        self._seconds = seconds
+        self._end: float | None = None
+        self._until = 0.0
+        self._now = STANDSTILL
+
+    def command(self, time: float, tick: Tick | None) -> Action:
+        """The command of this time; None at the end."""
+        if tick is None:
+            return STANDSTILL
+        known = None if tick.status is None else self._gait.gyro_bias_sigma
+        if self._wait.update(round(time * 1e9), self._gait.state, known):
+            return STANDSTILL
+        if self._end is None:
+            self._end = time + self._seconds
+        if time >= self._end:
+            return None
+        x, y, yaw = footprint_of(tick.truth)
+        ahead = x + 0.2 * math.cos(yaw), y + 0.2 * math.sin(yaw)
+        if any(abs(a) > limit for a, limit in zip(ahead, self._inner, strict=True)):
+            return self._inwards((x, y, yaw))
+        if time >= self._until:
+            self._until = time + self._random.uniform(*LASTS)
+            self._now = self._drawn()
+        return self._now
+
+    def _drawn(self) -> VelocityCommand:
+        if self._random.random() < STAND_SHARE:
+            return STANDSTILL
+        x, y, yaw = (limit * self._random.uniform(-1.0, 1.0) for limit in SPEEDS)
+        # Walking sideways and backwards is slower, as a player would do it.
+        return VelocityCommand(x if x > 0.0 else 0.5 * x, y, yaw)
+
+    def _inwards(self, pose: Pose2) -> VelocityCommand:
+        self._until = 0.0
+        bearing = relative((0.0, 0.0, 0.0), pose)
+        angle = math.atan2(bearing[1], bearing[0])
+        turn = math.copysign(min(abs(angle), SPEEDS.yaw), angle)
+        return VelocityCommand(0.15 * max(0.0, math.cos(angle)), 0.0, turn)
+
+
+def record(spec: WalkSpec) -> Walk:
+    """Walk in the physics; the same specification gives the same walk.
+
+    Raises:
+        NaoGaitError: The scene has no field.
+    """
+    scene = load_scene(spec.scene)
+    if scene.field is None:
+        raise NaoGaitError("scene", spec.scene, "a scene with a field")
+    half = scene.field.length / 2.0, scene.field.width / 2.0
+    random = np.random.default_rng((spec.seed, 0))
+    start = [random.uniform(-1.0, 1.0) * (each - START_MARGIN) for each in half]
+    pose = (start[0], start[1], random.uniform(-math.pi, math.pi))
+    robot = SceneRobot(
+        name="red1", team="red", number=1, urdf=spec.urdf, pose=pose, seed=spec.seed
+    )
+    alone = attrs.evolve(scene, robots=(robot,), ball=None)
+    return _run(alone, spec, half)
+
+
+def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> Walk:
+    rows: list[tuple[float, ...]] = []
+    stamps: list[int] = []
+    truths: dict[int, Pose2] = {}
+    with make_scene_world(
+        scene, plant=spec.plant, engine=spec.engine, noise_seed=spec.seed
+    ) as world:
+        (gait,) = make_gaits(world)
+        policy = RandomWalk(half, spec.seed, gait, spec.seconds)
+        controller = WalkerController(world, world.robot, gait, policy)
+        ticks = run_controller(world, controller, lambda *_: None, past_falls=True)
+        for count, tick in enumerate(ticks):
+            truths[tick.truth.stamp] = footprint_of(tick.truth)
+            status = tick.status
+            if status is None or count % EVERY or status.stamp not in truths:
+                continue
+            truth = truths[status.stamp]
+            for old in [stamp for stamp in truths if stamp < status.stamp]:
+                del truths[old]
+            stamps.append(status.stamp)
+            rows.append(
+                (
+                    *status.base_footprint_in_odom,
+                    *status.pose_covariance,
+                    *gait.torso_pose,
+                    *truth,
+                    float(tick.fallen),
+                )
+            )
+    table = np.array(rows)
+    return Walk(
+        np.array(stamps),
+        table[:, :3],
+        table[:, 3:9],
+        table[:, 9:15],
+        table[:, 15:18],
+        table[:, 18] > 0.5,
+    )
+
+
+def walks(specs: Sequence[WalkSpec], folder: Path | None = None, **options: object) -> list[Walk]:
+    """The walks of some specifications.
+
+    Args:
+        specs: What to walk.
+        folder: Walks are kept here and read again; None = nowhere.
+        options: Of `parallel_map`.
+    """
+    if folder is None:
+        return parallel_map(record, specs, label="walks", **options)  # type: ignore[arg-type]
+    folder.mkdir(parents=True, exist_ok=True)
+    missing = [spec for spec in specs if not _file(folder, spec).exists()]
+    for spec, walk in zip(
+        missing,
+        parallel_map(record, missing, label="walks", **options),  # type: ignore[arg-type]
+        strict=True,
+    ):
+        walk.save(_file(folder, spec))
+    return [Walk.load(_file(folder, spec)) for spec in specs]
+
+
+def _file(folder: Path, spec: WalkSpec) -> Path:
+    name = f"{Path(spec.scene).stem}_{spec.urdf}_{spec.plant}_{spec.engine}"
+    return folder / f"{name}_{spec.seed}_{spec.seconds:g}.npz"

@@ -1,0 +1,214 @@
+"""How well an image fits poses on the field. All poses are compared at once.
+
+Every feature has a log-likelihood log((1 - e) exp(-d^2 / 2) + e): d is the distance from what the
+map predicts, in standard deviations of the percept, e the share of percepts that are wrong. The
+features of one image share the errors of its camera pose and are not independent; their sum is
+therefore tempered.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nao_lipm_gait.types import FloatArray
+from nao_soccer.vision.percepts import Covariance2, Kind, Percepts
+from nao_soccer.world.field_map import PERIODS, FieldMap
+
+POINTS = 30
+"""Largest number of line points of an image that are used."""
+LINE_WEIGHT = 6.0
+"""Number of independent points to which all line points of an image are equal, at most."""
+LANDMARK_WEIGHT = 0.6
+"""Number of independent landmarks to which one is equal."""
+WRONG = 0.05
+"""Share of percepts that are wrong."""
+YAW_ERROR = 0.2
+"""[rad] Standard deviation of the orientation of a crossing."""
+MAP_VARIANCE = 0.02**2
+"""[m^2] Variance of a place on the map: cells, paint, and errors that no percept knows of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Landmark:
+    """A percept that has a place on the map.
+
+    Attributes:
+        kind: What it is.
+        position: (2,) [m] in base_footprint.
+        covariance: [m^2]
+        yaw: [rad] in base_footprint.
+    """
+
+    kind: Kind
+    position: FloatArray
+    covariance: Covariance2
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What one image says about the pose.
+
+    Attributes:
+        points: (m, 2) points on lines [m] in base_footprint.
+        covariances: (m, 3) of the points [m^2].
+        landmarks: Crossings, posts, poles, circle.
+    """
+
+    points: FloatArray
+    covariances: FloatArray
+    landmarks: tuple[Landmark, ...]
+
+    @classmethod
+    def of(cls, percepts: Percepts, field: FieldMap) -> "Evidence":
+        """The evidence of an image; at most `POINTS` points, evenly drawn."""
+        count = len(percepts.line_points)
+        chosen = np.unique(np.linspace(0, count - 1, min(count, POINTS)).round().astype(int))
+        return cls(
+            percepts.line_points[chosen],
+            percepts.line_covariances[chosen] + (MAP_VARIANCE, 0.0, MAP_VARIANCE),
+            tuple(
+                Landmark(
+                    each.kind,
+                    np.array(each.position),
+                    (
+                        each.covariance[0] + MAP_VARIANCE,
+                        each.covariance[1],
+                        each.covariance[2] + MAP_VARIANCE,
+                    ),
+                    each.yaw,
+                )
+                for each in percepts.objects
+                if each.kind in field.landmarks
+            ),
+        )
+
+    @property
+    def weight(self) -> float:
+        """Number of independent features to which the evidence is equal."""
+        lines = min(LINE_WEIGHT, float(len(self.points)))
+        return lines + LANDMARK_WEIGHT * len(self.landmarks)
+
+
+def log_likelihood(
+    evidence: Evidence, poses: FloatArray, field: FieldMap
+) -> tuple[FloatArray, FloatArray]:
+    """How well an image fits poses.
+
+    Args:
+        evidence: The image.
+        poses: (n, 3) base_footprint in `field`.
+        field: The map.
+
+    Returns:
+        Log-likelihoods (n,), and the share of the evidence (n,) that each pose explains.
+    """
+    c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+    total = np.zeros(len(poses))
+    explained = np.zeros(len(poses))
+    count = len(evidence.points)
+    if count:
+        each = _points(evidence, poses, c, s, field)
+        share = min(LINE_WEIGHT, float(count)) / count
+        total += share * _mixed(each, explained, share)
+    for landmark in evidence.landmarks:
+        each = _landmark(landmark, poses, c, s, field)[:, None]
+        total += LANDMARK_WEIGHT * _mixed(each, explained, LANDMARK_WEIGHT)
+    return total, explained / max(evidence.weight, 1e-9)
+
+
+def _mixed(square: FloatArray, explained: FloatArray, weight: float) -> FloatArray:
+    """Sum of the log-likelihoods of features (n, m); adds to what they explain.
+
+    Args:
+        square: (n, m) squared distances in standard deviations.
+        explained: (n,) is increased by the share of right percepts.
+        weight: Of each feature.
+    """
+    fit = (1.0 - WRONG) * np.exp(-0.5 * square)
+    mixed = fit + WRONG
+    explained += weight * np.sum(fit / mixed, axis=1)
+    result: FloatArray = np.sum(np.log(mixed), axis=1)
+    return result
+
+
+def _points(
+    evidence: Evidence, poses: FloatArray, c: FloatArray, s: FloatArray, field: FieldMap
+) -> FloatArray:
+    """(n, m) squared distances of the line points from the nearest line."""
+    px, py = evidence.points[:, 0], evidence.points[:, 1]
+    xx, xy, yy = evidence.covariances.T
+    distance, nx, ny = field.nearest(
+        poses[:, 0:1] + c * px - s * py, poses[:, 1:2] + s * px + c * py
+    )
+    # Only the error across the line counts; its normal is turned into base_footprint.
+    bx, by = c * nx + s * ny, c * ny - s * nx
+    variance = bx * bx * xx + 2.0 * bx * by * xy + by * by * yy
+    result: FloatArray = distance * distance / np.maximum(variance, MAP_VARIANCE)
+    return result
+
+
+def _landmark(
+    landmark: Landmark, poses: FloatArray, c: FloatArray, s: FloatArray, field: FieldMap
+) -> FloatArray:
+    """(n,) squared distance of a landmark from the nearest one of its kind on the map."""
+    candidates = field.landmarks[landmark.kind]
+    dx = candidates[:, 0] - poses[:, 0:1]
+    dy = candidates[:, 1] - poses[:, 1:2]
+    ex = c * dx + s * dy - landmark.position[0]
+    ey = c * dy - s * dx - landmark.position[1]
+    xx, xy, yy = landmark.covariance
+    determinant = xx * yy - xy * xy
+    square = (yy * ex * ex - 2.0 * xy * ex * ey + xx * ey * ey) / determinant
+    period = PERIODS.get(landmark.kind)
+    if period is not None:
+        turn = candidates[:, 2] - poses[:, 2:3] - landmark.yaw
+        turn -= period * np.round(turn / period)
+        square += (turn / YAW_ERROR) ** 2
+    result: FloatArray = square.min(axis=1)
+    return result
+
+
+def poses_from(evidence: Evidence, field: FieldMap) -> FloatArray:
+    """Poses (k, 3) on the carpet that explain a crossing, or two posts of a goal."""
+    found = [_from_crossing(each, field) for each in evidence.landmarks if each.kind in PERIODS]
+    posts = [each.position for each in evidence.landmarks if each.kind is Kind.GOAL_POST]
+    for index, first in enumerate(posts):
+        for second in posts[index + 1 :]:
+            found.append(_from_goal(first, second, field))
+    if not found:
+        return np.zeros((0, 3))
+    poses = np.concatenate(found)
+    return poses[field.contains(poses)]
+
+
+def _from_crossing(landmark: Landmark, field: FieldMap) -> FloatArray:
+    candidates = field.landmarks[landmark.kind]
+    turns = round(math.tau / PERIODS[landmark.kind])
+    yaw = candidates[:, 2] - landmark.yaw
+    yaw = (yaw[:, None] + math.tau / turns * np.arange(turns)).ravel()
+    places = np.repeat(candidates[:, :2], turns, axis=0)
+    return _standing(places, yaw, landmark.position)
+
+
+def _from_goal(first: FloatArray, second: FloatArray, field: FieldMap) -> FloatArray:
+    apart = second - first
+    if abs(float(np.hypot(*apart)) - field.goal_width) > 0.2 * field.goal_width:
+        return np.zeros((0, 3))
+    posts = field.landmarks[Kind.GOAL_POST]
+    found = []
+    for a, b in ((0, 1), (1, 0), (2, 3), (3, 2)):
+        on_map = posts[b, :2] - posts[a, :2]
+        yaw = math.atan2(on_map[1], on_map[0]) - math.atan2(apart[1], apart[0])
+        middle = 0.5 * (posts[a, :2] + posts[b, :2])
+        found.append(_standing(middle[None], np.array([yaw]), 0.5 * (first + second)))
+    return np.concatenate(found)
+
+
+def _standing(places: FloatArray, yaw: FloatArray, seen: FloatArray) -> FloatArray:
+    """Poses (k, 3) of these yaws (k,) from which places (k, 2) are seen at `seen` (2,)."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    x = places[:, 0] - c * seen[0] + s * seen[1]
+    y = places[:, 1] - s * seen[0] - c * seen[1]
+    return np.column_stack((x, y, yaw))

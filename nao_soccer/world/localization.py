@@ -1,0 +1,333 @@
+"""Where am I: Monte Carlo localisation (Fox, Burgard, Dellaert, Thrun 1999).
+
+Particles live at the time of the last image that was used; odometry carries their estimate on to
+the present. A pose and its point reflection at the centre of the field (`mirrored`) look the same.
+The particles hold one of the two, by history; the odds that it is the right one are kept beside
+them, and change by what team mates tell.
+"""
+
+import math
+
+import numpy as np
+
+from nao_lipm_gait.geometry import compose
+from nao_lipm_gait.types import FloatArray, Point2, Pose2, PoseCovariance
+from nao_soccer.world.field_map import FieldMap
+from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
+from nao_soccer.world.odometry import Motion
+from nao_soccer.world.settings import WorldSettings
+from nao_soccer.world.state import PoseEstimate
+
+RESAMPLE_BELOW = 0.5
+"""Resample if fewer particles than this share carry the weight."""
+ROUGHENING = (0.012, 0.012, 0.008)
+"""[m, m, rad] Deviations that are added to each particle when it is drawn."""
+CLUSTER = (0.3, 0.3)
+"""[m, rad] Particles that are nearer than this are in one cluster."""
+FAST, SLOW = 0.25, 0.02
+"""Shares by which the means of the explained evidence follow an image; augmented MCL."""
+LOST = 0.75
+"""Particles are drawn from the percepts below this share of the usual explained evidence."""
+INJECT_MAX = 0.15
+"""Largest share of the particles that one image replaces."""
+USUAL = 0.75
+"""Explained share of the evidence that is usual, at the start."""
+USUAL_MIN = 0.55
+"""Smallest share that can become usual."""
+SAME_PLACE = (1.0, 0.8)
+"""[m, rad] Deviations of a found pose from the last known one; they decide between mirror poses."""
+SURE, SURE_AFTER_LOSS = 12.0, 1.0
+"""Log-odds of the half of the field, from a known start and after a new place was found."""
+FLIP = -2.0
+"""Log-odds below which the pose is mirrored."""
+
+
+class Validity:
+    """What a valid pose has to fulfil.
+
+    Attributes:
+        MASS: Share of the particles in the heaviest cluster.
+        DEVIATION: [m] of the place, largest axis.
+        HEADING: [rad] Deviation of the heading.
+        EXPLAINED: Share of the usual explained evidence.
+        AGE: [s] Longest time without evidence.
+        ODDS: Smallest log-odds of the half of the field.
+        IMAGES: Images in a row that fulfil all this before a pose becomes valid again.
+    """
+
+    MASS = 0.7
+    DEVIATION = 0.25
+    HEADING = math.radians(15.0)
+    EXPLAINED = 0.8
+    AGE = 10.0
+    ODDS = 0.5
+    IMAGES = 15
+
+
+def mirrored(poses: FloatArray) -> FloatArray:
+    """Poses (n, 3) turned by half a turn about the centre of the field; they look the same."""
+    return np.column_stack((-poses[:, 0], -poses[:, 1], poses[:, 2] + math.pi))
+
+
+class Localization:
+    """The own pose by particles.
+
+    Args:
+        field: The map.
+        settings: Number of particles and seed.
+
+    Attributes:
+        particles: (n, 3) base_footprint in `field`.
+        weights: (n,) their sum is 1.
+    """
+
+    def __init__(self, field: FieldMap, settings: WorldSettings) -> None:
+        self._field = field
+        self._count = settings.particles
+        self._random = np.random.default_rng(settings.seed)
+        self.particles = np.zeros((self._count, 3))
+        self.weights = np.full(self._count, 1.0 / self._count)
+        self._mean = np.zeros(3)
+        self._covariance = np.eye(3)
+        self._mass = 0.0
+        self._odds = 0.0
+        self._fast = self._usual = USUAL
+        self._good = 0
+        self._unseen = math.inf
+        self._lost = True
+        self.spread()
+
+    # -- starts ------------------------------------------------------------------------------------
+
+    def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
+        """Begin near known poses.
+
+        Args:
+            poses: One or more; each gets its share of the particles.
+            place: Deviation [m] from them.
+            heading: Deviation [rad].
+        """
+        base = np.array([poses[i % len(poses)] for i in range(self._count)])
+        noise = self._random.standard_normal((self._count, 3)) * (place, place, heading)
+        self._begin(base + noise)
+        self._odds, self._lost = SURE, False
+
+    def spread(self) -> None:
+        """Begin anywhere on the field; which half is not known."""
+        low = -np.array((*self._field.half, math.pi))
+        self._begin(self._random.uniform(low, -low, (self._count, 3)))
+        self._odds, self._lost = 0.0, True
+
+    def disturb(self, place: float, heading: float) -> None:
+        """The robot was moved: it fell, was carried, or its odometry jumped.
+
+        Args:
+            place: Largest change of x and y [m].
+            heading: Largest change of the heading [rad].
+        """
+        limit = np.array((place, place, heading))
+        moved = self.particles + self._random.uniform(-limit, limit, (self._count, 3))
+        self._begin(moved)
+
+    def _begin(self, particles: FloatArray) -> None:
+        self.particles = particles
+        self.weights = np.full(self._count, 1.0 / self._count)
+        self._good, self._fast = 0, self._usual
+        self._find_cluster()
+
+    # -- filter ------------------------------------------------------------------------------------
+
+    def move(self, motion: Motion, seconds: float) -> None:
+        """Move all particles by odometry and its noise.
+
+        Args:
+            motion: Since the last call.
+            seconds: Time [s] since then.
+        """
+        noise = self._random.multivariate_normal(
+            motion.offset, motion.covariance, self._count, check_valid="ignore", method="cholesky"
+        ) if motion.covariance[0, 0] > 0.0 else np.tile(motion.offset, (self._count, 1))  # fmt: skip
+        self.particles = _composed(self.particles, noise)
+        self._mean = np.array(compose(_pose(self._mean), motion.offset))
+        self._covariance = _carried(self._covariance, self._mean[2], motion)
+        self._unseen += seconds
+
+    def see(self, evidence: Evidence) -> None:
+        """Weigh the particles by one image, draw new ones, find the heaviest cluster."""
+        if evidence.weight < 1.0:
+            return
+        logs, explained = log_likelihood(evidence, self.particles, self._field)
+        weights = self.weights * np.exp(logs - logs.max())
+        self.weights = weights / weights.sum()
+        share = float(self.weights @ explained)
+        strength = min(1.0, evidence.weight / 4.0)
+        self._fast += FAST * strength * (share - self._fast)
+        self._inject(evidence)
+        if 1.0 / float(self.weights @ self.weights) < RESAMPLE_BELOW * self._count:
+            self._resample()
+        self._find_cluster()
+        self._unseen = 0.0
+        self._good = self._good + 1 if self._is_good() else 0
+        if self._good > Validity.IMAGES:
+            self._lost = False
+            step = SLOW * strength * (share - self._usual)
+            self._usual = max(USUAL_MIN, self._usual + step)
+
+    def _resample(self) -> None:
+        """Systematic resampling; the drawn particles are moved a little (roughening)."""
+        first = self._random.random()
+        drawn = (first + np.arange(self._count)) / self._count
+        index = np.searchsorted(np.cumsum(self.weights), drawn).clip(0, self._count - 1)
+        noise = self._random.standard_normal((self._count, 3)) * ROUGHENING
+        self.particles = self.particles[index] + noise
+        self.weights = np.full(self._count, 1.0 / self._count)
+
+    def _inject(self, evidence: Evidence) -> None:
+        """Sensor resetting: the less an image fits, the more particles are drawn from it."""
+        missing = 1.0 - self._fast / (LOST * self._usual)
+        number = int(self._count * min(INJECT_MAX, max(0.0, missing)))
+        if not number:
+            return
+        poses = poses_from(evidence, self._field)
+        if len(poses):
+            logs, _ = log_likelihood(evidence, poses, self._field)
+            share = np.exp(logs - logs.max())
+            poses = poses[self._random.choice(len(poses), number, p=share / share.sum())]
+            poses = poses + self._random.standard_normal((number, 3)) * (0.1, 0.1, 0.1)
+        else:
+            low = -np.array((*self._field.half, math.pi))
+            poses = self._random.uniform(low, -low, (number, 3))
+        poses = self._on_our_side(poses)
+        # The least likely particles make room; the new ones have the usual weight.
+        worst = np.argpartition(self.weights, number)[:number]
+        self.particles[worst] = poses
+        self.weights[worst] = 1.0 / self._count
+        self.weights /= self.weights.sum()
+
+    def _on_our_side(self, poses: FloatArray) -> FloatArray:
+        """Of each pose and its mirror pose, the one that is nearer to the last estimate."""
+        other = mirrored(poses)
+        nearer = self._away(poses) <= self._away(other)
+        return np.where(nearer[:, None], poses, other)
+
+    def _away(self, poses: FloatArray) -> FloatArray:
+        """(n,) squared distance from the last estimate, in `SAME_PLACE`."""
+        place, heading = SAME_PLACE
+        dx, dy = poses[:, 0] - self._mean[0], poses[:, 1] - self._mean[1]
+        turn = _wrapped(poses[:, 2] - self._mean[2])
+        result: FloatArray = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2
+        return result
+
+    # -- half of the field -------------------------------------------------------------------------
+
+    def judge_half(self, log_ratio: float) -> None:
+        """Use what team mates tell: log-likelihood of the pose minus that of its mirror pose."""
+        self._odds = min(SURE, self._odds + log_ratio)
+        if self._odds < FLIP:
+            self.particles = mirrored(self.particles)
+            self._odds = -self._odds
+            self._find_cluster()
+
+    # -- estimate ----------------------------------------------------------------------------------
+
+    def _find_cluster(self) -> None:
+        """Mean and covariance of the heaviest cluster."""
+        p, w = self.particles, self.weights
+        place, heading = CLUSTER
+        dx, dy = p[:, 0:1] - p[:, 0], p[:, 1:2] - p[:, 1]
+        turn = _wrapped(p[:, 2:3] - p[:, 2])
+        near = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2 < 1.0
+        inside = near[int(np.argmax(near @ w))]
+        before, mass = self._mean, 0.0
+        for _ in range(3):
+            mean = _mean(p[inside], w[inside])
+            dx, dy = p[:, 0] - mean[0], p[:, 1] - mean[1]
+            turn = _wrapped(p[:, 2] - mean[2])
+            inside = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2 < 4.0
+            mass = float(w[inside].sum())
+        error = np.column_stack((dx, dy, turn))[inside]
+        share = w[inside] / mass
+        self._covariance = (error * share[:, None]).T @ error + np.diag(np.square(ROUGHENING))
+        self._mean, self._mass = mean, mass
+        if self._away(before[None])[0] > 4.0 and self._odds > SURE_AFTER_LOSS:
+            self._odds = SURE_AFTER_LOSS  # another place was found; history counts for less
+
+    def _is_good(self) -> bool:
+        c = self._covariance
+        spread = 0.5 * (c[0, 0] + c[1, 1]) + math.hypot(0.5 * (c[0, 0] - c[1, 1]), c[0, 1])
+        return (
+            self._mass >= Validity.MASS
+            and spread <= Validity.DEVIATION**2
+            and c[2, 2] <= Validity.HEADING**2
+            and self._fast >= Validity.EXPLAINED * self._usual
+            and self._odds >= Validity.ODDS
+        )
+
+    @property
+    def is_valid(self) -> bool:
+        """The covariance describes the error of the pose."""
+        known = not self._lost and self._good > 0
+        found = self._good > Validity.IMAGES
+        return (known or found) and self._is_good() and self._unseen < Validity.AGE
+
+    def estimate(self, motion: Motion | None = None) -> PoseEstimate:
+        """The pose after a motion since the last image; None = at that image."""
+        mean, covariance = self._mean, self._covariance
+        if motion is not None:
+            mean = np.array(compose(_pose(mean), motion.offset))
+            covariance = _carried(covariance, mean[2], motion)
+        x, y, yaw = mean.tolist()
+        c = covariance
+        return PoseEstimate(
+            (x, y, math.remainder(yaw, math.tau)),
+            PoseCovariance(
+                *(float(each) for each in (c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2], c[2, 2]))
+            ),
+            self.is_valid,
+        )
+
+
+def _composed(poses: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Poses (n, 3) at offsets (n, 3) in the frames of poses (n, 3)."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    return np.column_stack(
+        (
+            poses[:, 0] + c * offsets[:, 0] - s * offsets[:, 1],
+            poses[:, 1] + s * offsets[:, 0] + c * offsets[:, 1],
+            poses[:, 2] + offsets[:, 2],
+        )
+    )
+
+
+def _carried(covariance: FloatArray, yaw_after: float, motion: Motion) -> FloatArray:
+    """The covariance (3, 3) of a pose after a motion; F P F' + G Q G'."""
+    yaw = yaw_after - motion.offset[2]
+    c, s = math.cos(yaw), math.sin(yaw)
+    dx, dy = motion.offset[0], motion.offset[1]
+    f = np.array(((1.0, 0.0, -s * dx - c * dy), (0.0, 1.0, c * dx - s * dy), (0.0, 0.0, 1.0)))
+    g = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+    result: FloatArray = f @ covariance @ f.T + g @ motion.covariance @ g.T
+    return result
+
+
+def _mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
+    """Weighted mean (3,) of poses (n, 3) of one cluster."""
+    share = weights / weights.sum()
+    yaw = math.atan2(share @ np.sin(poses[:, 2]), share @ np.cos(poses[:, 2]))
+    return np.array((share @ poses[:, 0], share @ poses[:, 1], yaw))
+
+
+def _wrapped(angle: FloatArray) -> FloatArray:
+    """[rad] in (-pi, pi]."""
+    result: FloatArray = angle - math.tau * np.round(angle / math.tau)
+    return result
+
+
+def _pose(values: FloatArray) -> Pose2:
+    x, y, yaw = values.tolist()
+    return x, y, yaw
+
+
+def reflected(place: Point2) -> Point2:
+    """A place turned by half a turn about the centre of the field."""
+    return -place[0], -place[1]

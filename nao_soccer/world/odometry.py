@@ -1,0 +1,136 @@
+"""The odometry as a history: how the robot moved between the times of two images."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
+from nao_soccer.vision.pose_history import PoseHistory
+
+SPEED_MAX = 2.0
+"""[m/s] A faster movement is a jump of the odometry."""
+TURN_MAX = 10.0
+"""[rad/s] A faster turn is a jump of the odometry."""
+SLACK = 0.02
+"""[s] Time that is added to that between two entries, for stamps that jitter."""
+WAY_NOISE = 0.07
+"""[m/m^0.5] Deviation of the way: soles that slip."""
+TURN_NOISE = 0.05
+"""[rad/rad^0.5] Deviation of the heading by turns."""
+HEADING_NOISE = 0.04
+"""[rad/m^0.5] Deviation of the heading by the way."""
+
+
+class Motion(NamedTuple):
+    """How the robot moved between two times.
+
+    Attributes:
+        offset: Pose of base_footprint at the end in base_footprint at the start.
+        covariance: (3, 3) of the offset [m, m, rad].
+    """
+
+    offset: Pose2
+    covariance: FloatArray
+
+
+class OdometryHistory:
+    """Poses of base_footprint in odom by time, with the way and the turns until then."""
+
+    def __init__(self) -> None:
+        self._history = PoseHistory("odom")
+        self._last: FloatArray | None = None
+        self._stamp: int | None = None
+
+    @property
+    def newest(self) -> int | None:
+        """Stamp [ns] of the last entry; None without one."""
+        return self._stamp
+
+    def add(self, stamp: int, pose: Pose2, covariance: PoseCovariance | None = None) -> None:
+        """Append a pose.
+
+        Args:
+            stamp: Its time [ns].
+            pose: base_footprint in odom.
+            covariance: Of the pose. Only the growth of the yaw's variance is used.
+
+        Raises:
+            NaoGaitError: The pose is not finite and was left out; or it jumps or its clock started
+                anew, and a new history begins with it.
+        """
+        if not all(map(math.isfinite, pose)):
+            raise NaoGaitError("odom pose", pose, "finite numbers")
+        variance = 0.0 if covariance is None else covariance.yaw
+        if not (math.isfinite(variance) and variance >= 0.0):
+            raise NaoGaitError("odom covariance of the yaw", variance, "a finite number, 0 or more")
+        last, before = self._last, self._stamp
+        if last is None or before is None:
+            self._begin(stamp, pose, variance)
+            return
+        if stamp == before:
+            return
+        if stamp < before:
+            self._begin(stamp, pose, variance)
+            allowed = f"over {before * 1e-9:.3f} s"
+            raise NaoGaitError("odom header.stamp", f"{stamp * 1e-9:.3f} s", allowed)
+        dx, dy, turn = relative(pose, (last[0], last[1], last[2]))
+        turn = math.remainder(turn, math.tau)
+        way, time = math.hypot(dx, dy), (stamp - before) * 1e-9 + SLACK
+        if way > SPEED_MAX * time or abs(turn) > TURN_MAX * time:
+            self._begin(stamp, pose, variance)
+            raise NaoGaitError(
+                "odom pose",
+                f"{way:.2f} m and {abs(turn):.2f} rad further after {time - SLACK:.3f} s",
+                f"at most {SPEED_MAX:g} m/s and {TURN_MAX:g} rad/s",
+            )
+        grown = max(0.0, variance - last[5])
+        self._append(
+            stamp,
+            (
+                pose[0],
+                pose[1],
+                last[2] + turn,
+                last[3] + way,
+                last[4] + abs(turn),
+                variance,
+                last[6] + grown,
+            ),
+        )
+
+    def _begin(self, stamp: int, pose: Pose2, variance: float) -> None:
+        self._history = PoseHistory("odom")
+        self._append(stamp, (*pose, 0.0, 0.0, variance, 0.0))
+
+    def _append(self, stamp: int, value: tuple[float, ...]) -> None:
+        self._last, self._stamp = np.array(value), stamp
+        self._history.add(stamp, self._last)
+
+    def at(self, stamp: int) -> Pose2:
+        """base_footprint in odom at a time [ns]; NaoGaitError if that is not known."""
+        x, y, yaw = self._history.at(stamp)[:3].tolist()
+        return x, y, yaw
+
+    def motion(self, since: int, until: int) -> Motion:
+        """How the robot moved from one time [ns] to another.
+
+        Raises:
+            NaoGaitError: The history does not hold one of the times.
+        """
+        a, b = self._history.at(since).tolist(), self._history.at(until).tolist()
+        offset = relative((b[0], b[1], b[2]), (a[0], a[1], a[2]))
+        way, turn, grown = (abs(b[i] - a[i]) for i in (3, 4, 6))
+        place = WAY_NOISE**2 * way
+        yaw = HEADING_NOISE**2 * way + TURN_NOISE**2 * turn + grown
+        # The heading error, on average half of the last one, displaces the end.
+        dx, dy = offset[0], offset[1]
+        covariance = np.array(
+            (
+                (place + dy * dy * yaw / 3.0, -dx * dy * yaw / 3.0, -dy * yaw / 2.0),
+                (-dx * dy * yaw / 3.0, place + dx * dx * yaw / 3.0, dx * yaw / 2.0),
+                (-dy * yaw / 2.0, dx * yaw / 2.0, yaw),
+            )
+        )
+        return Motion(offset, covariance)

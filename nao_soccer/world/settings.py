@@ -1,0 +1,21 @@
+"""Settings of the world model: what is on the field, and how the filters are tuned."""
+
+import attrs
+
+from nao_lipm_gait import schema
+from nao_lipm_gait.schema import Settings, group, number
+from nao_soccer.field import Field, Goals, Pole
+
+
+@attrs.frozen
+class WorldSettings(Settings):
+    """What the world model needs to know besides its percepts."""
+
+    field: Field = group(Field, Field(), "The field.")
+    goals: Goals | None = schema.field(schema.Group(Goals), None, "The goals; null = none.")
+    poles: tuple[Pole, ...] = schema.field(
+        schema.Sequence(schema.Group(Pole)), (), "Landmarks beside the field."
+    )
+    particles: int = number(200, 20, 5000, "", "Number of particles.", whole=True)
+    seed: int = number(0, 0, 2**31 - 1, "", "Seed of the particle filter.", whole=True)
+    slowdown: float = number(0.3, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball.")
