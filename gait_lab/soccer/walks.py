@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import attrs
 import numpy as np
+from numpy.typing import NDArray
 
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rendered_frames import footprint_of
@@ -71,12 +72,12 @@ class Walk(NamedTuple):
         fallen: (n,) The robot lies.
     """
 
-    stamp: FloatArray
+    stamp: NDArray[np.int64]
     odometry: FloatArray
     covariance: FloatArray
     torso: FloatArray
     truth: FloatArray
-    fallen: FloatArray
+    fallen: NDArray[np.bool_]
 
     def save(self, path: Path) -> None:
         """Write a file."""
@@ -202,7 +203,7 @@ def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> Walk:
             )
     table = np.array(rows)
     return Walk(
-        np.array(stamps),
+        np.array(stamps, dtype=np.int64),
         table[:, :3],
         table[:, 3:9],
         table[:, 9:15],

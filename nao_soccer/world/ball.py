@@ -13,7 +13,7 @@ import numpy as np
 from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.percepts import Covariance2, Percept
 from nao_soccer.world.odometry import Motion
-from nao_soccer.world.planar_track import PlanarTrack, inside, matrix, mixture, point, triple
+from nao_soccer.world.planar_track import PlanarTrack, inside, mixture
 
 REST, ROLL = 0, 1
 STARTS, STOPS = 0.25, 0.5
@@ -223,6 +223,3 @@ def _is_unknown(track: BallTrack) -> bool:
 def _noise(ball: Percept) -> Covariance2:
     xx, xy, yy = ball.covariance
     return xx + NOISE_MIN**2, xy, yy + NOISE_MIN**2
-
-
-__all__ = ["BallFilter", "BallTrack", "matrix", "point", "triple"]

@@ -8,6 +8,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.field import Field, Goals, Pole
@@ -29,7 +30,7 @@ class Nearest(NamedTuple):
     """The nearest place on a line, for each of some points.
 
     Attributes:
-        distance: [m]
+        distance: [m] to it.
         x: x of the unit vector from the line.
         y: y of it.
     """
@@ -59,8 +60,8 @@ class FieldMap:
         shape = tuple(math.ceil(-2.0 * each / CELL) + 1 for each in self._corner)
         self._columns = shape[1]
         self._limits = shape[0] - 1, shape[1] - 1
-        x = self._corner[0] + CELL * np.arange(shape[0])[:, None]
-        y = self._corner[1] + CELL * np.arange(shape[1])[None, :]
+        x: FloatArray = self._corner[0] + CELL * np.arange(shape[0], dtype=float)[:, None]
+        y: FloatArray = self._corner[1] + CELL * np.arange(shape[1], dtype=float)[None, :]
         distance, dx, dy = _nearest_line(field, x, y)
         self._distance, self._dx, self._dy = (each.ravel() for each in (distance, dx, dy))
         self.landmarks: dict[Kind, FloatArray] = {}
@@ -90,12 +91,11 @@ class FieldMap:
         index = row * self._columns + column
         return Nearest(self._distance[index], self._dx[index], self._dy[index])
 
-    def contains(self, poses: FloatArray) -> FloatArray:
-        """Whether places (n, 2 or more) are on the carpet: (n,) of bool."""
-        inside: FloatArray = (np.abs(poses[:, 0]) <= self.half[0]) & (
-            np.abs(poses[:, 1]) <= self.half[1]
+    def contains(self, poses: FloatArray) -> NDArray[np.bool_]:
+        """Whether places (n, 2 or more) are on the carpet: (n,)."""
+        return np.asarray(
+            (np.abs(poses[:, 0]) <= self.half[0]) & (np.abs(poses[:, 1]) <= self.half[1])
         )
-        return inside
 
 
 def _nearest_line(field: Field, x: FloatArray, y: FloatArray) -> Nearest:
@@ -111,7 +111,7 @@ def _nearest_line(field: Field, x: FloatArray, y: FloatArray) -> Nearest:
         radius = np.maximum(np.hypot(x, y), 1e-9)
         ahead = 1.0 - field.circle_diameter / 2.0 / radius
         _keep(best, x * ahead, y * ahead)
-    return Nearest(*(each.astype(np.float32) for each in best))
+    return best
 
 
 def _keep(best: Nearest, dx: FloatArray, dy: FloatArray) -> None:

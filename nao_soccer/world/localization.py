@@ -144,9 +144,10 @@ class Localization:
             motion: Since the last call.
             seconds: Time [s] since then.
         """
-        noise = self._random.multivariate_normal(
-            motion.offset, motion.covariance, self._count, check_valid="ignore", method="cholesky"
-        ) if motion.covariance[0, 0] > 0.0 else np.tile(motion.offset, (self._count, 1))  # fmt: skip
+        # The root of the covariance by its eigenvectors: it may be singular, for a robot at rest.
+        values, vectors = np.linalg.eigh(motion.covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        noise = self._random.standard_normal((self._count, 3)) @ root.T + motion.offset
         self.particles = _composed(self.particles, noise)
         self._mean = np.array(compose(_pose(self._mean), motion.offset))
         self._covariance = _carried(self._covariance, self._mean[2], motion)

@@ -91,7 +91,7 @@ def mixture(tracks: list[PlanarTrack], share: list[float]) -> PlanarTrack:
 
 
 def matrix(covariance: Covariance2) -> FloatArray:
-    """(2, 2)"""
+    """The matrix (2, 2)."""
     xx, xy, yy = covariance
     return np.array(((xx, xy), (xy, yy)))
 
