@@ -1,0 +1,1 @@
+"""Rendered walks over the pitch, and percepts judged by the truth."""
