@@ -18,6 +18,7 @@ _KINDS = {
     "robots": (("config", "robots"), (".yaml", ".yml")),
     "scenes": (("config", "scenes"), (".yaml", ".yml")),
     "vision": (("config", "vision"), (".yaml", ".yml")),
+    "kicks": (("config", "kicks"), (".yaml", ".yml")),
 }
 
 
@@ -76,7 +77,7 @@ def share(*parts: str) -> Path:
 
 
 def names(kind: str) -> tuple[str, ...]:
-    """The shipped names of a kind: `urdf`, `plants`, `gait`, `robots`, `scenes` or `vision`."""
+    """The shipped names of a kind, which is a key of `_KINDS`."""
     if kind not in _KINDS:
         raise NaoGaitError("kind of resource", kind, f"one of {', '.join(_KINDS)}")
     folder, suffixes = _KINDS[kind]

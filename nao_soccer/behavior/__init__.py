@@ -1,0 +1,1 @@
+"""Behaviour: what a robot does, decided at every update of its world model."""

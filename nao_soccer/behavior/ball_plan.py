@@ -1,0 +1,220 @@
+"""What to do with the ball: which kick, or dribbling, and in which direction.
+
+The decision follows section 4.4 of Friedmann et al.: by the position of the ball, the direction and
+distance of the goal, and the validity of the own pose. What is left is compared by time: the
+expected time until the ball is in the goal.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import attrs
+
+from nao_lipm_gait.geometry import rotate_planar
+from nao_lipm_gait.schema import Settings, number
+from nao_lipm_gait.types import Point2, Pose2
+from nao_soccer.behavior.kicks import Kick, KickTable
+from nao_soccer.behavior.walking import WalkLimits
+from nao_soccer.field import SIDES, Field, Goals
+
+DRIBBLE = "dribble"
+"""Name of the plan that pushes the ball while walking."""
+INTO_GOAL = 0.2
+"""[m] behind the goal line to which the ball is sent."""
+POST_ROOM = 0.28
+"""[m] that a robot needs between itself and a goal post."""
+POST_TIME = 15.0
+"""[s] that a place with less room is worse."""
+
+
+@attrs.frozen
+class PlanSettings(Settings):
+    """How plans are compared."""
+
+    dribble_x: float = number(0.13, 0.0, 0.5, "m", "Distance at which a foot touches the ball.")
+    dribble_speed: float = number(0.2, 0.01, 1.0, "m/s", "Mean speed of a dribbled ball.")
+    settle: float = number(1.5, 0.0, 10.0, "s", "From walking to standing before a kick.")
+    aim_spread: float = number(0.12, 0.0, 1.0, "rad", "Standard deviation of the robot's heading.")
+    retry: float = number(6.0, 0.0, 60.0, "s", "To walk to the ball again after a kick.")
+    keep: float = number(2.0, 0.0, 30.0, "s", "By how much another plan has to be faster.")
+    orbit: float = number(0.28, 0.1, 1.0, "m", "Radius of the way around the ball.")
+    robot_radius: float = number(0.2, 0.05, 0.5, "m", "Radius of a robot in the ball's way.")
+
+
+@dataclass(frozen=True, slots=True)
+class BallPlan:
+    """What to do with the ball.
+
+    Attributes:
+        name: Name of the kick's motion, or `DRIBBLE`.
+        kick: The kick; None for dribbling.
+        direction: Where the ball has to go [rad] in the frame of the field.
+        approach: Estimated time [s] to the place from which it begins.
+        seconds: Expected time [s] until the ball is in the goal.
+    """
+
+    name: str
+    kick: Kick | None
+    direction: float
+    approach: float
+    seconds: float
+
+    def robot_pose(self, ball: Point2, yaw: float, dribble_x: float) -> Pose2:
+        """Where the robot has to stand, in base_footprint.
+
+        Args:
+            ball: x, y [m] in base_footprint.
+            yaw: [rad] of base_footprint in the field.
+            dribble_x: [m] from the robot to a ball that it dribbles.
+        """
+        direction = math.remainder(self.direction - yaw, math.tau)
+        if self.kick is not None:
+            return self.kick.robot_pose(ball, direction)
+        dx, dy = rotate_planar(dribble_x, 0.0, direction)
+        return ball[0] - dx, ball[1] - dy, direction
+
+
+class Planner:
+    """Chooses what to do with the ball.
+
+    Args:
+        table: The kicks of the robot.
+        limits: How fast it walks.
+        field: The field.
+        goals: The goals.
+        settings: How plans are compared.
+    """
+
+    def __init__(
+        self,
+        table: KickTable,
+        limits: WalkLimits,
+        field: Field,
+        goals: Goals,
+        settings: PlanSettings | None = None,
+    ) -> None:
+        self.settings = PlanSettings() if settings is None else settings
+        self._table = table
+        self._limits = limits
+        self._goal = field.length / 2.0
+        self._side = field.width / 2.0
+        self._half_opening = goals.width / 2.0
+
+    def choose(
+        self,
+        own: Pose2,
+        ball: Point2,
+        robots: Sequence[Point2] = (),
+        before: BallPlan | None = None,
+        *,
+        valid: bool = True,
+    ) -> BallPlan:
+        """The plan that brings the ball into the goal soonest.
+
+        Args:
+            own: Pose of base_footprint in the field.
+            ball: x, y [m] in the field.
+            robots: x, y [m] of other robots in the field.
+            before: The last plan, which is kept unless another one is clearly better.
+            valid: The own pose may be trusted. If not, only a kick to where the robot looks, or a
+                dribble, is chosen, and the direction of the goal is that of the last known pose.
+
+        Returns:
+            The plan.
+        """
+        plans = list(self._plans(own, ball, robots, valid=valid))
+        best = min(plans, key=lambda plan: plan.seconds)
+        if before is not None:
+            kept = [plan for plan in plans if plan.name == before.name]
+            again = min(kept, key=lambda plan: plan.seconds, default=best)
+            if again.seconds < best.seconds + self.settings.keep:
+                return again
+        return best
+
+    def _plans(
+        self, own: Pose2, ball: Point2, robots: Sequence[Point2], *, valid: bool
+    ) -> Iterator[BallPlan]:
+        s = self.settings
+        aim, clear = self._aim(ball, robots)
+        far = math.hypot(self._goal - ball[0], ball[1])
+        free = 1.0 if clear > 0.0 else 0.3
+        dx, dy = rotate_planar(s.dribble_x, 0.0, aim)
+        walk = self._walk_time(own, ball, aim, aim)
+        walk += self._blocked((ball[0] - dx, ball[1] - dy, aim))
+        # A robot in the way takes the ball off a dribbler's feet.
+        seconds = walk + far / s.dribble_speed + (0.0 if free == 1.0 else s.retry)
+        yield BallPlan(DRIBBLE, None, aim, walk, seconds)
+        if not valid:
+            return
+        for kick in self._table.kicks:
+            x, y, heading = kick.robot_pose(ball, aim)
+            place = math.atan2(y - ball[1], x - ball[0])
+            walk = self._walk_time(own, ball, place + math.pi, heading)
+            walk += self._blocked((x, y, heading))
+            hit = self._chance(kick, ball, far) * free
+            gain = kick.distance * math.exp(-0.5 * (kick.direction_spread + s.aim_spread) ** 2)
+            rest = max(0.0, far - gain) / s.dribble_speed + s.retry
+            seconds = walk + s.settle + kick.seconds + (1.0 - hit) * rest
+            yield BallPlan(kick.motion, kick, aim, walk, seconds)
+
+    def _aim(self, ball: Point2, robots: Sequence[Point2]) -> tuple[float, float]:
+        """Direction [rad] into the goal with the most room, and that room [m]; < 0 = blocked.
+
+        The first candidate is the way straight ahead, as far as it leads into the goal: a robot
+        that pushes a ball along the goal line walks into the post.
+        """
+        best = (0.0, -math.inf)
+        half = self._half_opening
+        straight = min(max(ball[1], -0.5 * half), 0.5 * half)
+        for across in (straight, 0.0, 0.5 * half, -0.5 * half):
+            dx, dy = max(0.1, self._goal + INTO_GOAL - ball[0]), across - ball[1]
+            length = math.hypot(dx, dy)
+            room = 0.5
+            for robot in robots:
+                rx, ry = robot[0] - ball[0], robot[1] - ball[1]
+                along = (rx * dx + ry * dy) / length
+                if 0.0 < along < length:
+                    room = min(room, abs(rx * dy - ry * dx) / length - self.settings.robot_radius)
+            if room > best[1] + 0.05:
+                best = (math.atan2(dy, dx), room)
+        return best
+
+    def _blocked(self, pose: Pose2) -> float:
+        """Time [s] that a place is worse because a goal or the end of the carpet is in the way."""
+        x, y, _ = pose
+        posts = min(
+            math.hypot(x - sign * self._goal, y - side * self._half_opening)
+            for sign in SIDES for side in SIDES
+        )  # fmt: skip
+        net = abs(x) > self._goal + 0.1 and abs(y) < self._half_opening + 0.2
+        outside = abs(x) > self._goal + 0.4 or abs(y) > self._side + 0.4
+        return POST_TIME if posts < POST_ROOM or net or outside else 0.0
+
+    def _chance(self, kick: Kick, ball: Point2, far: float) -> float:
+        """Chance that the kick goes into an open goal."""
+        reach = 0.5 * math.erfc(
+            (far - kick.distance) / (math.sqrt(2.0) * (kick.distance_spread + 0.05))
+        )
+        dx = max(1e-3, self._goal - ball[0])
+        left = math.atan2(self._half_opening - ball[1], dx)
+        right = math.atan2(-self._half_opening - ball[1], dx)
+        spread = math.hypot(kick.direction_spread, self.settings.aim_spread)
+        return reach * math.erf(0.5 * (left - right) / (math.sqrt(2.0) * spread))
+
+    def _walk_time(self, own: Pose2, ball: Point2, behind: float, heading: float) -> float:
+        """Time [s] to walk to the ball.
+
+        Args:
+            own: Pose of the robot.
+            ball: x, y [m].
+            behind: Direction [rad] from the robot's target to the ball.
+            heading: [rad] of the robot at its target.
+        """
+        dx, dy = ball[0] - own[0], ball[1] - own[1]
+        around = abs(math.remainder(behind - math.atan2(dy, dx), math.tau))
+        radius = self.settings.orbit
+        way = max(0.0, math.hypot(dx, dy) - radius)
+        turn = abs(math.remainder(heading - own[2], math.tau)) / self._limits.turn
+        arc = radius * around / self._limits.side
+        return way / (0.8 * self._limits.forward) + max(turn, arc) + 0.3 * min(turn, arc)

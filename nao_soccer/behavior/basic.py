@@ -1,0 +1,178 @@
+"""The basic behaviours: what the robot does in the states at the leaves of the tree."""
+
+import math
+
+from nao_lipm_gait.geometry import rotate_planar
+from nao_lipm_gait.types import Point2, Pose2, VelocityCommand
+from nao_soccer.behavior.situation import Action, Situation
+from nao_soccer.behavior.walking import Round, turn_by, walk_to
+from nao_soccer.world.state import HeadMode
+
+BALL_ROUND = 0.24
+"""[m] that the robot keeps from the ball on its way around it."""
+BEHIND = 0.13
+"""[m] behind the place from which it kicks, where the robot comes to face the ball."""
+BALL_FREE_DISTANCE = 0.75
+"""[m] that the other team keeps from the ball of a kick-off or set play."""
+
+
+def stand(s: Situation) -> Action:
+    """Stand still and look around."""
+    return Action()
+
+
+def get_up(s: Situation) -> Action:
+    """Get up."""
+    return Action(motion="get_up")
+
+
+# -- search ----------------------------------------------------------------------------------------
+
+
+def look_for_ball(s: Situation) -> Action:
+    """Stand and turn the head."""
+    return Action(head=HeadMode.BALL)
+
+
+def turn_around(s: Situation) -> Action:
+    """Turn on the spot, first to where the ball was seen last."""
+    last = s.world.ball
+    side = 1.0 if last is None or last.position[1] >= 0.0 else -1.0
+    return Action(turn_by(side * 1.0, s.limits), head=HeadMode.BALL)
+
+
+def walk_to_middle(s: Situation) -> Action:
+    """Walk to the centre of the field."""
+    target = s.in_base((0.0, 0.0, s.own[2]))
+    return Action(walk_to(target, s.limits, s.obstacles()), head=HeadMode.BALL)
+
+
+# -- the ball --------------------------------------------------------------------------------------
+
+
+def walk_behind_ball(s: Situation) -> Action:
+    """Walk around the ball to the place from which the plan begins."""
+    x, y, yaw = s.kick_pose
+    ball = s.ball
+    away = math.atan2(y - ball[1], x - ball[0])
+    target = (x + BEHIND * math.cos(away), y + BEHIND * math.sin(away), yaw)
+    obstacles = s.obstacles(Round(ball, BALL_ROUND, 0.12))
+    return Action(walk_to(target, s.limits, obstacles), head=_head_near_ball(s))
+
+
+def step_to_ball(s: Situation) -> Action:
+    """Walk the last steps to the place from which the robot kicks."""
+    walk = walk_to(s.kick_pose, s.limits, speed=0.6, facing=(1.0, 2.0))
+    return Action(walk, head=HeadMode.BALL)
+
+
+def settle(s: Situation) -> Action:
+    """Stand before the kick."""
+    return Action(head=HeadMode.BALL)
+
+
+def kick(s: Situation) -> Action:
+    """Kick."""
+    return Action(motion="" if s.plan is None else s.plan.name, head=HeadMode.BALL)
+
+
+def dribble(s: Situation) -> Action:
+    """Push the ball ahead while walking."""
+    if s.plan is None:
+        return stand(s)
+    ball = s.ball
+    direction = math.remainder(s.plan.direction - s.own[2], math.tau)
+    across = rotate_planar(ball[0], ball[1], -direction)[1]
+    forward = s.limits.forward * max(0.25, 1.0 - abs(across) / 0.08)
+    vx, vy = rotate_planar(forward, 2.0 * across, direction)
+    return Action(s.limits.command(vx, vy, 1.5 * direction), head=_head_near_ball(s))
+
+
+def _head_near_ball(s: Situation) -> HeadMode:
+    return HeadMode.BALL if s.ball_distance < 0.5 else HeadMode.AUTO
+
+
+def keep_distance(s: Situation) -> Action:
+    """Wait between ball and own goal, at the distance that the rules ask for."""
+    ball = s.world.ball
+    if ball is None:
+        return look_for_ball(s)
+    own_goal = (-s.field.length / 2.0, 0.0)
+    bx, by = ball.position_in_field
+    away = math.atan2(own_goal[1] - by, own_goal[0] - bx)
+    gap = BALL_FREE_DISTANCE + 0.1
+    place = (bx + gap * math.cos(away), by + gap * math.sin(away))
+    return _stand_at(s, _on_field(s, place), Round(s.ball, BALL_FREE_DISTANCE))
+
+
+# -- places ----------------------------------------------------------------------------------------
+
+
+def take_place(s: Situation) -> Action:
+    """Walk to the place for the kick-off."""
+    kicks = s.game.own_kick
+    length = s.field.length
+    circle = s.field.circle_diameter / 2.0
+    if s.striker is None:
+        place = (-0.35 if kicks else -circle - 0.3, 0.0)
+    else:
+        place = (-0.3 * length, 0.15 * s.field.width)
+    if s.game.goalkeeper:
+        place = (-length / 2.0 + 0.3, 0.0)
+    return _walk_and_stay(s, (*place, 0.0), Round(s.ball, 0.3, 0.1))
+
+
+def support(s: Situation) -> Action:
+    """Stand between ball and own goal, out of the striker's way."""
+    ball = s.world.ball
+    if ball is None:
+        return look_for_ball(s)
+    bx, by = ball.position_in_field
+    gx, gy = -s.field.length / 2.0, 0.0
+    far = math.hypot(bx - gx, by - gy)
+    # Half way to the own goal, but never nearer to the ball than a metre.
+    share = min(0.5, max(0.0, (far - 1.0) / far)) if far > 0.0 else 0.0
+    keep = 1.0 - max(share, 0.5) if far > 2.0 else share
+    place = (gx + keep * (bx - gx), gy + keep * (by - gy))
+    return _stand_at(s, _on_field(s, place), Round(s.ball, 0.7))
+
+
+def guard_goal(s: Situation) -> Action:
+    """Stand between ball and goal, a little ahead of the goal line."""
+    ball = s.world.ball
+    gx = -s.field.length / 2.0
+    bx, by = (0.0, 0.0) if ball is None else ball.position_in_field
+    far = math.hypot(bx - gx, by) or 1.0
+    out = 0.35
+    reach = 0.7 * s.goals.width / 2.0
+    y = min(max(by * out / far, -reach), reach)
+    return _walk_and_stay(s, (gx + out, y, math.atan2(by - y, bx - gx - out)))
+
+
+def block(s: Situation) -> Action:
+    """Squat down with the feet apart."""
+    return Action(motion="block", head=HeadMode.BALL)
+
+
+def _stand_at(s: Situation, place: Point2, *obstacles: Round) -> Action:
+    """Walk to a place in the field and face the ball."""
+    ball = s.world.ball
+    bx, by = (0.0, 0.0) if ball is None else ball.position_in_field
+    heading = math.atan2(by - place[1], bx - place[0])
+    return _walk_and_stay(s, (*place, heading), *obstacles)
+
+
+def _walk_and_stay(s: Situation, pose: Pose2, *obstacles: Round) -> Action:
+    """Walk to a pose in the field; stand while it is near enough."""
+    target = s.in_base(pose)
+    stands = s.body.state.value == "stand"
+    near, turned = (0.25, 0.5) if stands else (0.1, 0.2)
+    if math.hypot(*target[:2]) < near and abs(target[2]) < turned:
+        return Action(VelocityCommand())
+    return Action(walk_to(target, s.limits, s.obstacles(*obstacles)))
+
+
+def _on_field(s: Situation, place: Point2) -> Point2:
+    """The nearest place on the field."""
+    x, y = s.field.length / 2.0 - 0.2, s.field.width / 2.0 - 0.2
+    return min(max(place[0], -x), x), min(max(place[1], -y), y)

@@ -1,0 +1,101 @@
+"""The kicks of a robot: where the ball has to lie and where it goes, as measured.
+
+One file per kind of robot in `config/kicks/`, written by `python -m gait_lab.soccer.kick_table`.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import attrs
+
+from nao_lipm_gait import schema
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import rotate_planar
+from nao_lipm_gait.resources import find
+from nao_lipm_gait.schema import NAME, Group, Sequence, Settings, number
+from nao_lipm_gait.types import Point2, Pose2
+
+
+@attrs.frozen
+class Kick(Settings):
+    """One kick, on the average over several robots. Positions are in base_footprint."""
+
+    motion: str = schema.field(NAME, meaning="Motion that kicks.")
+    x: float = number(minimum=-0.5, maximum=0.5, unit="m", meaning="Ball before the kick.")
+    y: float = number(minimum=-0.5, maximum=0.5, unit="m", meaning="Ball before the kick.")
+    direction: float = number(
+        minimum=-math.pi, maximum=math.pi, unit="rad", meaning="Where the ball goes."
+    )
+    direction_spread: float = number(
+        minimum=0.0, maximum=2.0, unit="rad", meaning="Standard deviation of the direction."
+    )
+    distance: float = number(minimum=0.0, maximum=20.0, unit="m", meaning="How far it rolls.")
+    distance_spread: float = number(
+        minimum=0.0, maximum=10.0, unit="m", meaning="Standard deviation of the distance."
+    )
+    speed: float = number(minimum=0.0, maximum=20.0, unit="m/s", meaning="Largest speed.")
+    seconds: float = number(minimum=0.1, maximum=20.0, unit="s", meaning="Time until it stands.")
+
+    @property
+    def spot(self) -> Point2:
+        """Where the ball has to lie, x and y [m] in base_footprint."""
+        return self.x, self.y
+
+    def robot_pose(self, ball: Point2, direction: float) -> Pose2:
+        """Where the robot has to stand to kick in a direction.
+
+        Args:
+            ball: x, y [m].
+            direction: [rad] in which the ball has to go, in the same frame.
+
+        Returns:
+            The pose of base_footprint, in the same frame.
+        """
+        heading = math.remainder(direction - self.direction, math.tau)
+        dx, dy = rotate_planar(self.x, self.y, heading)
+        return ball[0] - dx, ball[1] - dy, heading
+
+
+@attrs.frozen
+class _KickFile(Settings):
+    """A file of `config/kicks/`."""
+
+    kicks: tuple[Kick, ...] = schema.field(Sequence(Group(Kick), 1, 50))
+
+
+@dataclass(frozen=True, slots=True)
+class KickTable:
+    """All kicks of a robot.
+
+    Attributes:
+        kicks: In the order of the file.
+    """
+
+    kicks: tuple[Kick, ...]
+
+    def find(self, motion: str) -> Kick:
+        """The kick of a motion; NaoGaitError if there is none."""
+        for kick in self.kicks:
+            if kick.motion == motion:
+                return kick
+        raise NaoGaitError("kick", motion, ", ".join(kick.motion for kick in self.kicks))
+
+
+@cache
+def load_kicks(name_or_path: str | Path) -> KickTable:
+    """Read a table of kicks.
+
+    Raises:
+        NaoGaitError: The file cannot be read, a field is missing or not allowed, or a kick is
+            there twice.
+    """
+    path = find("kicks", name_or_path)
+    where = f"kick table {path}: "
+    table = _KickFile.from_mapping(schema.read_yaml(path, "kick table"), where)
+    motions = [kick.motion for kick in table.kicks]
+    for motion in motions:
+        if motions.count(motion) > 1:
+            raise NaoGaitError(f"{where}kicks", f"{motion} twice", "each motion once")
+    return KickTable(table.kicks)

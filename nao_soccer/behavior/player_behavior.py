@@ -1,0 +1,209 @@
+"""The behaviour of a player in a team under a referee, without sockets and ROS.
+
+behavior = PlayerBehavior(identity, robot, field, goals)
+behavior.hear_referee(data, time)      # bytes of the GameController
+behavior.hear_mate(data, time)         # bytes of a team mate
+decision = behavior.update(state, body)
+data = behavior.team_message(state.stamp * 1e-9)      # what to send now, if anything
+"""
+
+import math
+from dataclasses import dataclass
+
+from nao_lipm_gait.types import Point2
+from nao_soccer.behavior.kicks import load_kicks
+from nao_soccer.behavior.mind import Decision, Mind
+from nao_soccer.behavior.situation import Body, Role
+from nao_soccer.behavior.walking import WalkLimits
+from nao_soccer.field import Field, Goals
+from nao_soccer.game_state import GameState, Phase
+from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
+from nao_soccer.team.link import TeamLink
+from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
+from nao_soccer.team.roles import Claim, RoleChoice
+from nao_soccer.world.state import TeamMate, WorldState
+
+BALL_AGE = 3.0
+"""[s] since somebody saw the ball, after which nobody claims to be near it."""
+GETTING_UP_TIME = 10.0
+"""[s] that a robot on the ground needs before it can walk to the ball."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Who a player is.
+
+    Attributes:
+        team: Number of its team.
+        player: Its number.
+        players: Number of players of the team.
+        waits: It stands until a referee is heard. If not, it plays at once.
+        roles: It agrees with its team mates who goes to the ball. If not, it always goes.
+    """
+
+    team: int
+    player: int
+    players: int = 2
+    waits: bool = True
+    roles: bool = True
+
+
+class PlayerBehavior:
+    """One player: game, team and mind.
+
+    Args:
+        identity: Who it is.
+        robot: Name of the kind of robot, which has a table of kicks.
+        field: The field.
+        goals: The goals.
+        limits: Largest speeds; None = the defaults.
+
+    Attributes:
+        link: The team's radio.
+        role: The present role.
+        game: The state of the game.
+    """
+
+    def __init__(
+        self,
+        identity: Identity,
+        robot: str,
+        field: Field,
+        goals: Goals,
+        limits: WalkLimits | None = None,
+    ) -> None:
+        self.identity = identity
+        self.link = TeamLink(identity.team, identity.player, field, identity.players)
+        self.role = Role.SUPPORTER
+        self.game = GameState(phase=Phase.INITIAL if identity.waits else Phase.PLAYING)
+        self._mind = Mind(identity.player, load_kicks(robot), field, goals, limits)
+        self._roles = RoleChoice(identity.player)
+        self._decision: Decision | None = None
+        self._state: WorldState | None = None
+        self._urgent = False
+        self._packet: int | None = None
+        self._packet_time = -math.inf
+
+    # -- hearing -----------------------------------------------------------------------------------
+
+    def hear_referee(self, data: bytes, time: float) -> None:
+        """Take a control message; a packet that was sent before the last one is left out.
+
+        Args:
+            data: The bytes.
+            time: [s] at which they came.
+
+        Raises:
+            NaoGaitError: It cannot be read, or is of a game of other teams.
+        """
+        message = decode(data)
+        game = seen_by(message, self.identity.team, self.identity.player)
+        # The network may swap packets; after a second of silence any packet is a new beginning.
+        old = self._packet is not None and (message.packet - self._packet) % 256 >= 128
+        if old and time - self._packet_time < 1.0:
+            return
+        self.game, self._packet, self._packet_time = game, message.packet, time
+
+    def hear_mate(self, data: bytes, time: float) -> None:
+        """Take a team message; NaoGaitError as `TeamLink.receive`."""
+        self.link.receive(data, time)
+
+    # -- deciding ----------------------------------------------------------------------------------
+
+    def update(self, state: WorldState, body: Body) -> Decision:
+        """Decide what to do now."""
+        time = state.stamp * 1e-9
+        before = self.role
+        claims = self.link.claims(time)
+        if self.identity.roles:
+            self.role = self._roles.update(
+                time,
+                self._seconds_to_ball(state),
+                claims,
+                ball=self._ball(state),
+                goalkeeper=self.game.goalkeeper,
+            )
+        else:
+            self.role = Role.KEEPER if self.game.goalkeeper else Role.STRIKER
+        self._urgent = self._urgent or self.role is not before
+        self._decision = self._mind.update(
+            state, body, self.game, self.role, self._striker(state, claims)
+        )
+        self._state = state
+        return self._decision
+
+    def _seconds_to_ball(self, state: WorldState) -> float:
+        plan = None if self._decision is None else self._decision.plan
+        ball = state.ball
+        if plan is None or ball is None or ball.age > BALL_AGE or self.game.penalized:
+            return NEVER
+        down = 0.0 if state.upright else GETTING_UP_TIME
+        return min(plan.approach + down, NEVER)
+
+    def _ball(self, state: WorldState) -> Point2 | None:
+        ball = state.ball
+        playing = self.game.phase is Phase.PLAYING and self.game.ball_free
+        seen = ball is not None and ball.seen_recently and playing
+        return ball.position_in_field if ball is not None and seen else None
+
+    def _striker(self, state: WorldState, claims: list[Claim]) -> TeamMate | None:
+        if self.role is Role.STRIKER:
+            return None
+        numbers = [each.number for each in claims if each.role is Role.STRIKER]
+        return next((mate for mate in state.mates if mate.number in numbers), None)
+
+    # -- telling -----------------------------------------------------------------------------------
+
+    def team_message(self, time: float) -> bytes | None:
+        """The team message to send now; None = none. Call it after `update`."""
+        silent = self.game.phase in (Phase.INITIAL, Phase.FINISHED)
+        if self._state is None or silent or not self.identity.roles:
+            return None
+        data = self.link.send(
+            time,
+            self._message,
+            urgent=self._urgent,
+            budget=self.game.message_budget,
+            remaining=self.game.seconds_remaining,
+        )
+        if data is not None:
+            self._urgent = False
+        return data
+
+    def _message(self, count: int) -> TeamMessage:
+        state = self._state
+        assert state is not None
+        ball = None
+        if state.ball_from_self is not None:
+            own = state.ball_from_self
+            deviation = math.sqrt(max(0.0, 0.5 * (own.covariance[0] + own.covariance[2])))
+            ball = BallMessage(own.position, own.velocity, min(deviation, 30.0), own.age)
+        return TeamMessage(
+            team=self.identity.team,
+            player=self.identity.player,
+            count=count,
+            time=state.stamp // 1_000_000,
+            pose=state.own.pose,
+            valid=state.own.valid,
+            fallen=not state.upright,
+            penalized=self.game.penalized,
+            role=self.role,
+            seconds_to_ball=self._seconds_to_ball(state),
+            ball=ball,
+        )
+
+    def return_message(self) -> bytes:
+        """What the GameController is told."""
+        state = self._state
+        me = self.identity
+        if state is None:
+            return ReturnMessage(me.player, me.team).encode()
+        ball = state.ball
+        return ReturnMessage(
+            me.player,
+            me.team,
+            not state.upright,
+            state.own.pose,
+            None if ball is None else ball.age,
+            (0.0, 0.0) if ball is None else ball.position,
+        ).encode()

@@ -1,0 +1,129 @@
+"""What the input symbols and basic behaviours see, and what basic behaviours return."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.types import STANDSTILL, GaitState, Point2, Pose2, VelocityCommand
+from nao_soccer.behavior.ball_plan import BallPlan, PlanSettings
+from nao_soccer.behavior.walking import Round, WalkLimits
+from nao_soccer.field import Field, Goals
+from nao_soccer.game_state import GameState
+from nao_soccer.world.state import HeadMode, TeamMate, WorldState
+
+BALL_DECELERATION = 0.3
+"""[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
+ROBOT_RADIUS = 0.3
+"""[m] between the middles of two robots that pass each other."""
+
+
+class Role(StrEnum):
+    """Role of a player in its team."""
+
+    STRIKER = "striker"
+    SUPPORTER = "supporter"
+    KEEPER = "keeper"
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """What the gait reports.
+
+    Attributes:
+        state: Mode of the gait.
+        motion: Name of the running motion, or empty.
+    """
+
+    state: GaitState = GaitState.STAND
+    motion: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """What a basic behaviour wants.
+
+    Attributes:
+        walk: Velocity of the walk.
+        motion: Motion to play; it is requested once, when it appears.
+        head: What the head looks for.
+    """
+
+    walk: VelocityCommand = STANDSTILL
+    motion: str = ""
+    head: HeadMode = HeadMode.AUTO
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """Everything that a decision depends on.
+
+    Attributes:
+        world: The world model.
+        game: The state of the game.
+        body: What the gait reports.
+        role: The own role.
+        number: Number of the player.
+        plan: What to do with the ball; None while no ball is known.
+        field: The field.
+        goals: The goals.
+        limits: Largest speeds.
+        settings: How plans are compared.
+        striker: The team mate who is the striker, if it is another one.
+    """
+
+    world: WorldState
+    game: GameState
+    body: Body
+    role: Role
+    number: int
+    plan: BallPlan | None
+    field: Field
+    goals: Goals
+    limits: WalkLimits
+    settings: PlanSettings
+    striker: TeamMate | None = None
+
+    @property
+    def own(self) -> Pose2:
+        """The own pose in the field."""
+        return self.world.own.pose
+
+    @property
+    def ball(self) -> Point2:
+        """The ball [m] in base_footprint, where it will come to rest; only with a ball."""
+        ball = self.world.ball
+        if ball is None:
+            return 0.0, 0.0
+        speed = math.hypot(*ball.velocity)
+        roll = min(0.5 * speed / BALL_DECELERATION, 2.0) if speed > 0.1 else 0.0
+        return ball.position[0] + roll * ball.velocity[0], ball.position[1] + roll * ball.velocity[
+            1
+        ]
+
+    @property
+    def ball_distance(self) -> float:
+        """[m] to the ball; infinite without one."""
+        return math.inf if self.world.ball is None else math.hypot(*self.ball)
+
+    @property
+    def kick_pose(self) -> Pose2:
+        """Where to stand for the plan, in base_footprint; only with a plan."""
+        if self.plan is None:
+            return 0.0, 0.0, 0.0
+        return self.plan.robot_pose(self.ball, self.own[2], self.settings.dribble_x)
+
+    def in_base(self, pose: Pose2) -> Pose2:
+        """A pose of the field in base_footprint."""
+        x, y, yaw = relative(pose, self.own)
+        return x, y, math.remainder(yaw, math.tau)
+
+    def obstacles(self, *more: Round) -> list[Round]:
+        """The other robots and goal posts to walk around, in base_footprint."""
+        robots = [Round(each.position, ROBOT_RADIUS) for each in self.world.obstacles]
+        if not self.world.own.valid:
+            return [*robots, *more]
+        posts = [
+            Round(self.in_base((*post, 0.0))[:2], 0.2, 0.1) for post in self.field.posts(self.goals)
+        ]
+        return [*robots, *posts, *more]

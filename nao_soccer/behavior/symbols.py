@@ -1,0 +1,177 @@
+"""The input symbols: what transitions depend on.
+
+Thresholds come in pairs, so that decisions do not flicker.
+"""
+
+import math
+
+from nao_lipm_gait.types import IN_MOTION, STAND
+from nao_soccer.behavior.situation import Role, Situation
+from nao_soccer.game_state import Phase
+
+BALL_FORGOTTEN = 4.0
+"""[s] since anybody saw the ball, after which it is searched."""
+BEHIND_ANGLE = 0.35
+"""[rad] of the robot's place and heading, seen from the ball, at which it steps to the ball."""
+SPOT = 0.025
+"""[m] error of the ball's place at which the robot stops before a kick."""
+SPOT_HEADING = 0.12
+"""[rad] the same for the heading."""
+
+
+# -- the body --------------------------------------------------------------------------------------
+
+
+def fallen(s: Situation) -> bool:
+    """The robot lies or gets up."""
+    return not s.world.upright
+
+
+def upright(s: Situation) -> bool:
+    """The robot is on its feet."""
+    return s.world.upright
+
+
+def stands(s: Situation) -> bool:
+    """The robot stands still and could begin a motion."""
+    return s.body.state is STAND
+
+
+def in_motion(s: Situation) -> bool:
+    """A motion runs."""
+    return s.body.state in IN_MOTION
+
+
+# -- the game --------------------------------------------------------------------------------------
+
+
+def must_stand(s: Situation) -> bool:
+    """The rules want the robot to stand still."""
+    still = s.game.phase in (Phase.INITIAL, Phase.SET, Phase.FINISHED)
+    return still or s.game.penalized
+
+
+def ready(s: Situation) -> bool:
+    """The robots walk to their places for the kick-off."""
+    return s.game.phase is Phase.READY and not s.game.penalized
+
+
+def playing(s: Situation) -> bool:
+    """The ball is in play."""
+    return s.game.phase is Phase.PLAYING and not s.game.penalized
+
+
+def must_give_way(s: Situation) -> bool:
+    """The other team has a kick-off or a set play that is not over."""
+    return s.game.own_kick is False and not s.game.ball_free
+
+
+def may_play(s: Situation) -> bool:
+    """The opposite of `must_give_way`."""
+    return not must_give_way(s)
+
+
+# -- the team --------------------------------------------------------------------------------------
+
+
+def is_striker(s: Situation) -> bool:
+    """This robot goes to the ball."""
+    return s.role is Role.STRIKER
+
+
+def is_supporter(s: Situation) -> bool:
+    """A team mate goes to the ball."""
+    return s.role is Role.SUPPORTER
+
+
+def is_keeper(s: Situation) -> bool:
+    """This robot keeps the goal."""
+    return s.role is Role.KEEPER
+
+
+# -- the ball --------------------------------------------------------------------------------------
+
+
+def ball_known(s: Situation) -> bool:
+    """Somebody saw the ball a short time ago."""
+    return s.world.ball is not None and s.world.ball.age < 0.5 * BALL_FORGOTTEN
+
+
+def ball_lost(s: Situation) -> bool:
+    """Nobody has seen the ball for a while."""
+    return s.world.ball is None or s.world.ball.age > BALL_FORGOTTEN
+
+
+def _behind_error(s: Situation) -> tuple[float, float]:
+    """Angles [rad]: of the robot's place as seen from the ball, and of its heading."""
+    x, y, yaw = s.kick_pose
+    ball = s.ball
+    wanted = math.atan2(ball[1] - y, ball[0] - x)
+    place = math.remainder(math.atan2(ball[1], ball[0]) - wanted, math.tau)
+    return abs(place), abs(yaw)
+
+
+def behind_ball(s: Situation) -> bool:
+    """The robot is near the ball, on the right side of it, and looks where it has to."""
+    place, heading = _behind_error(s)
+    near = s.ball_distance < 0.45
+    return s.plan is not None and near and place < BEHIND_ANGLE and heading < BEHIND_ANGLE
+
+
+def not_behind_ball(s: Situation) -> bool:
+    """The robot has lost its place behind the ball."""
+    place, heading = _behind_error(s)
+    lost = s.ball_distance > 0.6 or place > 2.5 * BEHIND_ANGLE or heading > 2.0 * BEHIND_ANGLE
+    return s.plan is None or lost
+
+
+def plan_is_kick(s: Situation) -> bool:
+    """The ball is to be kicked, not dribbled."""
+    return s.plan is not None and s.plan.kick is not None
+
+
+def plan_is_dribble(s: Situation) -> bool:
+    """The ball is to be dribbled."""
+    return s.plan is not None and s.plan.kick is None
+
+
+def _spot_error(s: Situation) -> tuple[float, float]:
+    """How far [m] the ball is from the kick's spot, and the heading error [rad]."""
+    if s.plan is None or s.plan.kick is None:
+        return math.inf, math.inf
+    spot, ball = s.plan.kick.spot, s.ball
+    return math.hypot(ball[0] - spot[0], ball[1] - spot[1]), abs(s.kick_pose[2])
+
+
+def at_kick_spot(s: Situation) -> bool:
+    """The ball lies where the kick needs it."""
+    place, heading = _spot_error(s)
+    return place < SPOT and heading < SPOT_HEADING
+
+
+def off_kick_spot(s: Situation) -> bool:
+    """The ball does not lie where the kick needs it, and the robot stands."""
+    place, heading = _spot_error(s)
+    return stands(s) and (place > 1.6 * SPOT or heading > 1.6 * SPOT_HEADING)
+
+
+def ready_to_kick(s: Situation) -> bool:
+    """The robot stands, and the ball lies where the kick needs it."""
+    place, heading = _spot_error(s)
+    return stands(s) and place < 1.6 * SPOT and heading < 1.6 * SPOT_HEADING
+
+
+# -- the goal --------------------------------------------------------------------------------------
+
+
+def shot_at_goal(s: Situation) -> bool:
+    """The ball rolls towards the own goal and arrives within a second, within reach of the feet."""
+    ball = s.world.ball
+    if ball is None or not ball.seen_recently:
+        return False
+    x, y = ball.position
+    vx, vy = ball.velocity
+    if vx > -0.4 or x < 0.05:
+        return False
+    arrival = -(x - 0.05) / vx
+    return arrival < 1.2 and abs(y + vy * arrival) < 0.3

@@ -1,0 +1,62 @@
+"""The state of the game as one player sees it."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Phase(StrEnum):
+    """Phase of a game.
+
+    Attributes:
+        INITIAL: Stand still beside or on the field.
+        READY: Walk to the places for the kick-off.
+        SET: Stand still; the ball lies on its place.
+        PLAYING: Play.
+        FINISHED: The half is over.
+    """
+
+    INITIAL = "initial"
+    READY = "ready"
+    SET = "set"
+    PLAYING = "playing"
+    FINISHED = "finished"
+
+
+class SetPlay(StrEnum):
+    """How the ball was brought back into play."""
+
+    NONE = "none"
+    KICK_IN = "kick_in"
+    GOAL_KICK = "goal_kick"
+    CORNER_KICK = "corner_kick"
+    FREE_KICK = "free_kick"
+    PENALTY_KICK = "penalty_kick"
+
+
+@dataclass(frozen=True, slots=True)
+class GameState:
+    """The game as one player sees it; the default is a game without a referee.
+
+    Attributes:
+        phase: Phase of the game.
+        set_play: What is going on while playing.
+        own_kick: The own team kicks off or has the set play; None = nobody.
+        ball_free: A kick-off or set play is over, so that both teams may play the ball.
+        penalized: This player has to stand still.
+        goalkeeper: This player is the goalkeeper.
+        own_score: Goals of the own team.
+        other_score: Goals of the other team.
+        seconds_remaining: Time [s] left in the half.
+        message_budget: Number of team messages that the team may still send; None = no limit.
+    """
+
+    phase: Phase = Phase.PLAYING
+    set_play: SetPlay = SetPlay.NONE
+    own_kick: bool | None = None
+    ball_free: bool = True
+    penalized: bool = False
+    goalkeeper: bool = False
+    own_score: int = 0
+    other_score: int = 0
+    seconds_remaining: float = 0.0
+    message_budget: int | None = None

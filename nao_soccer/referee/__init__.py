@@ -1,0 +1,1 @@
+"""Referee: rules of a match, and the protocol of the GameController."""

@@ -1,0 +1,400 @@
+"""The referee: keeps the rules of a short match from the true places of ball and robots.
+
+Pure: it is given the time and where everything is, and returns what is to be done in the world and
+what the robots are told. Places are in the frame of the field (see `nao_soccer.field`); the teams
+do not change sides.
+
+The rules are a short form of those of the Standard Platform League. Different, because a simulated
+robot is not carried: a robot that lies for too long or leaves the field is put back to its start
+and then waits out its penalty there; a ball that was out is put a little inside of the line.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import attrs
+
+from nao_lipm_gait.schema import Settings, number
+from nao_lipm_gait.types import Point2, Point3
+from nao_soccer.field import SIDES, TEAMS, BallPlace, Field, Goals
+from nao_soccer.game_state import Phase, SetPlay
+from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo
+
+TEAM_NUMBERS = {"red": 1, "blue": 2}
+"""Number of each team in messages."""
+COLOR_CODES = {"red": 1, "blue": 0}
+"""Colour of each team in messages."""
+TOUCH = 0.28
+"""[m] between the middles of a ball and the robot that is said to have moved it."""
+MOVED = 0.1
+"""[m] by which the ball has to move to be in play, or not to be stuck."""
+
+
+@attrs.frozen
+class Rules(Settings):
+    """Times of a match."""
+
+    half: float = number(120.0, 5.0, 3600.0, "s", "Duration of a half.")
+    ready: float = number(15.0, 1.0, 120.0, "s", "To walk to the places for a kick-off.")
+    set: float = number(3.0, 1.0, 60.0, "s", "Of standing before a kick-off.")
+    pause: float = number(2.0, 0.0, 600.0, "s", "Between the halves.")
+    free: float = number(10.0, 0.0, 60.0, "s", "After which both teams may play the ball.")
+    out: float = number(1.0, 0.0, 10.0, "s", "Until a ball that is out is put back.")
+    inside: float = number(0.2, 0.0, 1.0, "m", "From the line to a ball that was put back.")
+    fallen: float = number(20.0, 1.0, 120.0, "s", "A robot may lie.")
+    leave: float = number(0.35, 0.0, 5.0, "m", "A robot may walk beyond the lines.")
+    penalty: float = number(15.0, 0.0, 120.0, "s", "Duration of a penalty.")
+    stuck: float = number(30.0, 5.0, 600.0, "s", "After which a ball that rests is put away.")
+    budget: int = number(1200, 0, 65535, whole=True, meaning="Messages of each team in a match.")
+
+
+class RobotPlace(NamedTuple):
+    """Where a robot is.
+
+    Attributes:
+        position: x, y [m].
+        upright: It stands or walks.
+    """
+
+    position: Point2
+    upright: bool
+
+
+class PutBall(NamedTuple):
+    """The ball is to be put to x, y [m]."""
+
+    position: Point2
+
+
+class PutRobot(NamedTuple):
+    """A robot is to be put back to its start."""
+
+    name: str
+
+
+Order = PutBall | PutRobot
+
+
+class Goal(NamedTuple):
+    """A goal.
+
+    Attributes:
+        time: [s] of the match.
+        team: Team that scored.
+        player: Name of the robot that touched the ball last; empty if unknown.
+        own: A robot of the other team did it.
+    """
+
+    time: float
+    team: str
+    player: str
+    own: bool
+
+
+@dataclass(slots=True)
+class _Player:
+    team: str
+    number: int
+    lies_since: float | None = None
+    penalty: Penalty = Penalty.NONE
+    until: float = 0.0
+
+
+@dataclass(slots=True)
+class _Ball:
+    touched_by: str = ""
+    moved_from: Point2 = (0.0, 0.0)
+    moved_at: float = 0.0
+    out_since: float | None = None
+    last: Point2 = (0.0, 0.0)
+    placed: Point2 | None = None
+
+
+class Referee:
+    """One match.
+
+    Args:
+        field: The field.
+        goals: The goals.
+        players: Team and number of each robot, by name.
+        rules: Times of the match.
+        ball_radius: [m].
+        goalkeepers: Number of each team's goalkeeper; a team that is left out has none.
+        kick_off: Team that kicks off first.
+
+    Attributes:
+        goals_scored: The goals so far.
+        falls: Number of falls of each robot.
+    """
+
+    def __init__(
+        self,
+        field: Field,
+        goals: Goals | None,
+        players: Mapping[str, tuple[str, int]],
+        rules: Rules | None = None,
+        ball_radius: float = 0.05,
+        goalkeepers: Mapping[str, int] | None = None,
+        kick_off: str = "red",
+    ) -> None:
+        self.rules = Rules() if rules is None else rules
+        self.goals_scored: list[Goal] = []
+        self.falls = dict.fromkeys(players, 0)
+        self._field = field
+        self._goals = goals
+        self._radius = ball_radius
+        self._players = {name: _Player(*each) for name, each in players.items()}
+        self._keepers = dict(goalkeepers or {})
+        self._first_kick = kick_off
+        self._kicks: str | None = kick_off
+        self._phase = Phase.INITIAL
+        self._since = 0.0
+        self._half = 0
+        self._half_ends = 0.0
+        self._set_play = SetPlay.NONE
+        self._free_at = 0.0
+        self._ball = _Ball()
+        self._packet = 0
+        self._time = 0.0
+
+    # -- state -------------------------------------------------------------------------------------
+
+    @property
+    def phase(self) -> Phase:
+        """Phase of the game."""
+        return self._phase
+
+    @property
+    def over(self) -> bool:
+        """The match has ended."""
+        return self._phase is Phase.FINISHED and self._half >= 2
+
+    @property
+    def score(self) -> dict[str, int]:
+        """Goals by team."""
+        return {team: sum(goal.team == team for goal in self.goals_scored) for team in TEAMS}
+
+    @property
+    def duration(self) -> float:
+        """[s] of a match with one kick-off in each half; goals do not make it longer."""
+        rules = self.rules
+        return 2.0 * (rules.ready + rules.set + rules.half) + rules.pause
+
+    def penalized(self, name: str) -> bool:
+        """Whether a robot may not play."""
+        return self._players[name].penalty is not Penalty.NONE
+
+    def message(self, version: int = 18) -> ControlMessage:
+        """What the robots are told now; each call counts as a packet."""
+        self._packet = (self._packet + 1) % 256
+        free_in = self._free_at - self._time if self._kicks is not None else 0.0
+        return ControlMessage(
+            teams=(self._team("red"), self._team("blue")),
+            phase=self._phase,
+            set_play=self._set_play,
+            kicking_team=None if self._kicks is None else TEAM_NUMBERS[self._kicks],
+            first_half=self._half < 2,
+            seconds_remaining=max(0, math.ceil(self._half_ends - self._time))
+            if self._half_ends
+            else round(self.rules.half),
+            secondary_time=max(0, math.ceil(free_in)) if self._phase is Phase.PLAYING else 0,
+            players_per_team=max(each.number for each in self._players.values()),
+            packet=self._packet,
+            version=version,
+        )
+
+    def _team(self, team: str) -> TeamInfo:
+        infos = [PlayerInfo()] * max(each.number for each in self._players.values())
+        for player in self._players.values():
+            if player.team == team:
+                left = max(0, min(255, math.ceil(player.until - self._time)))
+                away = player.penalty is not Penalty.NONE
+                infos[player.number - 1] = PlayerInfo(player.penalty, left if away else 0)
+        return TeamInfo(
+            TEAM_NUMBERS[team], self.score[team], self._keepers.get(team, 0), self.rules.budget,
+            COLOR_CODES[team], COLOR_CODES[team], tuple(infos),
+        )  # fmt: skip
+
+    # -- update ------------------------------------------------------------------------------------
+
+    def update(
+        self, time: float, ball: Point3, robots: Mapping[str, RobotPlace]
+    ) -> Sequence[Order]:
+        """Keep the rules.
+
+        Args:
+            time: [s] since the match began, at increasing times.
+            ball: x, y, z [m].
+            robots: Where each robot is; one that is left out is not judged.
+
+        Returns:
+            What is to be done now.
+        """
+        self._time = time
+        orders: list[Order] = []
+        self._watch_ball(ball, robots)
+        self._watch_robots(robots, orders)
+        if self._phase is Phase.INITIAL:
+            self._enter(Phase.READY)
+        elif self._phase is Phase.READY:
+            if time - self._since >= self.rules.ready:
+                self._enter(Phase.SET)
+                self._put((0.0, 0.0), robots, orders)
+        elif self._phase is Phase.SET:
+            if time - self._since >= self.rules.set:
+                self._begin_play(ball)
+        elif self._phase is Phase.PLAYING:
+            self._play(ball, robots, orders)
+        elif not self.over and time - self._since >= self.rules.pause:
+            self._half_ends = 0.0
+            self._kicks = _other(self._first_kick)
+            self._enter(Phase.READY)
+        if self._half_ends and time >= self._half_ends and self._phase is not Phase.FINISHED:
+            self._enter(Phase.FINISHED)
+            self._set_play, self._kicks = SetPlay.NONE, None
+        return orders
+
+    def _begin_play(self, ball: Point3) -> None:
+        if not self._half_ends:
+            self._half += 1
+            self._half_ends = self._time + self.rules.half
+        self._enter(Phase.PLAYING)
+        self._free_at = self._time + self.rules.free
+        self._restart_ball(ball)
+
+    def _enter(self, phase: Phase) -> None:
+        self._phase, self._since = phase, self._time
+
+    def _restart_ball(self, ball: Point3) -> None:
+        self._ball.placed = ball[:2]
+        self._ball.moved_from, self._ball.moved_at = ball[:2], self._time
+        self._ball.out_since = None
+
+    def _watch_ball(self, ball: Point3, robots: Mapping[str, RobotPlace]) -> None:
+        here, state = ball[:2], self._ball
+        if math.dist(here, state.last) > 1e-3:
+            near = [
+                (math.dist(here, robot.position), name)
+                for name, robot in robots.items()
+                if name in self._players
+            ]
+            gap, name = min(near, default=(math.inf, ""))
+            if gap < TOUCH:
+                state.touched_by = name
+        state.last = here
+        if math.dist(here, state.moved_from) > MOVED:
+            state.moved_from, state.moved_at = here, self._time
+
+    def _watch_robots(self, robots: Mapping[str, RobotPlace], orders: list[Order]) -> None:
+        x, y = self._field.length / 2.0, self._field.width / 2.0
+        for name, player in self._players.items():
+            robot = robots.get(name)
+            if robot is None:
+                continue
+            if robot.upright:
+                player.lies_since = None
+            elif player.lies_since is None:
+                player.lies_since = self._time
+                self.falls[name] += 1
+            if player.penalty is not Penalty.NONE:
+                if self._time >= player.until:
+                    player.penalty = Penalty.NONE
+                continue
+            beyond = max(abs(robot.position[0]) - x, abs(robot.position[1]) - y)
+            lies = player.lies_since is not None
+            if lies and self._time - (player.lies_since or 0.0) > self.rules.fallen:
+                self._punish(name, Penalty.INCAPABLE, orders)
+            elif beyond > self.rules.leave and self._phase is Phase.PLAYING:
+                self._punish(name, Penalty.LEAVING, orders)
+
+    def _punish(self, name: str, penalty: Penalty, orders: list[Order]) -> None:
+        player = self._players[name]
+        player.penalty, player.until = penalty, self._time + self.rules.penalty
+        if player.lies_since is not None:
+            player.lies_since = player.until  # put back to its start, it has its time again
+        orders.append(PutRobot(name))
+
+    # -- the ball in play --------------------------------------------------------------------------
+
+    def _play(self, ball: Point3, robots: Mapping[str, RobotPlace], orders: list[Order]) -> None:
+        state = self._ball
+        if self._kicks is not None:
+            moved = state.placed is not None and math.dist(ball[:2], state.placed) > MOVED
+            if moved or self._time >= self._free_at:
+                self._kicks, self._set_play = None, SetPlay.NONE
+        place = self._field.place_of(ball, self._radius, self._goals)
+        if place in (BallPlace.IN_RED_GOAL, BallPlace.IN_BLUE_GOAL):
+            self._score("blue" if place is BallPlace.IN_RED_GOAL else "red")
+        elif place is BallPlace.OUT:
+            if state.out_since is None:
+                state.out_since = self._time
+            if self._time - state.out_since >= self.rules.out:
+                self._put_back(ball, robots, orders)
+        else:
+            state.out_since = None
+            if self._time - state.moved_at > self.rules.stuck:
+                self._put((0.0, 0.0), robots, orders)
+
+    def _score(self, team: str) -> None:
+        name = self._ball.touched_by
+        scorer = self._players.get(name)
+        own = scorer is not None and scorer.team != team
+        self.goals_scored.append(Goal(self._time, team, name, own))
+        self._kicks, self._set_play = _other(team), SetPlay.NONE
+        self._enter(Phase.READY)
+
+    def _put_back(
+        self, ball: Point3, robots: Mapping[str, RobotPlace], orders: list[Order]
+    ) -> None:
+        x, y = self._field.length / 2.0, self._field.width / 2.0
+        touched = self._players.get(self._ball.touched_by)
+        last = touched.team if touched is not None else None
+        inside = self.rules.inside
+        across = math.copysign(y - inside, ball[1])
+        if abs(ball[1]) - y > abs(ball[0]) - x:
+            kind, to = SetPlay.KICK_IN, None if last is None else _other(last)
+            place = (min(max(ball[0], inside - x), x - inside), across)
+        else:
+            side = math.copysign(1.0, ball[0])
+            defender = TEAMS[SIDES.index(side)]
+            if last == defender:
+                kind, to = SetPlay.CORNER_KICK, _other(defender)
+                place = (side * (x - inside), across)
+            else:
+                kind, to = SetPlay.GOAL_KICK, defender
+                depth = self._field.penalty_mark or 0.3 * x
+                place = (side * (x - depth), math.copysign(0.3 * y, ball[1]))
+        self._set_play, self._kicks = (kind, to) if to is not None else (SetPlay.NONE, None)
+        self._free_at = self._time + self.rules.free
+        self._put(place, robots, orders)
+
+    def _put(self, place: Point2, robots: Mapping[str, RobotPlace], orders: list[Order]) -> None:
+        """Put the ball to a place, or beside it if a robot is there."""
+        place = free_place(place, [robot.position for robot in robots.values()])
+        orders.append(PutBall(place))
+        self._restart_ball((*place, 0.0))
+        self._ball.last, self._ball.touched_by = place, ""
+
+
+def free_place(place: Point2, robots: Sequence[Point2], room: float = 0.25) -> Point2:
+    """The place, or the nearest one towards the centre of the field without a robot in it.
+
+    Args:
+        place: x, y [m].
+        robots: x, y [m] of the robots.
+        room: [m] that every robot is away from it.
+    """
+    x, y = place
+    for step in range(20):
+        share = 1.0 - 0.05 * step
+        # The centre itself has no way to the centre: beside it, along y.
+        tried = (x * share, y * share if place != (0.0, 0.0) else 0.05 * step)
+        if all(math.dist(tried, robot) > room for robot in robots):
+            return tried
+    return place
+
+
+def _other(team: str) -> str:
+    return TEAMS[1 - TEAMS.index(team)]

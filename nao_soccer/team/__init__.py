@@ -1,0 +1,1 @@
+"""Team: messages between team mates, and who plays which role."""

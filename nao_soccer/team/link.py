@@ -1,0 +1,163 @@
+"""The team's radio of one player, without sockets: what is sent when, and what is accepted."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_soccer.field import Field
+from nao_soccer.team.message import SIZE, SIZE_MAX, TeamMessage, decode
+from nao_soccer.team.roles import Claim
+from nao_soccer.world.state import TeamBall, TeamMate
+
+PERIOD = 0.5
+"""[s] between two messages, as long as the budget lasts."""
+SOONEST = 0.2
+"""[s] after the last message, one that tells of a new role may be sent."""
+SILENCE = 2.0
+"""[s] after which a team mate is not counted on any longer."""
+OFF_FIELD = 1.5
+"""[m] beyond the lines; a team mate that says it is farther away is not trusted."""
+BEHIND = 32768
+"""A message whose count is behind the last one by less than this is old."""
+
+
+@dataclass(slots=True)
+class _Heard:
+    """The last message of a team mate, and when it came [s]."""
+
+    message: TeamMessage
+    time: float
+
+
+class TeamLink:
+    """What one player tells and hears.
+
+    Args:
+        team: Number of the team.
+        player: Number of the player.
+        field: The field.
+        players: Number of players that share the budget.
+
+    Attributes:
+        sent: Number of messages sent.
+        refused: Number of messages that were not accepted.
+    """
+
+    def __init__(self, team: int, player: int, field: Field, players: int = 2) -> None:
+        self.sent = 0
+        self.refused = 0
+        self._team = team
+        self._player = player
+        self._players = max(1, players)
+        self._limit = (field.length / 2.0 + OFF_FIELD, field.width / 2.0 + OFF_FIELD)
+        self._heard: dict[int, _Heard] = {}
+        self._last_sent = -math.inf
+        self._last: TeamMessage | None = None
+
+    # -- hearing -----------------------------------------------------------------------------------
+
+    def receive(self, data: bytes, time: float) -> None:
+        """Take a message; its own ones, and those of other teams, are ignored.
+
+        Args:
+            data: The bytes.
+            time: [s] at which they came.
+
+        Raises:
+            NaoGaitError: The message cannot be read, is old, or is not plausible.
+        """
+        try:
+            message = decode(data)
+            if message.team != self._team or message.player == self._player:
+                return
+            self._check(message, time)
+        except NaoGaitError:
+            self.refused += 1
+            raise
+        self._heard[message.player] = _Heard(message, time)
+
+    def _check(self, message: TeamMessage, time: float) -> None:
+        where = f"team message of player {message.player}"
+        x, y, _ = message.pose
+        if abs(x) > self._limit[0] or abs(y) > self._limit[1]:
+            raise NaoGaitError(f"{where}: pose", message.pose, "a place near the field")
+        last = self._heard.get(message.player)
+        if last is not None and time - last.time < SILENCE:
+            ahead = (message.count - last.message.count) % 65536
+            if ahead == 0 or ahead >= BEHIND:
+                allowed = f"a count after {last.message.count}"
+                raise NaoGaitError(f"{where}: count", message.count, allowed)
+
+    def claims(self, time: float) -> list[Claim]:
+        """What the team mates who were heard lately have told of their roles."""
+        return [
+            Claim(number, each.message.role, each.message.seconds_to_ball)
+            for number, each in sorted(self._heard.items())
+            if time - each.time < SILENCE and not each.message.penalized
+        ]
+
+    def mates(self, time: float) -> tuple[TeamMate, ...]:
+        """The team mates who were heard lately, for the world model."""
+        found = []
+        for number, each in sorted(self._heard.items()):
+            age = time - each.time
+            if age >= SILENCE:
+                continue
+            message, ball = each.message, each.message.ball
+            seen = None
+            if ball is not None:
+                var = max(ball.deviation, 0.05) ** 2
+                seen = TeamBall(ball.position, ball.velocity, (var, 0.0, var), ball.age + age)
+            found.append(
+                TeamMate(
+                    number, round(each.time * 1e9), message.pose, message.valid, message.fallen,
+                    seen,
+                )
+            )  # fmt: skip
+        return tuple(found)
+
+    # -- telling -----------------------------------------------------------------------------------
+
+    def send(
+        self,
+        time: float,
+        make: Callable[[int], TeamMessage],
+        *,
+        urgent: bool = False,
+        budget: int | None = None,
+        remaining: float = 0.0,
+    ) -> bytes | None:
+        """The bytes to send now, if it is time for a message.
+
+        Args:
+            time: [s].
+            make: Makes the message from its count.
+            urgent: The role has changed.
+            budget: Messages that the team may still send; None = no limit.
+            remaining: [s] for which they have to last.
+
+        Returns:
+            The bytes; None = not now.
+        """
+        period, soonest = PERIOD, SOONEST
+        if budget is not None:
+            if budget <= self._players:
+                return None
+            period = max(period, remaining * self._players / budget)
+            soonest = soonest if period == PERIOD else period
+        since = time - self._last_sent
+        if since < period - 1e-6 and not (urgent and since >= soonest):
+            return None
+        message = make(self.sent % 65536)
+        data = message.encode()
+        if len(data) > SIZE_MAX:  # pragma: no cover: the layout is fixed
+            raise NaoGaitError("team message", f"{SIZE} bytes", f"at most {SIZE_MAX} bytes")
+        self._last_sent, self._last = time, message
+        self.sent += 1
+        return data
+
+    @property
+    def told(self) -> TeamMessage | None:
+        """The last message that was sent."""
+        return self._last

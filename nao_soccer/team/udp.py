@@ -1,0 +1,70 @@
+"""UDP sockets for team messages and the GameController; by default on this machine alone.
+
+All players of one machine listen on one port, so what is sent must reach all of them: it is
+broadcast, by default on the loopback network only.
+"""
+
+import contextlib
+import socket
+from collections.abc import Iterator
+
+from nao_lipm_gait.errors import NaoGaitError
+
+LOCAL = "127.255.255.255"
+"""Broadcast address of the loopback network: nothing leaves this machine, nothing comes in."""
+LARGEST = 2048
+"""[bytes] Longer packets are cut, and then refused by their length."""
+BURST = 100
+"""Number of packets that are read at once; the rest waits."""
+
+
+class UdpLink:
+    """A socket that listens on a port and broadcasts to one; it never blocks.
+
+    Args:
+        port: Port to listen on and, unless another one is given, to send to.
+        address: Address to listen on: that of a broadcast, or 0.0.0.0 for every network.
+        target: Address to send to; None = `address`.
+        target_port: Port to send to; None = `port`.
+
+    Raises:
+        NaoGaitError: The port cannot be opened.
+    """
+
+    def __init__(
+        self,
+        port: int,
+        address: str = LOCAL,
+        target: str | None = None,
+        target_port: int | None = None,
+    ) -> None:
+        self._target = (target or address, port if target_port is None else target_port)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            self._socket.setblocking(False)
+            self._socket.bind((address, port))
+        except (OSError, OverflowError) as error:
+            self._socket.close()
+            raise NaoGaitError(
+                "UDP address", f"{address}:{port}", f"a free one ({error})"
+            ) from error
+
+    def send(self, data: bytes) -> None:
+        """Send; a network that is down loses the packet."""
+        with contextlib.suppress(OSError):
+            self._socket.sendto(data, self._target)
+
+    def received(self) -> Iterator[tuple[bytes, str]]:
+        """The packets that have come, and the address of each sender."""
+        for _ in range(BURST):
+            try:
+                data, sender = self._socket.recvfrom(LARGEST)
+            except OSError:
+                return
+            yield data, sender[0]
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()

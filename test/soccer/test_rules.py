@@ -1,0 +1,178 @@
+"""The referee: phases, goals, balls out, and robots that lie or leave."""
+
+import math
+from collections.abc import Sequence
+
+import pytest
+
+from nao_soccer.field import Field, Goals
+from nao_soccer.game_state import Phase, SetPlay
+from nao_soccer.referee.protocol import Penalty, decode, seen_by
+from nao_soccer.referee.rules import (
+    Order,
+    PutBall,
+    PutRobot,
+    Referee,
+    RobotPlace,
+    Rules,
+    free_place,
+)
+from nao_soccer.vision.settings import settings_of_scene
+
+SCENE = settings_of_scene("pitch_small")
+PLAYERS = {"red1": ("red", 1), "red2": ("red", 2), "blue1": ("blue", 1), "blue2": ("blue", 2)}
+STARTS = {"red1": (-1.9, 0.0), "red2": (-0.7, 0.4), "blue1": (1.9, 0.0), "blue2": (0.7, -0.4)}
+RULES = Rules(half=60.0, ready=5.0, set=2.0)
+
+
+class Game:
+    """A referee with robots and a ball that stay where they are put."""
+
+    def __init__(self, rules: Rules = RULES) -> None:
+        field, goals = SCENE.field, SCENE.goals
+        assert isinstance(field, Field)
+        assert isinstance(goals, Goals)
+        self.referee = Referee(field, goals, PLAYERS, rules)
+        self.ball = (0.0, 0.0, 0.05)
+        self.robots = {name: RobotPlace(place, True) for name, place in STARTS.items()}
+        self.time = 0.0
+        self.orders: list[Order] = []
+
+    def run(self, seconds: float) -> Sequence[Order]:
+        """Let time pass; the orders of this time."""
+        new: list[Order] = []
+        for _ in range(round(seconds / 0.1)):
+            self.time += 0.1
+            for order in self.referee.update(self.time, self.ball, self.robots):
+                new.append(order)
+                if isinstance(order, PutBall):
+                    self.ball = (*order.position, 0.05)
+        return new
+
+    def kick_off(self) -> None:
+        """Until the ball is in play."""
+        while self.referee.phase is not Phase.PLAYING:
+            self.run(0.1)
+
+    def shoot(self, name: str, x: float, y: float) -> None:
+        """A robot moves the ball to a place."""
+        place = self.robots[name]
+        self.robots[name] = RobotPlace((x, y), True)
+        self.ball = (x, y, 0.05)
+        self.run(0.1)
+        self.robots[name] = place
+
+
+def test_a_match_goes_through_its_phases_and_ends_in_time() -> None:
+    game = Game()
+    phases = []
+    while not game.referee.over and game.time < 1000.0:
+        game.run(0.1)
+        game.ball = (0.3 * math.sin(game.time), 0.0, 0.05)
+        if not phases or phases[-1] is not game.referee.phase:
+            phases.append(game.referee.phase)
+    half = [Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED]
+    assert phases == half + half
+    assert game.time == pytest.approx(game.referee.duration, abs=1.0)
+
+
+def test_a_goal_counts_and_the_other_team_kicks_off() -> None:
+    game = Game()
+    game.kick_off()
+    game.shoot("red2", 0.5, 0.0)
+    game.shoot("red2", 2.4, 0.1)
+    assert game.referee.score == {"red": 1, "blue": 0}
+    goal = game.referee.goals_scored[0]
+    assert (goal.team, goal.player, goal.own) == ("red", "red2", False)
+    assert game.referee.phase is Phase.READY
+    game.run(5.3)
+    assert game.ball[:2] == (0.0, 0.0)
+    state = decode(game.referee.message().encode())
+    assert seen_by(state, 2, 1).own_kick is True
+    assert seen_by(state, 2, 1).other_score == 1
+    assert seen_by(state, 1, 1).own_score == 1
+    assert game.referee.score == {"red": 1, "blue": 0}  # counted once
+
+
+def test_a_goal_into_the_own_goal_is_one_for_the_others() -> None:
+    game = Game()
+    game.kick_off()
+    game.shoot("red1", -2.4, 0.0)
+    goal = game.referee.goals_scored[0]
+    assert (goal.team, goal.own) == ("blue", True)
+
+
+@pytest.mark.parametrize(
+    ("name", "out", "kind", "own_kick"),
+    [
+        ("red1", (0.4, 1.7), SetPlay.KICK_IN, False),
+        ("blue1", (0.4, -1.7), SetPlay.KICK_IN, True),
+        ("red1", (2.4, 1.0), SetPlay.GOAL_KICK, False),
+        ("red1", (-2.4, 1.0), SetPlay.CORNER_KICK, False),
+    ],
+)
+def test_a_ball_that_is_out_is_put_back_for_the_right_team(
+    name: str, out: tuple[float, float], kind: SetPlay, own_kick: bool
+) -> None:
+    game = Game()
+    game.kick_off()
+    game.shoot(name, *out)
+    orders = game.run(1.5)
+    assert len(orders) == 1
+    assert isinstance(orders[0], PutBall)
+    x, y = orders[0].position
+    assert abs(x) < SCENE.field.length / 2.0
+    assert abs(y) < SCENE.field.width / 2.0
+    state = seen_by(decode(game.referee.message().encode()), 1, 1)
+    assert (state.set_play, state.own_kick, state.ball_free) == (kind, own_kick, False)
+    game.run(11.0)
+    assert seen_by(decode(game.referee.message().encode()), 1, 1).ball_free
+
+
+def test_a_set_play_ends_when_the_ball_moves() -> None:
+    game = Game()
+    game.kick_off()
+    assert not seen_by(decode(game.referee.message().encode()), 2, 1).ball_free
+    game.shoot("red2", 0.3, 0.0)
+    assert seen_by(decode(game.referee.message().encode()), 2, 1).ball_free
+
+
+def test_a_robot_that_lies_is_put_back_and_waits() -> None:
+    game = Game()
+    game.kick_off()
+    game.robots["blue2"] = RobotPlace((0.7, 0.0), False)
+    orders = []
+    for step in range(25):
+        game.ball = (0.01 * step, 0.0, 0.05)
+        orders += game.run(1.0)
+        if orders:
+            break
+    assert orders == [PutRobot("blue2")]
+    message = game.referee.message()
+    assert message.teams[1].players[1].penalty is Penalty.INCAPABLE
+    assert seen_by(message, 2, 2).penalized
+    assert game.referee.falls["blue2"] == 1
+    game.robots["blue2"] = RobotPlace(STARTS["blue2"], True)
+    game.run(RULES.penalty + 0.5)
+    assert not seen_by(game.referee.message(), 2, 2).penalized
+
+
+def test_a_robot_that_leaves_the_field_is_put_back() -> None:
+    game = Game()
+    game.kick_off()
+    game.robots["red1"] = RobotPlace((-1.0, 2.0), True)
+    assert PutRobot("red1") in game.run(0.2)
+
+
+def test_a_ball_that_rests_for_long_is_put_to_the_middle() -> None:
+    game = Game()
+    game.kick_off()
+    game.shoot("red2", 1.0, 0.5)
+    orders = game.run(RULES.stuck + 1.0)
+    assert orders == [PutBall((0.0, 0.0))]
+
+
+def test_the_ball_is_not_put_onto_a_robot() -> None:
+    for robot in ((0.0, 0.0), (1.0, 1.3), (-2.0, -1.3)):
+        place = free_place(robot, [robot])
+        assert math.dist(place, robot) > 0.25

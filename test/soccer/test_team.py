@@ -1,0 +1,213 @@
+"""Team messages, what is accepted, and roles under loss."""
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_soccer.behavior.situation import Role
+from nao_soccer.field import Field
+from nao_soccer.team.link import PERIOD, SILENCE, TeamLink
+from nao_soccer.team.message import NEVER, SIZE, SIZE_MAX, BallMessage, TeamMessage, decode
+from nao_soccer.team.roles import MARGIN, STALL, Claim, RoleChoice
+from nao_soccer.team.udp import UdpLink
+
+MESSAGE = TeamMessage(
+    1, 2, 7, 1234, (0.5, -0.25, 1.0), True, False, False, Role.SUPPORTER, 3.5,
+    BallMessage((1.0, 0.5), (0.0, -0.3), 0.1, 0.2),
+)  # fmt: skip
+
+meters = st.floats(-20.0, 20.0)
+balls = st.builds(
+    BallMessage, st.tuples(meters, meters), st.tuples(meters, meters), st.floats(0.0, 30.0),
+    st.floats(0.0, 100.0),
+)  # fmt: skip
+
+
+@given(
+    st.builds(
+        TeamMessage, st.integers(0, 255), st.integers(1, 20), st.integers(0, 65535),
+        st.integers(0, 2**32 - 1), st.tuples(meters, meters, st.floats(-3.1, 3.1)), st.booleans(),
+        st.booleans(), st.booleans(), st.sampled_from(Role), st.floats(0.0, 100.0),
+        st.none() | balls,
+    )
+)  # fmt: skip
+@settings(max_examples=200)
+def test_what_was_told_is_heard(message: TeamMessage) -> None:
+    data = message.encode()
+    assert len(data) == SIZE <= SIZE_MAX
+    heard = decode(data)
+    assert heard.pose == pytest.approx(message.pose, abs=1e-3)
+    assert heard.seconds_to_ball == pytest.approx(min(message.seconds_to_ball, NEVER), abs=0.01)
+    assert (heard.ball is None) == (message.ball is None)
+    if message.ball is not None and heard.ball is not None:
+        assert heard.ball.position == pytest.approx(message.ball.position, abs=1e-3)
+    exact = ("team", "player", "count", "time", "valid", "fallen", "penalized", "role")
+    assert all(getattr(heard, name) == getattr(message, name) for name in exact)
+
+
+@given(st.binary(max_size=64))
+def test_foreign_bytes_are_refused(data: bytes) -> None:
+    with pytest.raises(NaoGaitError):
+        decode(data)
+
+
+@given(st.integers(0, SIZE - 1), st.integers(0, 255))
+@settings(max_examples=300)
+def test_a_damaged_message_is_read_or_refused(place: int, value: int) -> None:
+    data = bytearray(MESSAGE.encode())
+    data[place] = value
+    try:
+        assert decode(bytes(data)).player in range(1, 21)
+    except NaoGaitError:
+        assert place < 7 or data[place] > 2
+
+
+def link() -> TeamLink:
+    return TeamLink(1, 1, Field(length=4.5, width=3.0))
+
+
+def test_a_replayed_message_is_refused_and_a_silent_mate_forgotten() -> None:
+    ear = link()
+    ear.receive(MESSAGE.encode(), 0.0)
+    for count in (7, 6, 65000):
+        with pytest.raises(NaoGaitError, match="count"):
+            ear.receive(replace(MESSAGE, count=count).encode(), 0.5)
+    ear.receive(replace(MESSAGE, count=9).encode(), 1.0)
+    assert [claim.number for claim in ear.claims(1.0 + 0.9 * SILENCE)] == [2]
+    assert ear.claims(1.0 + SILENCE) == []
+    assert ear.mates(1.0 + SILENCE) == ()
+    ear.receive(replace(MESSAGE, count=3).encode(), 5.0)  # it was started again
+    assert len(ear.mates(5.0)) == 1
+
+
+def test_a_mate_that_is_nowhere_near_the_field_is_not_trusted() -> None:
+    ear = link()
+    with pytest.raises(NaoGaitError, match="near the field"):
+        ear.receive(replace(MESSAGE, pose=(9.0, 0.0, 0.0)).encode(), 0.0)
+    assert ear.refused == 1
+
+
+def test_messages_of_other_teams_and_own_ones_are_left_out() -> None:
+    ear = link()
+    ear.receive(replace(MESSAGE, team=2).encode(), 0.0)
+    ear.receive(replace(MESSAGE, player=1).encode(), 0.0)
+    assert ear.mates(0.0) == ()
+
+
+def test_a_mates_ball_ages_until_it_is_used() -> None:
+    ear = link()
+    ear.receive(MESSAGE.encode(), 1.0)
+    ball = ear.mates(1.5)[0].ball
+    assert ball is not None
+    assert ball.age == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize("budget", [40, 1200])
+def test_the_budget_lasts_to_the_end_of_the_game(budget: int) -> None:
+    """Two players for ten minutes."""
+    radios = [TeamLink(1, number, Field()) for number in (1, 2)]
+    left, late = budget, 0
+    for tick in range(6000):
+        time = 0.1 * tick
+        for radio in radios:
+            data = radio.send(
+                time, lambda count: replace(MESSAGE, count=count), budget=left,
+                remaining=600.0 - time, urgent=tick % 7 == 0,
+            )  # fmt: skip
+            if data is not None:
+                left -= 1
+                late += time > 500.0
+    assert left >= 0
+    assert late > 0
+
+
+def test_a_new_role_is_told_at_once_but_not_without_end() -> None:
+    radio = link()
+    make = MESSAGE.__class__
+    assert radio.send(0.0, lambda count: MESSAGE) is not None
+    assert radio.send(0.1, lambda count: MESSAGE, urgent=True) is None
+    assert radio.send(0.25, lambda count: MESSAGE, urgent=True) is not None
+    assert radio.send(0.3 + PERIOD / 2, lambda count: MESSAGE) is None
+    assert make is TeamMessage
+
+
+# -- roles -----------------------------------------------------------------------------------------
+
+
+def test_the_nearer_one_goes_to_the_ball_and_stays_the_striker() -> None:
+    near, far = RoleChoice(1), RoleChoice(2)
+    assert near.update(0.0, 2.0, [Claim(2, Role.SUPPORTER, 4.0)]) is Role.STRIKER
+    assert far.update(0.0, 4.0, [Claim(1, Role.STRIKER, 2.0)]) is Role.SUPPORTER
+    inside, beyond = 2.0 - 0.9 * MARGIN, 2.0 - 1.1 * MARGIN
+    assert far.update(1.0, inside, [Claim(1, Role.STRIKER, 2.0)]) is Role.SUPPORTER
+    assert far.update(1.1, beyond, [Claim(1, Role.STRIKER, 2.0)]) is Role.STRIKER
+    assert near.update(1.2, 2.0, [Claim(2, Role.STRIKER, beyond)]) is Role.SUPPORTER
+
+
+def test_a_player_alone_is_the_striker_and_a_goalkeeper_never() -> None:
+    assert RoleChoice(2).update(0.0, NEVER, []) is Role.STRIKER
+    assert RoleChoice(1).update(0.0, 0.1, [], goalkeeper=True) is Role.KEEPER
+
+
+def test_a_striker_that_does_not_move_the_ball_is_not_waited_for() -> None:
+    choice = RoleChoice(2)
+    liar = [Claim(1, Role.STRIKER, 0.0)]
+    roles = [choice.update(float(t), 3.0, liar, ball=(1.0, 0.0)) for t in range(int(STALL) + 4)]
+    assert roles[: int(STALL)] == [Role.SUPPORTER] * int(STALL)
+    assert Role.STRIKER in roles
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_there_is_one_striker_nearly_always_even_if_messages_are_lost(loss: float) -> None:
+    """Times to the ball that wander, told at 2 Hz and at once when a role changes."""
+    random = np.random.default_rng(5)
+    choices = [RoleChoice(1), RoleChoice(2)]
+    seconds = [3.0, 3.5]
+    told: list[list[Claim]] = [[], []]
+    counts, conflict, longest = [], 0, 0
+    for tick in range(12000):  # 20 Hz, ten minutes
+        for i, choice in enumerate(choices):
+            wander = 0.1 * random.standard_normal() - 0.01 * (seconds[i] - 4.0)
+            seconds[i] = min(max(seconds[i] + wander, 0.0), 12.0)
+            before = choice.role
+            role = choice.update(0.05 * tick, seconds[i], told[i])
+            speaks = tick % 10 == 5 * i or role is not before
+            if speaks and random.random() >= loss:
+                told[1 - i] = [Claim(i + 1, role, seconds[i])]
+        strikers = sum(choice.role is Role.STRIKER for choice in choices)
+        counts.append(strikers == 1)
+        conflict = conflict + 1 if strikers > 1 else 0
+        longest = max(longest, conflict)
+    assert np.mean(counts) > (0.98 if loss == 0.0 else 0.95)
+    assert 0.05 * longest <= (1.0 if loss == 0.0 else 2.0)
+
+
+# -- sockets ---------------------------------------------------------------------------------------
+
+
+def test_a_packet_reaches_all_who_listen_on_this_machine() -> None:
+    port = 20000 + next(itertools.count(math.floor(np.random.default_rng().uniform(0, 9000))))
+    links = [UdpLink(port) for _ in range(3)]
+    try:
+        links[0].send(b"hello")
+        for each in links:
+            packets: list[tuple[bytes, str]] = []
+            for _ in range(1000):
+                packets = list(each.received())
+                if packets:
+                    break
+            assert [data for data, _ in packets] == [b"hello"]
+    finally:
+        for each in links:
+            each.close()
+
+
+def test_a_port_that_cannot_be_opened_is_refused() -> None:
+    with pytest.raises(NaoGaitError, match="UDP address"):
+        UdpLink(10001, "203.0.113.7")
