@@ -58,7 +58,8 @@ class Unpushed:
     """A rollout of one robot without a push.
 
     Attributes:
-        times: [s since the start] when the pushes begin; None if it falls or does not step.
+        times: [s since the start] when the pushes begin; None if it falls, does not step or was not
+            calibrated as it should be.
         metrics: Over the time in which the survival of a push is decided.
     """
 
@@ -206,7 +207,7 @@ def _unpushed(asked: tuple[RolloutSpec, int]) -> Unpushed:
     spec, phases = asked
     result = rollout(spec)
     trace = result.trace
-    if trace is None or result.metrics.fell:
+    if trace is None or result.metrics.fell or result.calibration_failed:
         return Unpushed(None, result.metrics)
     standing = spec.task.command.is_zero
     begin = STAND_TIME + WARM_UP
@@ -251,7 +252,7 @@ def push_all(
         cell = series.cells.setdefault((direction, impulse), Cell())
         for seed, alone in zip(options.seeds[robots], series.unpushed[robots], strict=True):
             if alone.times is None:
-                # It does not even walk without a push: no phase is survived.
+                # It cannot even be tried: no phase is survived.
                 cell.pushed += options.phases
                 cell.fell += options.phases
                 continue

@@ -1,7 +1,8 @@
 """One task on all robots, scored; the rollouts that give it; and how early falls are detected.
 
-A result counts only if every robot stayed upright and really walked (`Metrics.walks`). A row that
-does not count is marked with the reason, and its headline values are null in the JSON.
+A result counts only if every robot stayed upright and really walked (`Metrics.walks`), and was
+calibrated where it should be. A row that does not count is marked with the reason, and its headline
+values are null in the JSON.
 """
 
 import math
@@ -23,7 +24,7 @@ from sim_bridge.plant import PlantOption, option_text
 
 RULES = (
     f"x: does not count, because of a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "
-    f"{SLIP_LIMIT * 100:g} cm/s, or contact of the legs."
+    f"{SLIP_LIMIT * 100:g} cm/s, contact of the legs, or a failed calibration."
 )
 """Note below a table whose rows have a `Score.mark`."""
 Pick = Callable[[Iterable[float]], float]
@@ -116,7 +117,7 @@ class Score:
         """Why this does not count; empty if it does."""
         found: dict[str, None] = {}
         for result in self.results:
-            found.update(dict.fromkeys(result.metrics.faults))
+            found.update(dict.fromkeys(result.faults))
         return tuple(found)
 
     @property

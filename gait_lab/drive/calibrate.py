@@ -1,40 +1,28 @@
 """Calibration of the running robot: it stands, steps on the spot and stands; a file comes out.
 
-`Procedure` decides what happens, by the time of the robot's sensors and without ROS; `run` connects
-it to the nodes. The gait itself measures; this tool commands, watches and writes down.
+`run` connects the procedure of `gait_lab.trials.calibration_procedure` to the nodes. The gait
+itself measures; this tool commands, watches and writes down.
 """
 
 import math
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.ros_session import VelocityPublisher, ros_node
-from gait_lab.trials.calibration import STEP_ON_THE_SPOT
+from gait_lab.trials.calibration_procedure import CalibrationError, Phase, Procedure
 from nao_lipm_gait.calibration_file import CalibrationFile, Deviation
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
 from nao_lipm_gait.ros.process import StopRequest, stop_on_signal
 from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
 from nao_lipm_gait.runtime.commands import read_velocity
-from nao_lipm_gait.types import ON_THE_WAY, STANDSTILL, GaitState, VelocityCommand
+from nao_lipm_gait.types import STANDSTILL
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-STAND_TIME = 2.0
-"""Duration [s] of the quiet stand before the steps, for the gyro."""
-STEP_TIME = 12.0
-"""Least duration [s] of the steps; the soles are usually level after 3 s."""
-REST_TIME = 5.0
-"""Duration [s] of the quiet stand after them, for gyro and accelerometer."""
-PHASE_LIMIT = 60.0
-"""Longest duration [s] of each of the three."""
-PLACE = 0.3
-"""Distance [m] from its place, by odometry, at which the robot does not step on the spot."""
 COMMAND_PERIOD = 0.1
 """Time [s] of the sensors between two velocity commands."""
 ANSWER_TIMEOUT = 10.0
@@ -43,120 +31,6 @@ STALL_TIMEOUT = 20.0
 """Longest wall time [s] without odometry later on."""
 STOP_COMMANDS = 3
 """Number of stop commands at the end; DDS sends in the background."""
-
-
-class CalibrationError(Exception):
-    """The robot was not calibrated; the text says why."""
-
-
-class Phase(StrEnum):
-    """What the robot does."""
-
-    STAND = "standing"
-    STEP = "stepping on the spot"
-    REST = "standing on level soles"
-    DONE = "done"
-
-
-class Procedure:
-    """The phases of a calibration.
-
-    The methods `see_*` raise `CalibrationError` if the calibration cannot succeed any more.
-
-    Attributes:
-        phase: What the robot does now.
-        measured: The last measurement; None before the first.
-    """
-
-    def __init__(self) -> None:
-        self.phase = Phase.STAND
-        self.measured: Measurement | None = None
-        self._state = GaitState.STAND
-        self._place: tuple[float, float] | None = None
-        self._now = self._began = self._stepped = 0.0
-
-    @property
-    def command(self) -> VelocityCommand | None:
-        """What to command now; None = nothing, the robot stands."""
-        if self.phase is Phase.STAND:
-            return None
-        return STEP_ON_THE_SPOT if self.phase is Phase.STEP else STANDSTILL
-
-    @property
-    def elapsed(self) -> float:
-        """Duration [s] of the present phase."""
-        return self._now - self._began
-
-    def see_odometry(self, now: float, x: float, y: float) -> None:
-        """Take a place x, y [m] of the robot at a time [s] of its sensors."""
-        if self._place is None:
-            self._place = x, y
-            self._now = self._began = now
-        if now < self._now:
-            raise CalibrationError("the clock of the sensors went back")
-        if self.phase is Phase.STEP and self._state is GaitState.WALK:
-            self._stepped += now - self._now
-        self._now = now
-        if math.hypot(x - self._place[0], y - self._place[1]) > PLACE:
-            raise CalibrationError(f"the robot left its place by more than {PLACE:g} m")
-        if self.elapsed > PHASE_LIMIT:
-            raise CalibrationError(f"{_UNFINISHED[self.phase]} after {PHASE_LIMIT:g} s")
-
-    def see_state(self, text: str) -> None:
-        """Take the state of the gait, as in `gait/support`."""
-        self._state = GaitState(text.split()[0])
-        if self._state is GaitState.FALLEN:
-            raise CalibrationError("the robot has fallen")
-        walks = self._state in ON_THE_WAY and self.phase is not Phase.STAND
-        if self._state is not GaitState.STAND and not walks:
-            raise CalibrationError(
-                f"{self.phase}, the gait is in {self._state}: the robot has to stand first, "
-                "undisturbed, and nobody else may command it"
-            )
-
-    def see_command(self, command: VelocityCommand) -> None:
-        """Take a command from `cmd_vel`, which is ours or that of somebody else."""
-        ours = {
-            Phase.STAND: (STANDSTILL,),
-            Phase.STEP: (STEP_ON_THE_SPOT,),
-        }.get(self.phase, (STANDSTILL, STEP_ON_THE_SPOT))  # the last step may arrive late
-        if command not in ours:
-            raise CalibrationError("somebody else commands the robot on cmd_vel")
-
-    def see_measurement(self, stamp: float, measured: Measurement) -> None:
-        """Take what the gait has measured up to a time [s]; the next phase may begin.
-
-        Raises:
-            NaoGaitError: The gait does not measure the soles.
-        """
-        self.measured = measured
-        if not measured.steps_measure:
-            raise NaoGaitError("gait parameters level_soles, feedback", "false", "true for both")
-        if self._place is None or stamp < self._began:
-            return
-        if self.phase is Phase.STAND:
-            if measured.stand_time >= STAND_TIME:
-                self._begin(Phase.STEP)
-        elif self.phase is Phase.STEP:
-            if self._stepped >= STEP_TIME and measured.soles_level:
-                self._begin(Phase.REST)
-        elif measured.stand_time >= REST_TIME:
-            if max(abs(measured.sole_pitch), abs(measured.sole_roll)) >= TILT_MAX:
-                limit = math.degrees(TILT_MAX)
-                raise CalibrationError(f"the soles are tilted by {limit:.1f} deg or more")
-            self._begin(Phase.DONE)
-
-    def _begin(self, phase: Phase) -> None:
-        self.phase = phase
-        self._began = self._now
-
-
-_UNFINISHED = {
-    Phase.STAND: "the robot has not come to rest",
-    Phase.STEP: "the tilt of the soles is not known",
-    Phase.REST: "the robot has not come to rest after its steps",
-    Phase.DONE: "no end",
-}
 
 
 class _RobotClient:

@@ -6,10 +6,14 @@ from functools import lru_cache
 from itertools import islice
 from typing import NamedTuple
 
+from gait_lab.trials.calibration_procedure import CalibrationError, Phase, Procedure
 from gait_lab.trials.tasks import STAND_TIME
 from gait_lab.trials.trial import (
     CONTROL_PERIOD,
+    Action,
+    Policy,
     Push,
+    Tick,
     TimedCommands,
     TrialSpec,
     make_gait,
@@ -17,45 +21,65 @@ from gait_lab.trials.trial import (
     run,
 )
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.runtime.calibration_monitor import Measurement
 from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 from sim_bridge.robot import SimulatedRobot
 
-STEPPING_TIME = 15.0
-"""[s] of stepping on the spot; the soles are level after about 8 s."""
-REST_TIME = 8.0
-"""[s] of the stand after it, for the IMU."""
-STEP_ON_THE_SPOT = VelocityCommand(1e-4, 0.0, 0.0)
-"""Slow enough to stay in place; a command of zero would stand."""
+MEASUREMENT_PERIOD = 0.5
+"""[s] between two looks at what the gait has measured."""
 
 
-def calibrate(spec: TrialSpec) -> Calibration:
-    """Calibrate the robot of a trial with the preset `default`: stand, step on the spot, stand.
+class _Calibrating(Policy):
+    """Carries out the procedure with a gait; raises `CalibrationError` if it fails."""
+
+    def __init__(self, gait: Gait) -> None:
+        self._gait = gait
+        self._procedure = Procedure()
+        self._next_look = 0.0
+
+    def command(self, time: float, tick: Tick | None) -> Action:
+        """What the procedure commands; None once it is done."""
+        status = None if tick is None else tick.status
+        if status is not None:
+            x, y, _ = status.base_footprint_in_odom
+            self._procedure.see_odometry(time, x, y)
+            self._procedure.see_state(status.state.value)
+            if time >= self._next_look:
+                self._next_look = time + MEASUREMENT_PERIOD
+                measured = Measurement.of(self._gait, steps_measure=True)
+                self._procedure.see_measurement(time, measured)
+        if self._procedure.phase is Phase.DONE:
+            return None
+        return self._procedure.command or STANDSTILL
+
+
+def calibrate(spec: TrialSpec) -> Calibration | None:
+    """Calibrate the robot of a trial with the preset `default`, as `nao_gait calibrate` does.
 
     Args:
         spec: The robot; its parameters and calibration are not used.
 
     Returns:
-        What the gait has measured; not calibrated if the robot fell.
+        What the gait has measured; None if the calibration failed.
     """
     spec = TrialSpec(**{name: getattr(spec, name) for name in TrialSpec.__dataclass_fields__})
     return _calibrate(replace(spec, parameters=load_preset("default"), calibration=NOT_CALIBRATED))
 
 
 @lru_cache(maxsize=256)
-def _calibrate(spec: TrialSpec) -> Calibration:
-    stepping_end = STAND_TIME + STEPPING_TIME
-
-    def command_at(time: float) -> VelocityCommand:
-        return STEP_ON_THE_SPOT if STAND_TIME <= time < stepping_end else STANDSTILL
-
+def _calibrate(spec: TrialSpec) -> Calibration | None:
     gait = make_gait(spec)
-    ticks = round((stepping_end + REST_TIME) / CONTROL_PERIOD)
-    with make_world(spec) as world:
-        for tick in islice(run(world, gait, TimedCommands(command_at)), ticks):
-            if tick.fallen:
-                return NOT_CALIBRATED
-    return gait.calibration
+    fallen = False
+    try:
+        with make_world(spec) as world:
+            for tick in run(world, gait, _Calibrating(gait)):
+                fallen = tick.fallen
+    except (CalibrationError, NaoGaitError):
+        return None
+    return None if fallen else gait.calibration
 
 
 class SoleTilt(NamedTuple):

@@ -26,6 +26,7 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
+from nao_lipm_gait.calibration import NOT_CALIBRATED
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import RobotDescription
@@ -60,18 +61,26 @@ class RolloutResult:
         metrics: Metrics of the task's window.
         trace: If the specification keeps it.
         motions: What became of the motions of the task that were due.
+        calibration_failed: The robot should have been calibrated and walked without.
     """
 
     spec: RolloutSpec
     metrics: Metrics
     trace: Trace | None = None
     motions: tuple[MotionOutcome, ...] = ()
+    calibration_failed: bool = False
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Why the result does not count; empty if it does."""
+        failed = ("not calibrated",) if self.calibration_failed else ()
+        return *failed, *self.metrics.faults
 
 
 def make_pair(spec: RolloutSpec) -> tuple[World, Gait]:
     """The world of a rollout, which the caller closes, and the robot's gait."""
     if spec.calibrated:
-        spec = replace(spec, calibration=calibrate(spec))
+        spec = replace(spec, calibration=calibrate(spec) or NOT_CALIBRATED)
     return make_world(spec, ball=ball_for(spec.task.motions)), make_gait(spec)
 
 
@@ -103,7 +112,10 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
                 watch.tick()
     trace = recorder.trace()
     metrics = measure(trace, task.start, task.end, loaded_robot(spec.urdf).sole_outline)
-    return RolloutResult(spec, metrics, trace if spec.keep_trace else None, watch.outcomes)
+    return RolloutResult(
+        spec, metrics, trace if spec.keep_trace else None, watch.outcomes,
+        calibration_failed=spec.calibrated and calibrate(spec) is None,
+    )  # fmt: skip
 
 
 def run_all(

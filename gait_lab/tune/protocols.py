@@ -124,6 +124,7 @@ def _walk_task(spec: TrialSpec, task: Task) -> Metrics:
             task,
             robot_seed=spec.robot_seed,
             parameters=spec.parameters,
+            calibration=spec.calibration,
             plant=spec.plant,
             urdf=spec.urdf,
             engine=spec.engine,

@@ -18,7 +18,17 @@ from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.resources import share
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.schema import Anything, Interval, Number, Settings, Table, choice, group, number
+from nao_lipm_gait.schema import (
+    Anything,
+    Interval,
+    Number,
+    Settings,
+    Table,
+    choice,
+    group,
+    number,
+    switch,
+)
 from sim_bridge.engines.registry import ENGINES
 from sim_bridge.plant import load_plant
 
@@ -86,6 +96,7 @@ class StudyFile(Settings):
     engine: str = choice(ENGINES, default="mujoco")
     plant: str = schema.text("reference")
     urdf: str = schema.text("nao_h21_v33")
+    calibrated: bool = switch(False, "The robots have been calibrated by their own sensors.")
     trials: int = number(74, 1, 100_000, whole=True)
     confirm: Confirmation = group(Confirmation, Confirmation())
 
@@ -141,6 +152,7 @@ class Study:
         confirm_places: Where the winner is confirmed.
         preset: Preset on which `start` is based.
         method: Search method.
+        calibrated: The robots have been calibrated by their own sensors.
         about: One sentence about the study.
         source: Text of the file.
     """
@@ -163,6 +175,7 @@ class Study:
     confirm_places: tuple[Place, ...]
     preset: str = "default"
     method: str = METHODS[0]
+    calibrated: bool = False
     about: str = ""
     source: str = field(default="", compare=False)
 
@@ -287,6 +300,7 @@ def parse_study(values: Any, name: str = "study", source: str = "") -> Study:
         confirm_places=tuple(_place("study.confirm.places", each) for each in places),
         preset=file.preset,
         method=file.method,
+        calibrated=file.calibrated,
         about=" ".join(file.about.split()),
         source=source,
     )

@@ -2,12 +2,15 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from gait_lab.trials.calibration import calibrate
 from gait_lab.trials.trial import TrialSpec
 from gait_lab.tune.methods import Point
 from gait_lab.tune.protocols import PROTOCOLS, Measures
 from gait_lab.tune.study import Place, Study
+from nao_lipm_gait.calibration import Calibration
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 
 
@@ -85,19 +88,28 @@ def walk_all(
     """
     protocol = PROTOCOLS[study.protocol]
     options = study.confirm_options if confirm else study.options
-    return tuple(
-        protocol.run(
-            TrialSpec(
-                robot_seed=seed,
-                parameters=parameters,
-                engine=place.engine,
-                plant=place.plant,
-                urdf=study.urdf,
-            ),
-            options,
+    specs = (
+        TrialSpec(
+            robot_seed=seed,
+            parameters=parameters,
+            engine=place.engine,
+            plant=place.plant,
+            urdf=study.urdf,
         )
         for seed in robots
     )
+    if study.calibrated:
+        specs = (replace(spec, calibration=calibration_of(spec)) for spec in specs)
+    return tuple(protocol.run(spec, options) for spec in specs)
+
+
+def calibration_of(spec: TrialSpec) -> Calibration:
+    """The calibration of a robot; NaoGaitError if it fails."""
+    calibration = calibrate(spec)
+    if calibration is None:
+        allowed = f"a robot that can be calibrated in {spec.engine}/{spec.plant}"
+        raise NaoGaitError("study.robots", spec.robot_seed, allowed)
+    return calibration
 
 
 def score_of(study: Study, measures: Sequence[Measures]) -> float:

@@ -209,7 +209,7 @@ def test_short_steps_until_the_soles_are_known_and_none_after_a_calibration() ->
     pytest.importorskip("mujoco")
     fast = VelocityCommand(0.46, 0.0, 0.0)
     calibration = calibrate(ROBOT_2)
-    assert calibration != NOT_CALIBRATED
+    assert calibration is not None
     steps = []
     for known in (NOT_CALIBRATED, calibration):
         spec = replace(ROBOT_2, calibration=known)

@@ -1,5 +1,6 @@
 """The suite `paper`: what is beside what, what counts, and the paper's figures."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ from gait_lab.bench.pushes import Cell
 from gait_lab.bench.score import FallDetection, Score
 from gait_lab.bench.suite import plan
 from gait_lab.bench.suites.paper import Options, contenders, outcome_rows
+from gait_lab.trials.rollout import RolloutSpec, rollout
+from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
 
@@ -47,6 +50,17 @@ def test_a_fall_leaves_the_speed_of_the_upright_but_not_the_result() -> None:
     assert rows["paper_drawn_forward_median"] is None
     assert rows["paper_drawn_forward_median_of_upright"] == pytest.approx(30.0)
     assert rows["paper_drawn_forward_upright"] == 1
+
+
+def test_a_robot_whose_calibration_failed_walks_without_and_does_not_count() -> None:
+    pytest.importorskip("mujoco")
+    task = find_task("spot").measured(0.1, 0.2)
+    weak = (("motor.torque_fraction", 0.05),)  # it collapses in the stand
+    spec = RolloutSpec(task, engine="mujoco", plant_options=weak, calibrated=True)
+    result = rollout(spec)
+    assert result.calibration_failed
+    assert "not calibrated" in Score(task, True, (result,)).mark
+    assert not rollout(replace(spec, plant_options=(), calibrated=False)).calibration_failed
 
 
 def test_the_open_loop_differs_from_the_preset_in_the_feedback_alone() -> None:

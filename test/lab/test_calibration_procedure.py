@@ -1,4 +1,4 @@
-"""The procedure of `nao_gait calibrate`: its phases, and what ends it."""
+"""The procedure of a calibration: its phases, and what ends it."""
 
 import math
 from collections.abc import Callable
@@ -8,17 +8,17 @@ import attrs
 import pytest
 
 from gait_lab import cli
-from gait_lab.drive.calibrate import (
+from gait_lab.trials.calibration_procedure import (
     PHASE_LIMIT,
     PLACE,
     REST_TIME,
     STAND_TIME,
+    STEP_ON_THE_SPOT,
     STEP_TIME,
     CalibrationError,
     Phase,
     Procedure,
 )
-from gait_lab.trials.calibration import STEP_ON_THE_SPOT
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
