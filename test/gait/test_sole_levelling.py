@@ -6,13 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gait_lab.trials.calibration import (
-    STEP_ON_THE_SPOT,
-    Levelled,
-    calibrate,
-    levelling,
-    true_tilt,
-)
+from gait_lab.trials.calibration import Levelled, calibrate, levelling, true_tilt
+from gait_lab.trials.calibration_procedure import STEP_ON_THE_SPOT
 from gait_lab.trials.tasks import STAND_TIME
 from gait_lab.trials.trial import Push, TrialSpec, make_gait, make_world
 from nao_lipm_gait.calibration import NOT_CALIBRATED
