@@ -105,9 +105,7 @@ class RandomWalk(Policy):
         seconds: Length [s] from then on.
     """
 
-    def __init__(
-        self, half: tuple[float, float], seed: int, gait: Gait, seconds: float
-    ) -> None:
+    def __init__(self, half: tuple[float, float], seed: int, gait: Gait, seconds: float) -> None:
         self._inner = tuple(each - MARGIN for each in half)
         self._random = np.random.default_rng((seed, 1))
         self._gait = gait
@@ -165,9 +163,7 @@ def record(spec: WalkSpec) -> Walk:
     random = np.random.default_rng((spec.seed, 0))
     start = [random.uniform(-1.0, 1.0) * (each - START_MARGIN) for each in half]
     pose = (start[0], start[1], random.uniform(-math.pi, math.pi))
-    robot = SceneRobot(
-        name="red1", team="red", number=1, urdf=spec.urdf, pose=pose, seed=spec.seed
-    )
+    robot = SceneRobot(name="red1", team="red", number=1, urdf=spec.urdf, pose=pose, seed=spec.seed)
     alone = attrs.evolve(scene, robots=(robot,), ball=None)
     return _run(alone, spec, half)
 

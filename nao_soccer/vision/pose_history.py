@@ -35,10 +35,12 @@ class PoseHistory:
     Args:
         name: What is stored, for error messages.
         length: Number of entries that are kept.
+        gap: [ns] Longest gap between two entries to interpolate over.
     """
 
-    def __init__(self, name: str, length: int = LENGTH) -> None:
+    def __init__(self, name: str, length: int = LENGTH, gap: int = GAP_MAX) -> None:
         self._name = name
+        self._gap = gap
         self._stamps: deque[int] = deque(maxlen=length)
         self._values: deque[FloatArray] = deque(maxlen=length)
 
@@ -73,7 +75,7 @@ class PoseHistory:
             return self._values[index]
         if 0 < index < len(self._stamps):
             before, after = self._stamps[index - 1], self._stamps[index]
-            if after - before <= GAP_MAX:
+            if after - before <= self._gap:
                 share = (stamp - before) / (after - before)
                 return self._values[index - 1] + share * (
                     self._values[index] - self._values[index - 1]

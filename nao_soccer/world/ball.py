@@ -7,6 +7,7 @@ decide between the two (Blom and Bar-Shalom 1988). A second ball is kept for ima
 """
 
 import math
+from copy import copy
 
 import numpy as np
 
@@ -84,7 +85,9 @@ class BallTrack:
         rest.predict(dt, 1.0, DRIFT)
         rest.mean[2:] = 0.0
         rest.covariance[2:, :] = rest.covariance[:, 2:] = 0.0
-        speed = math.hypot(roll.mean[2], roll.mean[3])
+        # Friction takes its share of the likely speed, not of that of the mean, which may be 0.
+        unknown = float(np.trace(roll.covariance[2:, 2:]))
+        speed = math.sqrt(roll.mean[2] ** 2 + roll.mean[3] ** 2 + unknown)
         slower = self._slowdown * dt
         roll.predict(dt, max(0.0, 1.0 - slower / max(speed, 1e-9)), ACCELERATION)
 
@@ -103,6 +106,13 @@ class BallTrack:
             mixed.append(mixture(list(sources), [part / total for part in parts]))
             shares.append(total)
         self._models, self._share = mixed, shares
+
+    def copy(self) -> "BallTrack":
+        """An independent copy."""
+        other = copy(self)
+        other._models = [track.copy() for track in self._models]
+        other._share = list(self._share)
+        return other
 
     def fits(self, ball: Percept) -> bool:
         """Whether a measurement can be of this ball."""

@@ -36,8 +36,12 @@ USUAL_MIN = 0.55
 """Smallest share that can become usual."""
 SAME_PLACE = (1.0, 0.8)
 """[m, rad] Deviations of a found pose from the last known one; they decide between mirror poses."""
-SURE, SURE_AFTER_LOSS = 12.0, 1.0
-"""Log-odds of the half of the field, from a known start and after a new place was found."""
+SURE = 12.0
+"""Largest log-odds of the half of the field; those of a known start."""
+CARRIED = 0.1
+"""Likelihood that the robot was carried anywhere, against 1 for a jump of no length."""
+JUMP = 0.3
+"""Squared deviations, in `SAME_PLACE`, from which on the heaviest cluster is another place."""
 FLIP = -2.0
 """Log-odds below which the pose is mirrored."""
 
@@ -60,7 +64,7 @@ class Validity:
     HEADING = math.radians(15.0)
     EXPLAINED = 0.8
     AGE = 10.0
-    ODDS = 0.5
+    ODDS = 2.0
     IMAGES = 15
 
 
@@ -95,6 +99,7 @@ class Localization:
         self._good = 0
         self._unseen = math.inf
         self._lost = True
+        self._disturbed = False
         self.spread()
 
     # -- starts ------------------------------------------------------------------------------------
@@ -110,7 +115,7 @@ class Localization:
         base = np.array([poses[i % len(poses)] for i in range(self._count)])
         noise = self._random.standard_normal((self._count, 3)) * (place, place, heading)
         self._begin(base + noise)
-        self._odds, self._lost = SURE, False
+        self._odds, self._lost, self._disturbed = SURE, False, True
 
     def spread(self) -> None:
         """Begin anywhere on the field; which half is not known."""
@@ -127,11 +132,13 @@ class Localization:
         """
         limit = np.array((place, place, heading))
         moved = self.particles + self._random.uniform(-limit, limit, (self._count, 3))
+        self._disturbed = True
         self._begin(moved)
 
     def _begin(self, particles: FloatArray) -> None:
         self.particles = particles
         self.weights = np.full(self._count, 1.0 / self._count)
+        self._mean = _mean(particles, self.weights)
         self._good, self._fast = 0, self._usual
         self._find_cluster()
 
@@ -170,7 +177,7 @@ class Localization:
         self._unseen = 0.0
         self._good = self._good + 1 if self._is_good() else 0
         if self._good > Validity.IMAGES:
-            self._lost = False
+            self._lost = self._disturbed = False
             step = SLOW * strength * (share - self._usual)
             self._usual = max(USUAL_MIN, self._usual + step)
 
@@ -226,6 +233,7 @@ class Localization:
         self._odds = min(SURE, self._odds + log_ratio)
         if self._odds < FLIP:
             self.particles = mirrored(self.particles)
+            self._mean = mirrored(self._mean[None])[0]
             self._odds = -self._odds
             self._find_cluster()
 
@@ -250,13 +258,25 @@ class Localization:
         share = w[inside] / mass
         self._covariance = (error * share[:, None]).T @ error + np.diag(np.square(ROUGHENING))
         self._mean, self._mass = mean, mass
-        if self._away(before[None])[0] > 4.0 and self._odds > SURE_AFTER_LOSS:
-            self._odds = SURE_AFTER_LOSS  # another place was found; history counts for less
+        if self._away(before[None])[0] > JUMP:
+            self._find_again(before)
+
+    def _find_again(self, before: FloatArray) -> None:
+        """Another place was found: history speaks for the nearer of it and its mirror place."""
+        self._good = 0
+        if self._disturbed:
+            return
+        here, there = (
+            CARRIED + math.exp(-0.5 * float(self._away(each)[0]))
+            for each in (before[None], mirrored(before[None]))
+        )
+        self._odds = min(self._odds, max(0.0, math.log(here / there)))
+        self._lost = True
 
     def _is_good(self) -> bool:
         c = self._covariance
         spread = 0.5 * (c[0, 0] + c[1, 1]) + math.hypot(0.5 * (c[0, 0] - c[1, 1]), c[0, 1])
-        return (
+        return bool(
             self._mass >= Validity.MASS
             and spread <= Validity.DEVIATION**2
             and c[2, 2] <= Validity.HEADING**2

@@ -16,6 +16,10 @@ TURN_MAX = 10.0
 """[rad/s] A faster turn is a jump of the odometry."""
 SLACK = 0.02
 """[s] Time that is added to that between two entries, for stamps that jitter."""
+GAP_MAX = 1_000_000_000
+"""[ns] Longest gap between two entries over which the motion is known."""
+LENGTH = 300
+"""Entries that are kept: 3 s at 100 Hz."""
 WAY_NOISE = 0.07
 """[m/m^0.5] Deviation of the way: soles that slip."""
 TURN_NOISE = 0.05
@@ -40,7 +44,7 @@ class OdometryHistory:
     """Poses of base_footprint in odom by time, with the way and the turns until then."""
 
     def __init__(self) -> None:
-        self._history = PoseHistory("odom")
+        self._history = PoseHistory("odom", LENGTH, GAP_MAX)
         self._last: FloatArray | None = None
         self._stamp: int | None = None
 
@@ -76,6 +80,10 @@ class OdometryHistory:
             self._begin(stamp, pose, variance)
             allowed = f"over {before * 1e-9:.3f} s"
             raise NaoGaitError("odom header.stamp", f"{stamp * 1e-9:.3f} s", allowed)
+        if stamp - before > GAP_MAX:
+            self._begin(stamp, pose, variance)
+            allowed = f"at most {GAP_MAX * 1e-9:g} s after the last one"
+            raise NaoGaitError("odom", f"{(stamp - before) * 1e-9:.3f} s without", allowed)
         dx, dy, turn = relative(pose, (last[0], last[1], last[2]))
         turn = math.remainder(turn, math.tau)
         way, time = math.hypot(dx, dy), (stamp - before) * 1e-9 + SLACK
@@ -101,7 +109,7 @@ class OdometryHistory:
         )
 
     def _begin(self, stamp: int, pose: Pose2, variance: float) -> None:
-        self._history = PoseHistory("odom")
+        self._history = PoseHistory("odom", LENGTH, GAP_MAX)
         self._append(stamp, (*pose, 0.0, 0.0, variance, 0.0))
 
     def _append(self, stamp: int, value: tuple[float, ...]) -> None:

@@ -1,0 +1,243 @@
+"""Percepts without images: from geometry, with the errors that were measured on rendered images.
+
+`gait_lab.vision.percept_errors` says what is drawn and what the numbers mean.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_lab.vision.percept_errors import LINE_POINT, ROBOT, PerceptErrors
+from nao_lipm_gait.robot.camera import CameraView
+from nao_lipm_gait.types import FloatArray, Point2, Pose2
+from nao_soccer.field import Field, Goals
+from nao_soccer.vision.image_geometry import ImageGeometry, PoseError
+from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percept, Percepts
+from nao_soccer.vision.visible_ground import visible_ground
+from nao_soccer.world.field_map import FieldMap
+
+SPACING = 0.1
+"""[m] Between two points of a line."""
+EDGE = 5.0
+"""[px] What is nearer to the edge of the image is not found."""
+HIDES = 0.12
+"""[m] Half of the width of a robot that hides what is behind it."""
+YAW_ERROR = 0.05
+"""[rad] Standard deviation of the orientation of a crossing."""
+DEPRESSION_MIN = 0.02
+"""[rad] Percepts that seem to be further away are dropped."""
+CLUMP = 10
+"""Number of false line points that come together."""
+WANDER = 5.0
+"""[s] Time constant by which the tilt of a robot wanders, as vision goes on learning it."""
+
+
+class PerceptModel:
+    """The vision of one robot.
+
+    Args:
+        errors: The measured errors.
+        field: The lines.
+        goals: The goals; None = none.
+        seed: Of all errors.
+        scale: Factor of all errors of places; 0 = exact percepts.
+    """
+
+    def __init__(
+        self,
+        errors: PerceptErrors,
+        field: Field,
+        goals: Goals | None,
+        seed: int,
+        scale: float = 1.0,
+    ) -> None:
+        self._errors = errors
+        self._scale = scale
+        self._random = random = np.random.default_rng(seed)
+        field_map = FieldMap(field, goals)
+        self._objects = [
+            (kind, rows) for kind, rows in field_map.landmarks.items() if kind in errors.kinds
+        ]
+        self._line_points = line_points(field)
+        self._tilt = scale * errors.tilt.robot * random.standard_normal()
+        self._pan = scale * errors.pan.robot * random.standard_normal()
+        self._shift = scale * errors.shift.robot * random.standard_normal(2)
+        self._stamp: int | None = None
+
+    def see(
+        self,
+        stamp: int,
+        view: CameraView,
+        footprint: Pose2,
+        ball: Point2 | None = None,
+        robots: Sequence[tuple[Kind, Pose2]] = (),
+    ) -> Percepts:
+        """The percepts of one image.
+
+        Args:
+            stamp: Time of the image [ns].
+            view: The camera in base_footprint.
+            footprint: True base_footprint on the field.
+            ball: True place of the ball on the field [m]; None without one.
+            robots: Kind and true pose of the other robots.
+        """
+        self._wander(stamp)
+        errors, random, scale = self._errors, self._random, self._scale
+        tilt = self._tilt + scale * errors.tilt.image * random.standard_normal()
+        pan = self._pan + scale * errors.pan.image * random.standard_normal()
+        shift = self._shift + scale * errors.shift.image * random.standard_normal(2)
+        common = np.array((tilt, pan, *shift))
+        hiding = _seen_from(footprint, np.array([pose[:2] for _, pose in robots]))
+        geometry = ImageGeometry(view, PoseError())
+
+        def found(kind: str, places: FloatArray, hidden_by: FloatArray = hiding) -> FloatArray:
+            """(m, 3) measured places and the index of each, of places (n, 2) on the field."""
+            near = _seen_from(footprint, places)
+            chosen = self._chosen(kind, near, view, hidden_by)
+            return self._measured(kind, near, np.flatnonzero(chosen), common)
+
+        objects: list[Percept] = []
+        for kind, rows in self._objects:
+            for x, y, index in found(kind.value, rows[:, :2]).tolist():
+                yaw = rows[int(index), 2] - footprint[2] if kind in CROSSINGS else 0.0
+                objects.append(self._percept(geometry, kind, (x, y), yaw))
+        for number, (kind, pose) in enumerate(robots):
+            others = np.delete(hiding, number, axis=0)
+            for x, y, _ in found(ROBOT, np.array([pose[:2]]), others).tolist():
+                objects.append(self._percept(geometry, kind, (x, y)))
+        seen = None
+        if ball is not None:
+            for x, y, _ in found(Kind.BALL.value, np.array([ball])).tolist():
+                seen = self._percept(geometry, Kind.BALL, (x, y))
+        points = found(LINE_POINT, self._line_points)[:, :2]
+        visible = visible_ground(view)
+        false = self._false_percepts(geometry, visible)
+        if seen is None:
+            seen = next((each for each in false if each.kind is Kind.BALL), None)
+        objects += [each for each in false if each.kind is not Kind.BALL]
+        points = np.concatenate((points, self._false_points(visible)))
+        return Percepts(
+            stamp, seen, tuple(objects), points, geometry.covariance(points), (),
+            np.zeros((0, 2)), visible,
+        )  # fmt: skip
+
+    def _wander(self, stamp: int) -> None:
+        """Move the tilt of the robot by one step of a first-order Gauss-Markov process."""
+        if self._stamp is not None:
+            keep = math.exp(-max(0.0, (stamp - self._stamp) * 1e-9) / WANDER)
+            spread = self._scale * self._errors.tilt.robot * math.sqrt(1.0 - keep * keep)
+            self._tilt = keep * self._tilt + spread * self._random.standard_normal()
+        self._stamp = stamp
+
+    def _chosen(
+        self, kind: str, near: FloatArray, view: CameraView, hiding: FloatArray
+    ) -> NDArray[np.bool_]:
+        """(n,) Which of the places (n, 2) in base_footprint are in the image and found."""
+        pixels = view.project(np.column_stack((near, np.zeros(len(near)))))
+        pinhole = view.intrinsics
+        inside = (
+            (pixels[:, 0] > EDGE)
+            & (pixels[:, 0] < pinhole.width - EDGE)
+            & (pixels[:, 1] > EDGE)
+            & (pixels[:, 1] < pinhole.height - EDGE)
+        )
+        distance = np.hypot(*near.T)
+        for x, y in hiding:
+            away = math.hypot(x, y)
+            bearing = np.arctan2(near[:, 1], near[:, 0]) - math.atan2(y, x)
+            beside = np.abs(np.remainder(bearing + math.pi, math.tau) - math.pi)
+            inside &= ~((distance > away + HIDES) & (beside < math.atan2(HIDES, away)))
+        share = np.array([self._errors.recall(kind, r) for r in distance[inside].tolist()])
+        chosen = inside.copy()
+        chosen[inside] = self._random.random(len(share)) < share
+        return chosen
+
+    def _measured(
+        self, kind: str, near: FloatArray, chosen: NDArray[np.intp], common: FloatArray
+    ) -> FloatArray:
+        """(m, 3) x, y [m] with errors, and the index of the place that was chosen."""
+        own, random, scale = self._errors.kinds[kind], self._random, self._scale
+        height = self._errors.camera_height
+        x, y = near[chosen].T
+        count = len(chosen)
+        depression = np.arctan2(height, np.hypot(x, y)) + common[0]
+        depression += scale * own.depression * random.standard_normal(count)
+        bearing = np.arctan2(y, x) + common[1]
+        bearing += scale * own.bearing * random.standard_normal(count)
+        kept = depression > DEPRESSION_MIN
+        reach = height / np.tan(np.maximum(depression, DEPRESSION_MIN))
+        rows = np.column_stack(
+            (reach * np.cos(bearing) + common[2], reach * np.sin(bearing) + common[3], chosen)
+        )
+        result: FloatArray = rows[kept]
+        return result
+
+    def _percept(
+        self, geometry: ImageGeometry, kind: Kind, place: Point2, yaw: float = 0.0
+    ) -> Percept:
+        a, b, c = geometry.covariance(np.array([place]))[0].tolist()
+        if kind in CROSSINGS:
+            yaw += self._pan + self._scale * YAW_ERROR * self._random.standard_normal()
+            if self._random.random() < self._errors.kinds[kind.value].wrong_kind:
+                kind = CROSSINGS[(CROSSINGS.index(kind) + 1) % len(CROSSINGS)]
+        elif kind in ROBOTS and self._random.random() < self._errors.kinds[ROBOT].wrong_kind:
+            kind = ROBOTS[1 - ROBOTS.index(kind)]
+        return Percept(kind, place, (a, b, c), math.remainder(yaw, math.tau))
+
+    def _false_percepts(self, geometry: ImageGeometry, visible: FloatArray) -> list[Percept]:
+        if len(visible) < 3:
+            return []
+        found = []
+        kinds: Mapping[str, tuple[Kind, ...]] = {ROBOT: ROBOTS}
+        for name, each in self._errors.kinds.items():
+            if name == LINE_POINT:
+                continue
+            for _ in range(self._random.poisson(each.false_per_image)):
+                kind = kinds.get(name, (Kind(name),) if name != ROBOT else ROBOTS)
+                chosen = kind[int(self._random.integers(len(kind)))]
+                yaw = self._random.uniform(-math.pi, math.pi)
+                found.append(self._percept(geometry, chosen, self._anywhere(visible), yaw))
+        return found
+
+    def _false_points(self, visible: FloatArray) -> FloatArray:
+        """(n, 2) A clump of points, in few images."""
+        share = self._errors.kinds[LINE_POINT].false_per_image / CLUMP
+        if len(visible) < 3 or self._random.random() >= share:
+            return np.zeros((0, 2))
+        clump: FloatArray = self._anywhere(visible) + 0.15 * self._random.standard_normal(
+            (CLUMP, 2)
+        )
+        return clump
+
+    def _anywhere(self, visible: FloatArray) -> Point2:
+        """A place in the visible part, even in the image rather than on the ground."""
+        u, v = self._random.random(2)
+        low, high = (visible[0] * (1 - u) + visible[3] * u, visible[1] * (1 - u) + visible[2] * u)
+        near, far = np.hypot(*low), np.hypot(*high)
+        share = 1.0 / ((1 - v) + v * near / max(far, 1e-9)) * v * near / max(far, 1e-9)
+        x, y = (low + share * (high - low)).tolist()
+        return x, y
+
+
+def line_points(field: Field) -> FloatArray:
+    """(n, 2) Points on the middle of all lines and of the circle, at equal distances."""
+    pieces = []
+    for line in field.lines():
+        count = max(2, round(math.dist(line.start, line.end) / SPACING) + 1)
+        pieces.append(np.linspace(line.start, line.end, count))
+    if field.circle_diameter:
+        count = round(math.pi * field.circle_diameter / SPACING)
+        angle = math.tau / count * np.arange(count)
+        circle = np.column_stack((np.cos(angle), np.sin(angle)))
+        pieces.append(0.5 * field.circle_diameter * circle)
+    return np.concatenate(pieces)
+
+
+def _seen_from(footprint: Pose2, places: FloatArray) -> FloatArray:
+    """Places (n, 2) of the field in base_footprint."""
+    x, y, yaw = footprint
+    c, s = math.cos(yaw), math.sin(yaw)
+    result: FloatArray = (places.reshape(-1, 2) - (x, y)) @ np.array(((c, -s), (s, c)))
+    return result

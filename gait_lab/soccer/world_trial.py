@@ -1,0 +1,386 @@
+"""A recorded walk with the world model in the loop of head, cameras and percepts.
+
+Each sample of the walk is one step: odometry, head, cameras, vision, world model. Percepts come
+from `PerceptModel`, at the delay that is asked for; the truth is compared with the state at the
+state's own time.
+"""
+
+import math
+import time as clock
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_lab.soccer.ball_course import BallCourse, BallTruth
+from gait_lab.soccer.percept_model import PerceptModel
+from gait_lab.soccer.walks import Walk
+from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
+from nao_lipm_gait.geometry import compose, relative, rotate_planar, rotation_from_rpy
+from nao_lipm_gait.head.head_control import HeadControl, TorsoPlace
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics
+from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
+from nao_lipm_gait.whole_body.body_model import SolePose
+from nao_soccer.player import Player
+from nao_soccer.vision.percepts import Percepts
+from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.settings import WorldSettings
+from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
+
+RATE = 10.0
+"""[Hz] Images of each camera; the cameras expose one after the other."""
+SIZE = (320, 240)
+"""[px]"""
+MATE_PERIOD = 0.5
+"""[s] Between two messages of a team mate."""
+MATE_ERROR = 0.15
+"""[m] Deviation of the ball that a team mate tells."""
+
+
+class Gap(NamedTuple):
+    """A time in which the robot sees nothing; afterwards it may stand elsewhere.
+
+    Attributes:
+        start: [s]
+        end: [s]
+        fall: The robot lies meanwhile, and knows it; otherwise it is carried and does not.
+    """
+
+    start: float
+    end: float
+    fall: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldTrialSpec:
+    """What a trial depends on, besides the walk.
+
+    Attributes:
+        scene: Field and goals.
+        urdf: The robot.
+        seed: Of percepts, ball and particles.
+        delay: [s] From exposure to percept; None = as measured.
+        knows_delay: Percepts have the time of their image; False = that of their arrival.
+        start: `pose`: known; `half`: own half; `nowhere`: nothing is known.
+        gap: A time without images.
+        mate: A team mate tells of the ball.
+        head: What the head does.
+        errors: Of the percepts; None = as measured.
+        scale: Factor of the errors of places.
+    """
+
+    scene: str = "pitch_small"
+    urdf: str = "nao_h21_v33"
+    seed: int = 0
+    delay: float | None = None
+    knows_delay: bool = True
+    start: str = "pose"
+    gap: Gap | None = None
+    mate: bool = False
+    head: HeadMode = HeadMode.AUTO
+    errors: PerceptErrors | None = None
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorldTrace:
+    """A trial; n rows, one for each image that was used.
+
+    Attributes:
+        time: (n,) [s]
+        pose: (n, 3) estimated, x, y [m], yaw [rad].
+        truth: (n, 3) true.
+        covariance: (n, 6) of the estimate.
+        valid: (n,) The estimate is said to be valid.
+        ball: (n, 4) estimated place [m] and velocity [m/s] in base_footprint; NaN if not known.
+        ball_truth: (n, 4) true.
+        ball_covariance: (n, 3) of the place [m^2].
+        ball_age: (n,) [s] since the ball was put down or kicked.
+        ball_recent: (n,) It was seen recently.
+        cost: (n,) [s] of CPU for each image.
+    """
+
+    time: FloatArray
+    pose: FloatArray
+    truth: FloatArray
+    covariance: FloatArray
+    valid: NDArray[np.bool_]
+    ball: FloatArray
+    ball_truth: FloatArray
+    ball_covariance: FloatArray
+    ball_age: FloatArray
+    ball_recent: NDArray[np.bool_]
+    cost: FloatArray
+
+    @property
+    def place_error(self) -> FloatArray:
+        """(n,) [m] Distance of the estimate from the truth."""
+        return np.hypot(*(self.pose - self.truth)[:, :2].T)
+
+    @property
+    def heading_error(self) -> FloatArray:
+        """(n,) [rad], not negative."""
+        turn = self.pose[:, 2] - self.truth[:, 2]
+        return np.abs(np.remainder(turn + math.pi, math.tau) - math.pi)
+
+    @property
+    def in_wrong_half(self) -> NDArray[np.bool_]:
+        """(n,) The mirror pose of the estimate is right, not the estimate."""
+        mirror = self.pose * (-1.0, -1.0, 1.0) + (0.0, 0.0, math.pi)
+        away = np.hypot(*(mirror - self.truth)[:, :2].T)
+        turn = np.abs(np.remainder(mirror[:, 2] - self.truth[:, 2] + math.pi, math.tau) - math.pi)
+        return (away < 0.7) & (turn < 0.7) & (self.place_error + self.heading_error > 1.4)
+
+
+class Head:
+    """The head of a robot whose body is a recorded walk.
+
+    Args:
+        robot: The robot.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        self.control = HeadControl(robot)
+        self.joints = np.array(robot.stand_pose, dtype=float)
+        pinhole = Intrinsics.from_fov
+        self._cameras = [
+            CameraModel(robot, name, pinhole(*SIZE, camera.hfov))
+            for name, camera in robot.cameras.items()
+        ]
+        self._position = np.zeros(3)
+        self._rotation = np.eye(3)
+
+    def step(self, torso: Sequence[float], dt: float) -> None:
+        """Turn the head for a time.
+
+        Args:
+            torso: The torso in base_footprint: x, y, z [m], roll, pitch, yaw [rad].
+            dt: [s]
+        """
+        self._position = np.array(torso[:3])
+        self._rotation = np.array(rotation_from_rpy(*torso[3:]))
+        # Both soles of this place are base_footprint.
+        foot = -self._rotation.T @ self._position
+        axes = self._rotation
+        sole = SolePose(_triple(foot), _triple(axes[0]), _triple(axes[2]))
+        place = TorsoPlace(_triple(axes[2]), sole, sole, (0.0, 0.0, 0.0))
+        self.control.apply(self.joints, place, dt)
+
+    def view(self, camera: int) -> CameraView:
+        """A camera in base_footprint."""
+        return self._cameras[camera].view(self.joints, self._position, self._rotation)
+
+    @property
+    def camera_count(self) -> int:
+        """Number of cameras."""
+        return len(self._cameras)
+
+
+class Arrival(NamedTuple):
+    """Percepts on their way; `due` [ns] is when they arrive."""
+
+    due: int
+    percepts: Percepts
+
+
+@dataclass(slots=True)
+class _Rows:
+    """What becomes a `WorldTrace`."""
+
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+
+    def add(self, state: WorldState, truth: Pose2, ball: BallTruth, cost: float) -> None:
+        x, y, _ = relative((*ball.position, 0.0), truth)
+        estimate: tuple[float, ...] = (math.nan,) * 8
+        if state.ball is not None:
+            known = state.ball
+            estimate = (
+                *known.position,
+                *known.velocity,
+                *known.position_covariance,
+                float(known.seen_recently),
+            )
+        self.rows.append(
+            (
+                state.stamp * 1e-9,
+                *state.own.pose,
+                *truth,
+                *state.own.covariance,
+                float(state.own.valid),
+                *estimate[:4],
+                *(x, y, *rotate_planar(*ball.velocity, -truth[2])),
+                *estimate[4:7],
+                ball.since,
+                estimate[7],
+                cost,
+            )
+        )
+
+    def trace(self) -> WorldTrace:
+        t = np.array(self.rows)
+        return WorldTrace(
+            t[:, 0], t[:, 1:4], t[:, 4:7], t[:, 7:13], t[:, 13] > 0.5, t[:, 14:18],
+            t[:, 18:22], t[:, 22:25], t[:, 25], t[:, 26] == 1.0, t[:, 27],
+        )  # fmt: skip
+
+
+def run_trial(
+    spec: WorldTrialSpec, walk: Walk, watch: Callable[[Player, WorldState], None] | None = None
+) -> WorldTrace:
+    """Run the world model over a recorded walk.
+
+    Args:
+        spec: The trial.
+        walk: What the robot measured, and the truth.
+        watch: Called with each state.
+    """
+    scene = settings_of_scene(spec.scene)
+    robot = load_robot(spec.urdf)
+    errors = spec.errors or load_percept_errors()
+    delay = round((errors.delay if spec.delay is None else spec.delay) * 1e9)
+    player = Player(
+        WorldSettings(field=scene.field, goals=scene.goals, poles=scene.poles, seed=spec.seed)
+    )
+    vision = PerceptModel(errors, scene.field, scene.goals, spec.seed, spec.scale)
+    half = scene.field.length / 2.0 + 0.2, scene.field.width / 2.0 + 0.2
+    course = BallCourse(half, spec.seed)
+    mate = _Mate(spec.seed) if spec.mate else None
+    head = Head(robot)
+    arrivals: deque[Arrival] = deque()
+    period = round(1e9 / RATE / head.camera_count)
+    rows, exposures, before, cost = _Rows(), 0, int(walk.stamp[0]), 0.0
+    _start(player, spec, _pose(walk.truth[0]))
+    table = zip(
+        walk.stamp.tolist(), walk.odometry.tolist(), walk.covariance.tolist(),
+        walk.torso.tolist(), walk.truth.tolist(), strict=True,
+    )  # fmt: skip
+    for (
+        stamp,
+        odometry,
+        covariance,
+        torso,
+        true,
+    ) in table:
+        time, truth = stamp * 1e-9, _pose(true)
+        ball = course.at(time, truth)
+        blind = spec.gap is not None and spec.gap.start <= time < spec.gap.end
+        if spec.gap is not None and spec.gap.fall:
+            player.world.set_upright(not blind)
+        began = clock.process_time()
+        player.world.add_odometry(stamp, _pose(odometry), PoseCovariance(*covariance))
+        cost += clock.process_time() - began
+        head.step(torso, (stamp - before) * 1e-9)
+        before = stamp
+        if stamp >= int(walk.stamp[0]) + exposures * period:
+            view = head.view(exposures % head.camera_count)
+            exposures += 1
+            if not blind:
+                arrivals.append(
+                    Arrival(stamp + delay, vision.see(stamp, view, truth, ball.position))
+                )
+        if mate is not None:
+            mate.tell(player, stamp, ball)
+        while arrivals and arrivals[0].due <= stamp:
+            percepts = arrivals.popleft().percepts
+            if not spec.knows_delay:
+                percepts = replace(percepts, stamp=stamp)
+            began = clock.process_time()
+            player.world.add_percepts(percepts)
+            state = player.state()
+            cost += clock.process_time() - began
+            if state is None:
+                continue
+            head.control.ask(player.look(spec.head))
+            rows.add(state, truth, ball, cost)
+            cost = 0.0
+            if watch is not None:
+                watch(player, state)
+    return rows.trace()
+
+
+class _Mate:
+    """A team mate that stands somewhere and sees the ball."""
+
+    def __init__(self, seed: int) -> None:
+        self._random = np.random.default_rng((seed, 4))
+        self._next = 0
+
+    def tell(self, player: Player, stamp: int, ball: BallTruth) -> None:
+        if stamp < self._next:
+            return
+        self._next = stamp + round(MATE_PERIOD * 1e9)
+        x, y = (each + MATE_ERROR * self._random.standard_normal() for each in ball.position)
+        variance = MATE_ERROR**2
+        told = TeamBall((x, y), ball.velocity, (variance, 0.0, variance), 0.0)
+        player.world.add_mate(TeamMate(2, stamp, (-1.0, 0.0, 0.0), True, ball=told))
+
+
+def _start(player: Player, spec: WorldTrialSpec, truth: Pose2) -> None:
+    if spec.start == "pose":
+        player.world.start((truth,))
+
+
+def spliced(walk: Walk, other: Walk, time: float, gap: float) -> Walk:
+    """A robot on one walk that is carried to the beginning of another one; odometry goes on.
+
+    Args:
+        walk: Before.
+        other: After; what it stands at the start is left out.
+        time: When it is taken, [s] after the start of `walk`.
+        gap: [s] For which it is carried.
+    """
+    step = int(walk.stamp[1] - walk.stamp[0])
+    last = int(time * 1e9 / step)
+    held = int(gap * 1e9 / step)
+    first = int(4e9 / step)
+    begin, origin = _pose(walk.odometry[last]), _pose(other.odometry[first])
+    odometry = [compose(begin, relative(_pose(each), origin)) for each in other.odometry[first:]]
+    count = last + held + len(odometry)
+
+    def joined(name: str) -> FloatArray:
+        a, b = getattr(walk, name), getattr(other, name)
+        return np.concatenate((a[:last], np.repeat(a[last : last + 1], held, axis=0), b[first:]))
+
+    pieces: dict[str, Any] = {name: joined(name) for name in Walk._fields}
+    pieces["stamp"] = walk.stamp[0] + step * np.arange(count)
+    pieces["odometry"] = np.concatenate(
+        (walk.odometry[:last], np.repeat(walk.odometry[last : last + 1], held, axis=0), odometry)
+    )
+    return Walk(**pieces)
+
+
+def turned_after(walk: Walk, time: float, seconds: float, turn: float) -> Walk:
+    """A robot that falls, and stands up in place with another heading; odometry does not know.
+
+    Args:
+        walk: The robot.
+        time: When it falls, [s] after the start.
+        seconds: For which it lies.
+        turn: [rad] by which it stands differently afterwards.
+    """
+    step = int(walk.stamp[1] - walk.stamp[0])
+    last, held = int(time * 1e9 / step), int(seconds * 1e9 / step)
+    before = _pose(walk.truth[last])
+    after = [
+        compose((*before[:2], before[2] + turn), relative(_pose(each), before))
+        for each in walk.truth[last:]
+    ]
+    index = np.concatenate((np.arange(last), np.full(held, last), np.arange(last, len(walk.stamp))))
+    pieces: dict[str, Any] = {name: getattr(walk, name)[index] for name in Walk._fields}
+    pieces["stamp"] = walk.stamp[0] + step * np.arange(len(index))
+    pieces["truth"] = np.concatenate((walk.truth[:last], np.tile(before, (held, 1)), after))
+    return Walk(**pieces)
+
+
+def _pose(values: Sequence[float] | FloatArray) -> Pose2:
+    x, y, yaw = values
+    return float(x), float(y), float(yaw)
+
+
+def _triple(values: FloatArray) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z

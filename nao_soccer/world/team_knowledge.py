@@ -1,0 +1,192 @@
+"""What team mates tell: their balls, fused with the own one, and which half of the field is ours.
+
+A message holds only what its sender has seen with its own cameras, so a ball never comes back to
+its origin by way of a team mate.
+"""
+
+import math
+
+import numpy as np
+
+from nao_lipm_gait.geometry import compose, rotate_planar
+from nao_lipm_gait.types import FloatArray, Point2
+from nao_soccer.vision.percepts import Covariance2
+from nao_soccer.world.planar_track import matrix, point, triple
+from nao_soccer.world.state import BallEstimate, PoseEstimate, TeamBall, TeamMate
+
+SILENT = 5.0
+"""[s] A team mate that is silent for longer is not reported."""
+BALL_AGE = 3.0
+"""[s] A team mate's ball is not used when it is older."""
+BALL_DRIFT = 0.3
+"""[m/s] Deviation by which a place that was told grows wrong."""
+TEAM_ERROR = 0.15
+"""[m] Deviation of a told place besides its covariance."""
+GATE = 12.0
+"""Squared standard deviations up to which two balls are the same."""
+WRONG = 0.1
+"""Share of told balls that are wrong."""
+RATIO_SHARE = 0.5
+"""Weight of one comparison of balls; those of two messages are not independent."""
+PLACE_MAX = 0.5
+"""[m] The half is judged only while the own place has a smaller deviation."""
+
+
+class TeamKnowledge:
+    """The last message of each team mate."""
+
+    def __init__(self) -> None:
+        self._mates: dict[int, TeamMate] = {}
+        self._judged: dict[int, int] = {}
+
+    def add(self, mate: TeamMate) -> None:
+        """Keep what a team mate told; an older message does not replace a newer one."""
+        before = self._mates.get(mate.number)
+        if before is None or mate.stamp > before.stamp or before.stamp - mate.stamp > SILENT * 1e9:
+            self._mates[mate.number] = mate
+
+    def at(self, now: int) -> tuple[TeamMate, ...]:
+        """Team mates who spoke lately, by their numbers."""
+        return tuple(
+            mate for _, mate in sorted(self._mates.items()) if abs(now - mate.stamp) <= SILENT * 1e9
+        )
+
+    def _balls(self, now: int) -> list[tuple[TeamMate, FloatArray, FloatArray, float]]:
+        """Mate, place (2,), covariance (2, 2) and age [s] of each ball that is told, at `now`."""
+        found = []
+        for mate in self.at(now):
+            if mate.ball is None or not mate.valid:
+                continue
+            since = max(0.0, (now - mate.stamp) * 1e-9)
+            age = mate.ball.age + since
+            if age <= BALL_AGE:
+                growth = TEAM_ERROR**2 + (BALL_DRIFT * age) ** 2
+                covariance = matrix(mate.ball.covariance) + growth * np.eye(2)
+                found.append((mate, np.array(mate.ball.position), covariance, age))
+        return found
+
+    def half_evidence(self, now: int, own: PoseEstimate, ball: BallEstimate | None) -> list[float]:
+        """Log-likelihood ratio of the own pose over its mirror pose, for each new message.
+
+        Args:
+            now: Time [ns].
+            own: The own pose.
+            ball: The ball as this robot sees it.
+        """
+        spread = max(own.covariance.xx, own.covariance.yy)
+        if ball is None or not ball.seen_recently or spread > PLACE_MAX**2:
+            return []
+        place = np.array(ball.position_in_field)
+        ratios = []
+        for mate, told, covariance, _ in self._balls(now):
+            if self._judged.get(mate.number) == mate.stamp:
+                continue
+            self._judged[mate.number] = mate.stamp
+            total = matrix(ball.position_covariance_in_field) + covariance
+            here, mirrored = (_log_fit(each - told, total) for each in (place, -place))
+            ratios.append(RATIO_SHARE * (here - mirrored))
+        return ratios
+
+    def ball(self, now: int, own: PoseEstimate, seen: BallEstimate | None) -> BallEstimate | None:
+        """The ball by team mates, fused with what this robot remembers of it.
+
+        Args:
+            now: Time [ns].
+            own: The own pose; None is returned while it is not valid.
+            seen: The ball as this robot saw it last.
+
+        Returns:
+            The weighted mean of all balls that agree with the most certain one; None if no team
+            mate knows of one.
+        """
+        told = self._balls(now)
+        if not told or not own.valid:
+            return None
+        places = [(place, covariance, age) for _, place, covariance, age in told]
+        if seen is not None:
+            covariance = matrix(seen.position_covariance_in_field)
+            places.append((np.array(seen.position_in_field), covariance, seen.age))
+        places.sort(key=lambda each: float(np.trace(each[1])))
+        first = places[0]
+        information = np.linalg.inv(first[1])
+        weighted = information @ first[0]
+        for place, covariance, _ in places[1:]:
+            error = place - first[0]
+            if error @ np.linalg.solve(first[1] + covariance, error) < GATE:
+                part = np.linalg.inv(covariance)
+                information, weighted = information + part, weighted + part @ place
+        covariance = np.linalg.inv(information)
+        place = covariance @ weighted
+        moving = min(told, key=lambda each: each[3])[0].ball
+        velocity = (0.0, 0.0) if moving is None else moving.velocity
+        return _from_field(own, place, covariance, velocity, min(each[2] for each in places))
+
+
+def in_field(
+    own: PoseEstimate,
+    position: Point2,
+    velocity: Point2,
+    covariance: Covariance2,
+    velocity_covariance: Covariance2,
+    *,
+    age: float,
+    seen_recently: bool,
+) -> BallEstimate:
+    """A ball in base_footprint, and in `field` by the own pose and its covariance."""
+    x, y, yaw = own.pose
+    px, py, _ = compose(own.pose, (*position, 0.0))
+    c, s = math.cos(yaw), math.sin(yaw)
+    turn = np.array(((c, -s), (s, c)))
+    p = own.covariance
+    pose = np.array(((p.xx, p.xy, p.x_yaw), (p.xy, p.yy, p.y_yaw), (p.x_yaw, p.y_yaw, p.yaw)))
+    by_pose = np.array(((1.0, 0.0, y - py), (0.0, 1.0, px - x)))
+    total = turn @ matrix(covariance) @ turn.T + by_pose @ pose @ by_pose.T
+    return BallEstimate(
+        position,
+        velocity,
+        covariance,
+        velocity_covariance,
+        (px, py),
+        rotate_planar(*velocity, yaw),
+        triple(total),
+        age,
+        seen_recently,
+    )
+
+
+def own_team_ball(ball: BallEstimate) -> TeamBall:
+    """The ball as it is told to team mates."""
+    return TeamBall(
+        ball.position_in_field, ball.velocity_in_field, ball.position_covariance_in_field, ball.age
+    )
+
+
+def _from_field(
+    own: PoseEstimate, place: FloatArray, covariance: FloatArray, velocity: Point2, age: float
+) -> BallEstimate:
+    """A ball of which only team mates know."""
+    x, y, yaw = own.pose
+    c, s = math.cos(yaw), math.sin(yaw)
+    back = np.array(((c, s), (-s, c)))
+    p = own.covariance
+    position = back @ (place - (x, y))
+    # An error of the own heading moves the ball about the robot.
+    swing = p.yaw * np.outer((-position[1], position[0]), (-position[1], position[0]))
+    near = back @ (covariance + ((p.xx, p.xy), (p.xy, p.yy))) @ back.T + swing
+    return BallEstimate(
+        point(position),
+        rotate_planar(*velocity, -yaw),
+        triple(near),
+        (1.0, 0.0, 1.0),
+        point(place),
+        velocity,
+        triple(covariance),
+        age,
+        seen_recently=False,
+        by_team=True,
+    )
+
+
+def _log_fit(error: FloatArray, covariance: FloatArray) -> float:
+    square = float(error @ np.linalg.solve(covariance, error))
+    return math.log((1.0 - WRONG) * math.exp(-0.5 * square) + WRONG)

@@ -1,0 +1,175 @@
+"""Self-localisation: symmetry, convergence, validity."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.geometry import compose
+from nao_lipm_gait.types import Pose2
+from nao_soccer.vision.percepts import Kind
+from nao_soccer.world.field_map import FieldMap
+from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
+from nao_soccer.world.localization import Localization, mirrored
+from nao_soccer.world.odometry import Motion
+from nao_soccer.world.settings import WorldSettings
+from pitch_percepts import GOALS, SMALL, Eyes, nothing
+
+SETTINGS = WorldSettings(field=SMALL, goals=GOALS)
+MAP = FieldMap(SMALL, GOALS)
+STEP = 0.1
+"""[s] Between two images."""
+
+
+def course(seconds: float, start: Pose2 = (-1.2, -0.3, 0.0)) -> Iterator[tuple[Pose2, Motion]]:
+    """Poses on an arc, and the measured motion to each."""
+    pose, random = start, np.random.default_rng(0)
+    spread = np.diag((0.01, 0.01, 0.01)) ** 2
+    for _ in range(round(seconds / STEP)):
+        step = (0.1 * STEP, 0.0, 0.25 * STEP)
+        pose = compose(pose, step)
+        measured = tuple(random.multivariate_normal(step, spread / 4).tolist())
+        yield pose, Motion(measured, spread)
+
+
+def walk(
+    localization: Localization, eyes: Eyes, seconds: float, start: Pose2 = (-1.2, -0.3, 0.0)
+) -> list[tuple[Pose2, Pose2, bool]]:
+    """True pose, estimate and validity after each image."""
+    rows = []
+    for pose, motion in course(seconds, start):
+        localization.move(motion, STEP)
+        localization.see(Evidence.of(eyes.see(0, pose), MAP))
+        estimate = localization.estimate()
+        rows.append((pose, estimate.pose, estimate.valid))
+    return rows
+
+
+def error(pose: Pose2, estimate: Pose2) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between two poses."""
+    return math.dist(pose[:2], estimate[:2]), abs(math.remainder(pose[2] - estimate[2], math.tau))
+
+
+def test_the_nearest_line_of_the_map_is_that_of_the_field():
+    random = np.random.default_rng(1)
+    x, y = random.uniform(-2.2, 2.2, 200), random.uniform(-1.4, 1.4, 200)
+    nearest = MAP.nearest(x, y)
+    brute = np.full(200, np.inf)
+    for line in SMALL.lines():
+        points = np.linspace(line.start, line.end, 900)
+        away = np.hypot(x[:, None] - points[:, 0], y[:, None] - points[:, 1])
+        brute = np.minimum(brute, away.min(axis=1))
+    brute = np.minimum(brute, np.abs(np.hypot(x, y) - SMALL.circle_diameter / 2.0))
+    assert np.abs(nearest.distance - brute).max() < 0.02
+    beside = nearest.distance > 1e-6
+    assert np.allclose(np.hypot(nearest.x, nearest.y)[beside], 1.0)
+
+
+def test_a_pose_and_its_mirror_pose_explain_an_image_alike():
+    random = np.random.default_rng(2)
+    poses = random.uniform((-2.0, -1.3, -3.0), (2.0, 1.3, 3.0), (50, 3))
+    evidence = Evidence.of(Eyes().see(0, (-1.0, 0.4, 0.3)), MAP)
+    here, there = (log_likelihood(evidence, each, MAP)[0] for each in (poses, mirrored(poses)))
+    assert np.allclose(here, there, atol=0.6)  # the cells of the map are not mirrored exactly
+    assert np.corrcoef(here, there)[0, 1] > 0.99
+
+
+def test_the_true_pose_explains_an_image_best():
+    true = np.array(((-1.0, 0.4, 0.3),))
+    evidence = Evidence.of(Eyes().see(0, tuple(true[0])), MAP)
+    best, share = log_likelihood(evidence, true, MAP)
+    around = true + np.random.default_rng(3).normal(0.0, (0.2, 0.2, 0.2), (100, 3))
+    others, shares = log_likelihood(evidence, around, MAP)
+    assert best[0] > np.percentile(others, 97)
+    assert share[0] > 0.9 > np.median(shares)
+
+
+@pytest.mark.parametrize("kind", [Kind.CROSSING_L, Kind.CROSSING_T, Kind.GOAL_POST])
+def test_poses_drawn_from_an_image_hold_the_true_one(kind: Kind):
+    true = (-0.2, 0.2, -0.1)
+    seen = Eyes(deviation=0.0).see(0, true)
+    poses = poses_from(Evidence.of(seen, MAP), MAP)
+    assert seen.of(kind)
+    away = [sum(error(true, tuple(pose))) for pose in poses]
+    assert min(away) < 1e-6
+
+
+def test_weights_are_shares():
+    localization = Localization(MAP, SETTINGS)
+    for _ in walk(localization, Eyes(), 1.0):
+        assert localization.weights.sum() == pytest.approx(1.0)
+        assert (localization.weights >= 0.0).all()
+
+
+def test_from_a_known_start_the_pose_is_followed_and_valid():
+    localization = Localization(MAP, SETTINGS)
+    localization.start(((-1.2, -0.3, 0.0),))
+    rows = walk(localization, Eyes(), 12.0)
+    late = [error(pose, estimate) for pose, estimate, _ in rows[30:]]
+    assert np.median([place for place, _ in late]) < 0.05
+    assert np.median([turn for _, turn in late]) < math.radians(2.0)
+    assert all(valid for _, _, valid in rows[30:])
+
+
+def test_mirrored_starts_end_in_mirror_poses():
+    ends = []
+    for start in ((-1.2, -0.3, 0.0), (1.2, 0.3, math.pi)):
+        localization = Localization(MAP, SETTINGS)
+        localization.start((start,))
+        ends.append(walk(localization, Eyes(), 5.0)[-1][1])
+    x, y, yaw = mirrored(np.array(ends[:1]))[0]
+    place, turn = error((x, y, yaw), ends[1])
+    assert place < 0.06
+    assert turn < 0.06
+
+
+def test_from_nowhere_the_pose_is_found_up_to_its_mirror_pose_and_not_valid():
+    localization = Localization(MAP, SETTINGS)
+    rows = walk(localization, Eyes(), 12.0)
+    pose, estimate, _ = rows[-1]
+    mirror = tuple(mirrored(np.array((estimate,)))[0])
+    assert min(sum(error(pose, each)) for each in (estimate, mirror)) < 0.2
+    assert not any(valid for _, _, valid in rows)
+    # Only a team mate can tell which one it is.
+    for _ in range(5):
+        right = sum(error(pose, localization.estimate().pose)) < 0.3
+        localization.judge_half(2.0 if right else -2.0)
+    pose, estimate, valid = walk(localization, Eyes(), 4.0, pose)[-1]
+    assert sum(error(pose, estimate)) < 0.2
+    assert valid
+
+
+def test_after_it_was_carried_the_pose_is_invalid_and_then_found():
+    localization = Localization(MAP, SETTINGS)
+    localization.start(((-1.2, -0.3, 0.0),))
+    walk(localization, Eyes(), 6.0)
+    rows = walk(localization, Eyes(), 15.0, (-0.2, 0.9, -2.0))
+    wrong = [valid for pose, estimate, valid in rows if sum(error(pose, estimate)) > 0.6]
+    assert sum(wrong) <= 10  # at most a second until it is noticed
+    pose, estimate, _ = rows[-1]
+    mirror = tuple(mirrored(np.array((estimate,)))[0])
+    assert min(sum(error(pose, each)) for each in (estimate, mirror)) < 0.2
+
+
+def test_without_evidence_the_pose_does_not_stay_valid():
+    localization = Localization(MAP, SETTINGS)
+    localization.start(((-1.2, -0.3, 0.0),))
+    walk(localization, Eyes(), 4.0)
+    at_rest = Motion((0.0, 0.0, 0.0), np.zeros((3, 3)))
+    for _ in range(300):
+        localization.move(at_rest, STEP)
+        localization.see(Evidence.of(nothing(0), MAP))
+    assert not localization.is_valid
+
+
+def test_after_a_fall_the_heading_is_found_again():
+    for turn in (-1.0, -0.5, 0.6, 1.0):
+        localization = Localization(MAP, SETTINGS)
+        localization.start(((-1.2, -0.3, 0.0),))
+        pose = walk(localization, Eyes(), 4.0)[-1][0]
+        localization.disturb(0.3, math.radians(60.0))
+        rows = walk(localization, Eyes(), 6.0, (pose[0], pose[1], pose[2] + turn))
+        true, estimate, valid = rows[-1]
+        assert sum(error(true, estimate)) < 0.2
+        assert valid

@@ -1,0 +1,324 @@
+"""Percepts are used at the time of their image; those that are unusable are refused."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import compose, relative
+from nao_lipm_gait.head.goals import Follow, LookAt, Search
+from nao_lipm_gait.types import Point2, Pose2
+from nao_soccer.player import Player
+from nao_soccer.vision.percepts import Kind
+from nao_soccer.world.looking import gains
+from nao_soccer.world.odometry import OdometryHistory
+from nao_soccer.world.settings import WorldSettings
+from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
+from pitch_percepts import GOALS, SMALL, Eyes, nothing, percept
+
+SETTINGS = WorldSettings(field=SMALL, goals=GOALS)
+MS = 1_000_000
+START = (-1.2, -0.3, 0.0)
+ODOM_START = (5.0, -3.0, 1.0)
+
+
+class Run:
+    """A robot that turns on a small circle, with images every 100 ms that arrive late.
+
+    Args:
+        delay: Of the images [ms].
+        knows_delay: Percepts have the time of their image.
+        ball: On the field [m].
+    """
+
+    def __init__(
+        self, delay: int = 0, *, knows_delay: bool = True, ball: Point2 | None = (0.3, 0.2)
+    ) -> None:
+        self.player = Player(SETTINGS)
+        self.player.world.start((START,))
+        self.truth: Pose2 = START
+        self.stamp = 10_000 * MS
+        self.jump: Pose2 = (0.0, 0.0, 0.0)
+        self.eyes = Eyes(deviation=0.01)
+        self._delay, self._knows, self._ball = delay, knows_delay, ball
+        self._coming: list = []
+
+    def go(
+        self, seconds: float, *, sees: bool = True, turn: float = 0.8, speed: float = 0.1
+    ) -> WorldState:
+        """Walk for a time; the state at its end."""
+        for _ in range(round(seconds * 100)):
+            self.stamp += 10 * MS
+            self.truth = compose(self.truth, (0.01 * speed, 0.0, 0.01 * turn))
+            self.player.world.add_odometry(self.stamp, self.odometry)
+            if sees and self.stamp % (100 * MS) == 0:
+                self._coming.append(self.eyes.see(self.stamp, self.truth, self._ball))
+            while self._coming and self._coming[0].stamp + self._delay * MS <= self.stamp:
+                seen = self._coming.pop(0)
+                self.player.world.add_percepts(
+                    seen if self._knows else replace(seen, stamp=self.stamp)
+                )
+        state = self.player.state()
+        assert state is not None
+        return state
+
+    @property
+    def odometry(self) -> Pose2:
+        """The pose by odometry."""
+        return compose(compose(ODOM_START, self.jump), relative(self.truth, START))
+
+    def place_error(self, state: WorldState) -> float:
+        """[m] plus [rad] of the own pose."""
+        x, y, yaw = state.own.pose
+        turn = math.remainder(yaw - self.truth[2], math.tau)
+        return math.dist((x, y), self.truth[:2]) + abs(turn)
+
+    def ball_error(self, state: WorldState) -> float:
+        """[m] of the ball in base_footprint."""
+        assert state.ball is not None
+        assert self._ball is not None
+        x, y, _ = relative((*self._ball, 0.0), self.truth)
+        return math.dist(state.ball.position, (x, y))
+
+
+def test_late_images_are_as_good_as_early_ones():
+    errors = {}
+    for delay in (0, 100, 300):
+        run = Run(delay)
+        run.go(0.6)
+        states = [run.go(0.05) for _ in range(12)]
+        errors[delay] = run.place_error(states[-1]), run.ball_error(states[-1])
+    assert max(errors[300]) < 0.06
+    ignorant = Run(300, knows_delay=False)
+    state = ignorant.go(1.2)
+    assert ignorant.place_error(state) > 3.0 * errors[300][0]
+    assert ignorant.ball_error(state) > 3.0 * errors[300][1]
+
+
+def test_an_older_image_of_another_camera_is_carried_on():
+    run = Run()
+    run.go(0.95, turn=0.3)
+    old = run.eyes.see(run.stamp, run.truth, (0.3, 0.2))
+    run.go(0.2, turn=0.3)
+    run.player.world.add_percepts(old)
+    state = run.player.state()
+    assert run.ball_error(state) < 0.05
+    assert run.place_error(state) < 0.1
+
+
+def test_the_same_input_gives_the_same_state():
+    assert Run().go(0.7) == Run().go(0.7)
+
+
+BAD = [
+    ("future", lambda p: replace(p, stamp=p.stamp + 3600_000 * MS), "header.stamp"),
+    ("old", lambda p: replace(p, stamp=p.stamp - 5_000 * MS), "header.stamp"),
+    ("nan", lambda p: replace(p, ball=percept(Kind.BALL, (math.nan, 0.0))), "percepts ball"),
+    ("far", lambda p: replace(p, ball=percept(Kind.BALL, (40.0, 0.0))), "percepts ball"),
+    ("sure", lambda p: replace(p, ball=percept(Kind.BALL, (1.0, 0.0), variance=0.0)), "ball"),
+    (
+        "post",
+        lambda p: replace(p, objects=(percept(Kind.GOAL_POST, (1.0, math.inf)),)),
+        "percepts goal_post",
+    ),
+    (
+        "line",
+        lambda p: replace(
+            p, line_points=np.array(((1.0, np.nan),)), line_covariances=np.ones((1, 3))
+        ),
+        "line point",
+    ),
+    (
+        "outside",
+        lambda p: replace(p, ball=percept(Kind.BALL, (9.0, 0.0))),
+        "percepts ball in field",
+    ),
+]
+
+
+@pytest.mark.parametrize(("change", "field"), [each[1:] for each in BAD], ids=[b[0] for b in BAD])
+def test_bad_percepts_are_refused_in_one_line_and_the_next_ones_are_used(change, field):
+    run = Run()
+    run.go(0.9)
+    with pytest.raises(NaoGaitError, match=field) as refusal:
+        run.player.world.add_percepts(change(run.eyes.see(run.stamp, run.truth)))
+    assert "\n" not in str(refusal.value)
+    state = run.go(0.5)
+    assert state.own.valid
+    assert run.place_error(state) < 0.1
+
+
+def test_percepts_before_odometry_are_refused():
+    with pytest.raises(NaoGaitError, match="odom before percepts"):
+        Player(SETTINGS).world.add_percepts(nothing(0))
+
+
+@pytest.mark.parametrize(
+    ("stamp", "shift", "field"),
+    [
+        (10, (3.0, 0.0, 0.0), "odom pose"),
+        (10, (0.0, 0.0, 2.0), "odom pose"),
+        (10, (math.nan, 0.0, 0.0), "odom pose"),
+        (-9_000, (0.0, 0.0, 0.0), "header.stamp"),
+        (5_000, (0.0, 0.0, 0.0), "odom"),
+    ],
+    ids=["jump", "turn", "nan", "new clock", "gap"],
+)
+def test_after_bad_odometry_the_pose_is_found_again(stamp: int, shift: Pose2, field: str):
+    run = Run()
+    assert run.go(3.0, turn=0.3).own.valid
+    run.stamp += stamp * MS
+    with pytest.raises(NaoGaitError, match=field):
+        run.player.world.add_odometry(run.stamp, compose(run.odometry, shift))
+    if not math.isnan(shift[0]):
+        before = relative(run.truth, START)
+        run.jump = relative(compose(run.odometry, shift), ODOM_START)
+        run.jump = compose(run.jump, relative((0.0, 0.0, 0.0), before))
+        assert not run.player.state().own.valid
+    state = run.go(6.0, turn=0.3)
+    assert state.own.valid
+    assert run.place_error(state) < 0.1
+
+
+def test_an_empty_image_for_a_minute_ends_validity_and_it_comes_back():
+    run = Run()
+    assert run.go(2.0, turn=0.3).own.valid
+    for _ in range(6):
+        run.player.world.add_percepts(nothing(run.stamp))
+        state = run.go(10.0, sees=False, turn=0.0, speed=0.0)
+    assert not state.own.valid
+    state = run.go(4.0, turn=0.3)
+    assert state.own.valid
+    assert run.place_error(state) < 0.15
+
+
+def test_a_robot_that_has_fallen_holds_no_valid_pose_and_no_ball():
+    run = Run()
+    assert run.go(2.0).ball is not None
+    run.player.world.set_upright(False)
+    state = run.go(0.5)
+    assert not state.own.valid
+    assert state.ball is None
+    run.player.world.set_upright(True)
+    assert run.go(6.0, turn=0.3).own.valid
+
+
+# -- team ------------------------------------------------------------------------------------------
+
+
+def mate(run: Run, place: Point2) -> TeamMate:
+    """A team mate that sees the ball at a place on the field now."""
+    ball = TeamBall(place, (0.0, 0.0), (0.01, 0.0, 0.01), 0.0)
+    return TeamMate(2, run.stamp, (1.0, 0.0, 0.0), True, ball=ball)
+
+
+def test_a_ball_that_only_a_team_mate_sees_is_used_and_not_told_again():
+    run = Run(ball=None)
+    run.go(1.0)
+    run.player.world.add_mate(mate(run, (1.0, 0.5)))
+    state = run.player.state()
+    assert state.ball is not None
+    assert state.ball.by_team
+    assert not state.ball.seen_recently
+    assert math.dist(state.ball.position_in_field, (1.0, 0.5)) < 0.01
+    x, y, _ = compose(state.own.pose, (*state.ball.position, 0.0))
+    assert math.dist((x, y), (1.0, 0.5)) < 0.01
+    assert state.ball_from_self is None
+
+
+def test_the_owneyes_come_before_a_team_mate():
+    run = Run(ball=(0.3, 0.2))
+    run.go(0.8)
+    run.player.world.add_mate(mate(run, (1.5, 1.0)))
+    state = run.player.state()
+    assert not state.ball.by_team
+    assert run.ball_error(state) < 0.05
+
+
+def test_an_old_ball_of_a_team_mate_is_not_used():
+    run = Run(ball=None)
+    run.go(0.5)
+    run.player.world.add_mate(mate(run, (1.0, 0.5)))
+    assert run.go(3.5).ball is None
+
+
+def test_team_mates_tell_which_half_the_robot_is_in():
+    run = Run(ball=(0.3, 0.2))
+    x, y, yaw = START
+    run.player.world.start(((-x, -y, yaw + math.pi),))
+    assert run.place_error(run.go(1.0, turn=0.2)) > 2.0
+    for _ in range(30):
+        run.player.world.add_mate(mate(run, (0.3, 0.2)))
+        state = run.go(0.3, turn=0.2)
+    assert run.place_error(state) < 0.15
+
+
+def test_a_robot_near_a_fallen_team_mate_is_marked():
+    run = Run()
+    run.go(1.0)
+    ahead = compose(run.truth, (1.0, 0.0, 0.0))
+    for _ in range(3):
+        x, y, _ = relative(ahead, run.truth)
+        seen = run.eyes.see(run.stamp, run.truth)
+        run.player.world.add_percepts(
+            replace(seen, objects=(*seen.objects, percept(Kind.ROBOT_RED, (x, y))))
+        )
+        run.go(0.05)
+    (robot,) = run.player.state().obstacles
+    assert robot.team == "red"
+    assert not robot.fallen
+    run.player.world.add_mate(TeamMate(2, run.stamp, ahead, True, fallen=True))
+    (robot,) = run.player.state().obstacles
+    assert robot.fallen
+    assert run.go(5.0).obstacles == ()
+
+
+# -- head ------------------------------------------------------------------------------------------
+
+
+def test_the_head_follows_the_ball_and_searches_without_one():
+    run = Run()
+    run.go(0.6)
+    goal = run.player.look(HeadMode.BALL)
+    assert isinstance(goal, Follow)
+    assert math.dist(goal.point[:2], run.player.state().ball.position) < 1e-9
+    assert run.player.look(HeadMode.FREE) is None
+    empty = Run(ball=None)
+    empty.go(0.6)
+    assert isinstance(empty.player.look(HeadMode.BALL), Search)
+
+
+def test_the_head_looks_at_a_landmark_that_can_be_seen():
+    run = Run()
+    state = run.go(0.8)
+    goal = run.player.look(HeadMode.LOCALIZE)
+    assert isinstance(goal, LookAt)
+    x, y, _ = compose(state.own.pose, (*goal.point[:2], 0.0))
+    landmarks = np.concatenate(list(run.player.world.map.landmarks.values()))
+    assert np.hypot(landmarks[:, 0] - x, landmarks[:, 1] - y).min() < 1e-3
+
+
+def test_landmarks_across_the_uncertain_direction_help_most():
+    places = np.array(((1.0, 0.0), (0.3, 1.0)))
+    lateral = np.diag((1e-6, 0.04, 1e-6))
+    forward = np.diag((0.04, 1e-6, 1e-6))
+    assert np.argmax(gains(places, lateral)) == 0  # its bearing shows the lateral error best
+    assert np.argmax(gains(places, forward)) == 1
+    assert gains(np.array(((9.0, 0.0), (-1.0, 0.0))), forward) == pytest.approx((0.0, 0.0))
+
+
+# -- odometry --------------------------------------------------------------------------------------
+
+
+def test_motion_between_two_times_is_interpolated():
+    history = OdometryHistory()
+    for tick in range(20):
+        yaw = math.remainder(3.0 + 0.05 * tick, math.tau)  # passes pi
+        history.add(tick * 10 * MS, (0.01 * tick, 0.0, yaw))
+    offset, covariance = history.motion(45 * MS, 105 * MS)
+    assert math.hypot(*offset[:2]) == pytest.approx(0.06)
+    assert offset[2] == pytest.approx(0.3)
+    assert np.linalg.eigvalsh(covariance)[0] > 0.0
+    assert history.motion(50 * MS, 50 * MS).offset == pytest.approx((0.0, 0.0, 0.0))
