@@ -127,7 +127,7 @@ class Body:
             robot: URDF, joint names and frames.
             individual: masses and encoder offsets.
             soles: contact points; None = the corners of the robot's own soles.
-            color: of the torso in pictures; None = those of the URDF.
+            color: of the upper body in pictures; None = those of the URDF.
 
         Raises:
             NaoGaitError: the URDF lacks a frame, or the torso or IMU is not fixed to the root.
@@ -304,6 +304,8 @@ class Body:
         elements = {joint.attrib["name"]: joint for joint in tree.findall("joint")}
         sides = {joint: "left" for joint in robot.left_leg.names}
         sides |= {joint: "right" for joint in robot.right_leg.names}
+        carrier = model.getFrameId(robot.upper_body_frame, pin.FrameType.BODY)
+        upper_body = model.frames[carrier].parentJoint
         feet = {model.frames[frame].parentJoint for frame in self._sole_frames}
         names: dict[int, str] = {}
         links: list[Link] = []
@@ -326,7 +328,7 @@ class Body:
                     placement = self._root_in_torso * placement
             names[index] = name
             seen = visual.get(index, ())
-            if index == 1 and color is not None:
+            if index == upper_body and color is not None:
                 seen = [dataclasses.replace(shape, color=(*color, 1.0)) for shape in seen]
             links.append(
                 Link(

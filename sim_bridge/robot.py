@@ -49,7 +49,7 @@ class RobotSpec:
         start_state: `stand`, `lying_front` or `lying_back`.
         name: unique in its world; empty for a robot that is alone.
         pose: x [m], y [m], heading [rad] of the torso at the start, in the world.
-        color: red, green, blue of its torso in pictures; None = those of the URDF.
+        color: red, green, blue of its upper body in pictures; None = those of the URDF.
     """
 
     robot: RobotDescription

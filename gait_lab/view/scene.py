@@ -129,7 +129,7 @@ class RobotScene:
         colors = np.array(shapes.color)
         for index, name in enumerate(shapes.links):
             painted = None
-            if torso is not None and name == self._robot.torso_frame:
+            if torso is not None and name == self._robot.upper_body_frame:
                 painted = tuple(round(255 * value) for value in torso)
             of_link = shapes.link[shapes.triangle[:, 0]] == index
             for number, color in enumerate(sorted(set(colors[of_link]))):

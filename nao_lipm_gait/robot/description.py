@@ -93,6 +93,7 @@ class RobotDescription:
         encoder_bits: Counts of an encoder per turn = 2^bits; None = as in the plant.
         base_frame: Link of the base.
         torso_frame: Link of the torso.
+        upper_body_frame: Link that carries the team's colour: what the waist turns, else the torso.
         imu_frame: Link of the IMU.
         sole_frames: Left and right link below the ankle axes, in the ground plane of a flat foot.
         stand_pose: (n,) [rad], inside the limits.
@@ -126,6 +127,7 @@ class RobotDescription:
     encoder_bits: int | None
     base_frame: str
     torso_frame: str
+    upper_body_frame: str
     imu_frame: str
     sole_frames: tuple[str, str]
     stand_pose: FloatArray

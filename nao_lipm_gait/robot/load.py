@@ -63,6 +63,7 @@ def load_robot(
         encoder_bits=file.encoder_bits,
         base_frame=model.frame(file.frames.base),
         torso_frame=torso,
+        upper_body_frame=torso if file.waist_pitch is None else model.child(file.waist_pitch),
         imu_frame=model.frame(file.frames.imu),
         sole_frames=soles,
         stand_pose=_inside(file.stand_pose, file.joints, limits, urdf_path),

@@ -53,6 +53,11 @@ class UrdfModel:
         """True if the URDF has this joint."""
         return name in self._joints
 
+    def child(self, joint: str) -> str:
+        """The link that a joint moves."""
+        link = self._joints[joint].find("child")
+        return "" if link is None else link.attrib.get("link", "")
+
     def limit(self, name: str) -> JointLimit:
         """The limits of a revolute joint."""
         where = f"joint {name} in {self._path}"

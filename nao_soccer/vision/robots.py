@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_lipm_gait.types import FloatArray
-from nao_soccer.vision.colors import BLUE, FIELD, RED
+from nao_soccer.vision.colors import BLUE, FIELD, RED, WHITE
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.percepts import Box, Kind, Percept
 
@@ -25,8 +25,13 @@ ASIDE = 0.55
 """Width that is looked at below a torso to either side of its middle, of the torso's height."""
 HEAD, FEET = 0.6, 2.2
 """Height of the head over a torso's upper edge, and of that edge over the feet, of its height."""
+LEGS = 1.4
+"""Where legs are searched below the upper edge of a torso, of its height: lower than a slim waist,
+beside which there is green."""
 GAP = 3
-"""[px] Green rows of a column from which on a leg has ended."""
+"""[px] Least green rows of a column below a foot."""
+BREAK = 0.4
+"""Longest green in a leg, of the torso's height."""
 FOOT_COLUMNS = 0.03
 """[m] Width of what reaches down furthest, for a foot."""
 DEPTH = 0.05
@@ -103,12 +108,14 @@ def _below(
     centre = left + 0.5 * (across - 1)
     first = max(int(centre - ASIDE * size), 0)
     last = min(int(centre + ASIDE * size) + 1, width)
-    start = top + tall // 2
+    start = top + int(LEGS * tall)
     green = ground[start:, first:last]
     if green.shape[0] <= GAP + 1:
         return None
-    total = np.cumsum(np.vstack((np.zeros((1, last - first), dtype=int), green)), axis=0)
-    ended = total[GAP:] - total[:-GAP] >= GAP
+    # Between the parts of a leg there may be green, but no more of the robot below its feet.
+    legs = ~green & (frame.classes[start:, first:last] != WHITE)
+    ended = _rows_from(green, GAP) == GAP
+    ended &= _rows_from(legs, max(int(BREAK * tall), GAP))[: len(ended)] == 0
     bottoms = np.where(ended.any(axis=0), ended.argmax(axis=0), len(green))
     expected = min(max(int(FOOT_COLUMNS / TORSO_MEAN * tall), 1), len(bottoms))
     foot_depth = int(np.sort(bottoms)[-expected])
@@ -138,6 +145,14 @@ def _below(
     spread = 0.04**2
     box = Box(float(first), float(top), float(last), float(foot))
     return Percept(kind, _point(spot), (a + spread, b, c + spread), box=box)
+
+
+def _rows_from(mask: NDArray[np.bool_], count: int) -> NDArray[np.intp]:
+    """How many of `count` rows from each row on are in a mask; (rows - GAP + 1, columns)."""
+    padded = np.vstack((np.zeros((1, mask.shape[1]), dtype=int), mask))
+    total = np.cumsum(padded, axis=0)
+    first = np.arange(len(mask) - GAP + 1)
+    return np.asarray(total[np.minimum(first + count, len(mask))] - total[first])
 
 
 def _point(spot: FloatArray) -> tuple[float, float]:

@@ -344,3 +344,13 @@ def test_meshes_are_left_out(tmp_path: Path, robot: RobotDescription) -> None:
 def test_links_are_frozen(body: Body) -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         body.links[0].mass = 1.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("urdf", ["nao_h21_v33", "bruno"])
+def test_the_upper_body_has_the_color_of_the_team(urdf: str):
+    """Of a robot with a waist, the part above it: the hips are too small to be seen from afar."""
+    robot, red = load_robot(urdf), (0.9, 0.05, 0.1)
+    body = Body(robot, draw_individual(load_plant("reference"), robot, 0), color=red)
+    colors = {each.name: {shape.color[:3] for shape in each.visual} for each in body.links}
+    assert colors.pop("torso") == {red}
+    assert not any(red in each for each in colors.values())
