@@ -13,7 +13,7 @@ NAME = "nao_lipm_gait"
 
 SHARED_FOLDERS = ("config", "urdf", "launch")
 
-CORE = ("attrs>=23", "numpy>=1.26", "pin>=3.0", "pybullet>=3.2.6", "pyyaml>=6.0")
+CORE = ("attrs>=23", "msgpack>=1.0,<2", "numpy>=1.26", "pin>=3.0", "pybullet>=3.2.6", "pyyaml>=6.0")
 
 ROS = (
     # Exact: these wheels are one binary build and break when mixed.
@@ -81,7 +81,9 @@ setup(
     maintainer="The nao_lipm_gait authors",
     maintainer_email="maintainers@nao-lipm-gait.invalid",
     python_requires=">=3.11",
-    packages=find_packages(include=[NAME, f"{NAME}.*", "sim_bridge*", "gait_lab*", "nao_soccer*"]),
+    packages=find_packages(
+        include=[NAME, f"{NAME}.*", "sim_bridge*", "gait_lab*", "nao_soccer*", "lola_bridge*"]
+    ),
     package_data={"gait_lab.report": ["assets/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -95,6 +97,8 @@ setup(
         "console_scripts": [
             "gait = nao_lipm_gait.ros.main:main",
             "sim_bridge = sim_bridge.ros.main:main",
+            "lola_bridge = lola_bridge.ros.main:main",
+            "lola_server = sim_bridge.lola.main:main",
             "vision = nao_soccer.ros.vision_main:main",
             "nao_gait = gait_lab.cli:main",
         ],

@@ -19,6 +19,7 @@ from nao_lipm_gait.resources import share
 MODELS: dict[str, tuple[str, str]] = {
     "nao_h21_v33": ("nao_h21_facts.yaml", "v33"),
     "nao_h21_v40": ("nao_h21_facts.yaml", "v40"),
+    "nao_v6": ("nao_h21_facts.yaml", "v6"),
     "bruno": ("bruno_facts.yaml", ""),
 }
 """URDF -> its table of facts and the variant in it."""

@@ -14,6 +14,8 @@ ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = {
     "gait": "nao_lipm_gait.ros.main:main",
     "sim_bridge": "sim_bridge.ros.main:main",
+    "lola_bridge": "lola_bridge.ros.main:main",
+    "lola_server": "sim_bridge.lola.main:main",
     "vision": "nao_soccer.ros.vision_main:main",
     "nao_gait": "gait_lab.cli:main",
 }
@@ -79,7 +81,7 @@ def test_every_shared_file_is_installed(setup: dict):
 
 
 def test_every_package_is_installed(setup: dict):
-    for top in ("nao_lipm_gait", "sim_bridge", "gait_lab"):
+    for top in ("nao_lipm_gait", "sim_bridge", "gait_lab", "nao_soccer", "lola_bridge"):
         for init in (ROOT / top).rglob("__init__.py"):
             assert init.parent.relative_to(ROOT).as_posix().replace("/", ".") in setup["packages"]
         for module in (ROOT / top).rglob("*.py"):
@@ -100,6 +102,7 @@ def _imports(folder: str) -> set[str]:
 
 ROSDEP_KEYS = {
     "cv2": "python3-opencv",
+    "msgpack": "python3-msgpack",
     "numpy": "python3-numpy",
     "yaml": "python3-yaml",
     "pybullet": "python3-pybullet-pip",
@@ -122,7 +125,7 @@ ROSDEP_KEYS = {
 
 def test_package_xml_depends_on_what_is_imported():
     depends = {element.text for element in package_xml().iter() if element.tag.endswith("_depend")}
-    packages = ("nao_lipm_gait", "nao_soccer", "sim_bridge", "gait_lab")
+    packages = ("nao_lipm_gait", "nao_soccer", "sim_bridge", "lola_bridge", "gait_lab")
     imported = set().union(*(_imports(top) for top in packages))
     imported |= _imports("launch")
     for module in imported:
@@ -145,7 +148,7 @@ def test_core_knows_no_ros_and_no_physics():
             for alias in node.names
             if not isinstance(node, ast.ImportFrom) or node.module
         }
-        assert not names & {"pybullet", "mujoco", "sim_bridge", "gait_lab"}, path
+        assert not names & {"pybullet", "mujoco", "sim_bridge", "lola_bridge", "gait_lab"}, path
         if "ros" not in path.relative_to(ROOT).parts:
             assert not names & ros, path
 
@@ -154,7 +157,8 @@ SHARED_WITH_THE_BRIDGE = {
     f"nao_lipm_gait.{name}"
     for name in (
         "errors", "geometry", "resources", "robot", "robot.camera", "schema", "types",
-        "ros.messages", "ros.parameters", "ros.process", "runtime.diagnostics", "runtime.inputs",
+        "ros.messages", "ros.parameters", "ros.process", "ros.topics", "runtime.command_input",
+        "runtime.diagnostics", "runtime.inputs", "runtime.reports",
     )
 }  # fmt: skip
 

@@ -12,11 +12,11 @@ from gait_lab.faults.invariants import HANG, CommandCheck
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
 from nao_lipm_gait.types import GaitStatus, JointTargets
-from sim_bridge.command_input import CommandInput, read_push
 
 PERIOD = 10_000_000
 """Control period [ns]."""

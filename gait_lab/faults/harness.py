@@ -15,11 +15,11 @@ from gait_lab.trials.trial import Tick, run_controller
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.runtime.command_input import CommandInput
 from nao_lipm_gait.runtime.controller import Settings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
 from nao_lipm_gait.types import GaitStatus, JointTargets, VelocityCommand
-from sim_bridge.command_input import CommandInput
 from sim_bridge.robot import GroundTruth, Reading
 from sim_bridge.world import World
 

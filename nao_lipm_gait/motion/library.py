@@ -59,7 +59,7 @@ def load_library(folder: Path, robot: RobotDescription) -> MotionLibrary:
 @lru_cache(maxsize=8)
 def shipped_library(robot: RobotDescription) -> MotionLibrary:
     """The shipped motions of a robot; an empty library if there are none."""
-    folder = share("config") / "motions" / robot.name
+    folder = share("config") / "motions" / robot.motions
     return load_library(folder, robot) if folder.is_dir() else MotionLibrary()
 
 

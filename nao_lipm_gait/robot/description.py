@@ -104,6 +104,9 @@ class RobotDescription:
         ankle_limits: `left`, `right` -> rows (AnklePitch, lowest AnkleRoll, highest AnkleRoll)
             [rad] of increasing pitch.
         motors: Motor by joint.
+        motions: Folder of its shipped motions in config/motions.
+        force_sensors: [m] Left and right sole, each in its frame: front left, front right, rear
+            left, rear right sensor. None = not known.
         cameras: Camera by name; those whose optical frame the URDF has.
         limits: Limits by joint.
         lower: (n,) [rad]
@@ -135,6 +138,8 @@ class RobotDescription:
     sole_corners: tuple[Point2, ...]
     ankle_limits: Mapping[str, tuple[tuple[float, float, float], ...]]
     motors: Mapping[str, Motor]
+    motions: str
+    force_sensors: tuple[tuple[Point2, ...], tuple[Point2, ...]] | None
     cameras: Mapping[str, Camera]
     limits: Mapping[str, JointLimit]
     lower: FloatArray = field(init=False)

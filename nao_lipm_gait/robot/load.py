@@ -9,7 +9,7 @@ from nao_lipm_gait.robot.description import Camera, JointLimit, RobotDescription
 from nao_lipm_gait.robot.robot_file import RobotFile, load_robot_file
 from nao_lipm_gait.robot.urdf_model import UrdfModel
 from nao_lipm_gait.schema import read_text
-from nao_lipm_gait.types import FloatArray
+from nao_lipm_gait.types import FloatArray, Point2
 
 _STAND_SLACK = 0.02
 """[rad] The stand pose may exceed a limit by this much and is then clipped, because the limits of
@@ -27,8 +27,8 @@ def load_robot(
 
     Args:
         urdf: Shipped name or path of the URDF.
-        robot: Shipped name or path of the robot file; None = the first shipped one whose joints the
-            URDF has.
+        robot: Shipped name or path of the robot file; None = the shipped one of the name in the
+            URDF's <robot>, else the first whose joints the URDF has.
 
     Returns:
         The robot.
@@ -74,13 +74,17 @@ def load_robot(
             "right": tuple((pitch, -high, -low) for pitch, low, high in file.ankle_limits),
         },
         motors=file.motor_of(),
+        motions=file.motions or file.name,
+        force_sensors=_both_soles(file.force_sensors),
         cameras=_cameras(model, file),
         limits=limits,
     )
 
 
 def _fitting(model: UrdfModel) -> RobotFile:
-    """The first shipped robot file whose joints the URDF has."""
+    """The shipped robot file of the URDF's name, else the first whose joints the URDF has."""
+    if model.name in names("robots"):
+        return load_robot_file(find("robots", model.name))
     files = {name: load_robot_file(find("robots", name)) for name in names("robots")}
     fitting = [file for file in files.values() if all(map(model.has_joint, file.joints))]
     return fitting[0] if fitting else files[NAO]
@@ -93,6 +97,16 @@ def _cameras(model: UrdfModel, file: RobotFile) -> dict[str, Camera]:
         for name, entry in file.cameras.items()
         if (frame := model.first_of(entry.frame)) is not None
     }
+
+
+def _both_soles(
+    left: tuple[Point2, ...] | None,
+) -> tuple[tuple[Point2, ...], tuple[Point2, ...]] | None:
+    """The force sensors of the left sole, and those of its mirror image in the same order."""
+    if left is None:
+        return None
+    front_left, front_right, rear_left, rear_right = ((x, -y) for x, y in left)
+    return left, (front_right, front_left, rear_right, rear_left)
 
 
 def _inside(

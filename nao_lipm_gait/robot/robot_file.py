@@ -9,6 +9,7 @@ import attrs
 
 from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.resources import find, names
 from nao_lipm_gait.robot.description import LegJoints, Motor
 from nao_lipm_gait.schema import (
     Number,
@@ -64,7 +65,10 @@ class CameraEntry(Settings):
 
 @attrs.frozen
 class RobotFile(Settings):
-    """A robot file. Rows of `ankle_limits` are AnklePitch, lowest and highest AnkleRoll [rad]."""
+    """A robot file. Rows of `ankle_limits` are AnklePitch, lowest and highest AnkleRoll [rad].
+
+    A file may name a `base`: it then holds only the keys that differ from that shipped file.
+    """
 
     name: str = text()
     joints: tuple[str, ...] = _names(1)
@@ -86,6 +90,10 @@ class RobotFile(Settings):
     preset: str = text("default")
     gyro_axes: int | None = number(None, 2, 3, whole=True)
     encoder_bits: int | None = number(None, 1, 24, whole=True)
+    motions: str | None = text(None)
+    force_sensors: tuple[Point2, ...] | None = schema.field(
+        schema.Optional(Sequence(Sequence(Number(), 2, 2), 4, 4)), None
+    )
     cameras: dict[str, CameraEntry] = schema.field(
         Table(schema.Group(CameraEntry), key=schema.NAME), attrs.Factory(dict)
     )
@@ -102,7 +110,7 @@ class RobotFile(Settings):
 def load_robot_file(path: Path) -> RobotFile:
     """Load a robot file; NaoGaitError names the file, the key, its value and what is allowed."""
     where = f"robot file {path}: "
-    file = RobotFile.from_mapping(schema.read_yaml(path, "robot file"), where)
+    file = RobotFile.from_mapping(_over_base(schema.read_yaml(path, "robot file"), where), where)
     for key, joint in _joint_references(file):
         if joint not in file.joints:
             raise NaoGaitError(f"{where}{key}", joint, f"one of joints: {', '.join(file.joints)}")
@@ -121,6 +129,20 @@ def load_robot_file(path: Path) -> RobotFile:
             raise NaoGaitError(f"{where}ankle_limits", [pitch, low, high], allowed)
         last = pitch
     return file
+
+
+def _over_base(values: Any, where: str) -> Any:
+    """The keys of a robot file over those of the shipped file that it names as its `base`."""
+    if not isinstance(values, dict) or "base" not in values:
+        return values
+    own = dict(values)
+    base = own.pop("base")
+    if not isinstance(base, str) or base not in names("robots"):
+        raise NaoGaitError(f"{where}base", base, f"one of {', '.join(names('robots'))}")
+    below = schema.read_yaml(find("robots", base), "robot file")
+    if "base" in below:
+        raise NaoGaitError(f"{where}base", base, "a robot file without a base")
+    return {**below, **own}
 
 
 def _joint_references(file: RobotFile) -> Iterator[tuple[str, str]]:

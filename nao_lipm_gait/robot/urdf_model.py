@@ -10,10 +10,17 @@ from nao_lipm_gait.robot.description import JointLimit, LegJoints
 
 
 class UrdfModel:
-    """Links and joints of one URDF; a missing or invalid one is refused by name."""
+    """Links and joints of one URDF; a missing or invalid one is refused by name.
 
-    def __init__(self, path: Path, links: set[str], joints: dict[str, ET.Element]) -> None:
+    Attributes:
+        name: Name of the robot in the URDF; empty if it has none.
+    """
+
+    def __init__(
+        self, path: Path, name: str, links: set[str], joints: dict[str, ET.Element]
+    ) -> None:
         self._path = path
+        self.name = name
         self._links = links
         self._joints = joints
 
@@ -36,7 +43,7 @@ class UrdfModel:
             if name in joints:
                 raise NaoGaitError(f"joint {name} in {path}", "listed twice", "one joint per name")
             joints[name] = joint
-        return cls(path, links, joints)
+        return cls(path, root.get("name", ""), links, joints)
 
     def frame(self, names: tuple[str, ...]) -> str:
         """The first of these links that the URDF has."""

@@ -17,6 +17,7 @@ from std_srvs.srv import Trigger
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.parameters import declare, of_type, unknown_overrides, used_as
+from nao_lipm_gait.ros.topics import LATCHED, Inputs, publisher
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball
@@ -26,13 +27,7 @@ from sim_bridge.ros import parameters
 from sim_bridge.ros.messages import WorldWriter
 from sim_bridge.ros.monitors import PublisherMonitor
 from sim_bridge.ros.parameters import NODE_PARAMETERS, OF_THE_FLOOR
-from sim_bridge.ros.robot_interface import (
-    LATCHED,
-    RESET_SILENCE,
-    Inputs,
-    RobotInterface,
-    publisher,
-)
+from sim_bridge.ros.robot_interface import RESET_SILENCE, RobotInterface
 from sim_bridge.scene import FLOOR, load_scene
 from sim_bridge.world import World
 

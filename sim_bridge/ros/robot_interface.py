@@ -1,27 +1,16 @@
 """One robot of the world behind the topics of a real one."""
 
-import time
-from collections.abc import Callable
-from functools import partial
-from typing import Any
-
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from nav_msgs.msg import Odometry
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import (
-    DurabilityPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-    qos_profile_sensor_data,
-)
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.ros.topics import LATCHED, RELIABLE, Inputs, publisher
+from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.inputs import stamp_of
-from sim_bridge.command_input import CommandInput, read_push
 from sim_bridge.robot import Reading, SimulatedRobot
 from sim_bridge.ros.camera_topics import CameraTopics
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
@@ -30,54 +19,6 @@ RESET_SILENCE = 0.6
 """[s] of simulated time without sensors after a reset. The clock continues, so a controller notices
 the reset by this gap: more than 0.5 s is a new start for it."""
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-
-
-def publisher(node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> Any:
-    """A publisher without events of its middleware.
-
-    rclpy waits for the events of each publisher one by one: with four robots they would take more
-    time than all callbacks. A reliable publisher suits every subscriber but a latched one.
-    """
-    events = PublisherEventCallbacks(use_default_callbacks=False)
-    return node.create_publisher(kind, topic, qos, event_callbacks=events)
-
-
-class Inputs:
-    """Subscriptions whose bad messages cause a warning and nothing else."""
-
-    def __init__(self, node: Node, name: str = "") -> None:
-        """Prepare the log.
-
-        Args:
-            node: the bridge.
-            name: of the robot that gets the messages; empty = the only one, or the world.
-        """
-        self._node = node
-        self._prefix = f"{name}: " if name else ""
-        self._throttle = Throttle()
-
-    def subscribe(
-        self, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile = RELIABLE
-    ) -> None:
-        """Call back with each message; what the callback refuses is logged."""
-        self._node.create_subscription(kind, topic, partial(self._guarded, callback), qos)
-
-    def warn(self, key: str, message: str, burst: int = 1) -> None:
-        """Log a warning; further ones with this key are held back for a while."""
-        held_back = self._throttle.allow(key, time.monotonic(), burst)
-        if held_back is not None:
-            more = f" ({held_back} more like it)" if held_back else ""
-            self._node.get_logger().warning(self._prefix + message + more)
-
-    def _guarded(self, callback: Callable[[Any], None], message: Any) -> None:
-        try:
-            callback(message)
-        except NaoGaitError as error:
-            self.warn(error.field, f"{error}; message ignored", burst=5)
-        except Exception as error:
-            self.warn(type(error).__name__, f"{type(error).__name__}: {error}; message ignored")
 
 
 class RobotInterface:
@@ -178,8 +119,8 @@ class RobotInterface:
         # The IMU goes first: the joint state of the same stamp starts a tick of the gait.
         self._imu.publish(self._readings.imu(reading))
         self._joint_states.publish(self._readings.joints(reading))
-        for side, publisher in enumerate(self._wrenches):
-            publisher.publish(self._readings.wrench(reading, side))
+        for side, topic in enumerate(self._wrenches):
+            topic.publish(self._readings.wrench(reading, side))
 
     def _on_command(self, message: JointState) -> None:
         header = message.header

@@ -11,8 +11,10 @@ import pytest
 import yaml
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.motion.library import library_of
 from nao_lipm_gait.resources import find
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.robot.robot_file import load_robot_file
 
 Settings = dict[str, Any]
 
@@ -122,3 +124,25 @@ def test_a_file_that_is_no_robot_file_is_refused(tmp_path: Path, text: str, said
     with pytest.raises(NaoGaitError, match=said) as refused:
         load_robot(robot=path)
     assert str(path) in str(refused.value)
+
+
+def test_a_v6_has_its_own_file_over_that_of_the_h21() -> None:
+    v6, h21 = load_robot("nao_v6"), load_robot("nao_h21_v33")
+    assert (v6.name, v6.gyro_axes, v6.motions) == ("nao_v6", 3, "nao_h21")
+    assert v6.joint_names == h21.joint_names
+    assert v6.motors["LKneePitch"].stall_torque > h21.motors["LKneePitch"].stall_torque
+    assert library_of(v6).motions.keys() == library_of(h21).motions.keys()
+
+
+def test_the_force_sensors_of_the_right_sole_mirror_those_of_the_left() -> None:
+    left, right = load_robot("nao_v6").force_sensors or ((), ())
+    assert [y > 0.0 for _, y in left] == [y > 0.0 for _, y in right] == [True, False, True, False]
+    assert right[0] == (left[1][0], -left[1][1])
+    assert right[3] == (left[2][0], -left[2][1])
+
+
+def test_an_unknown_base_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("base: nao_h22\nname: mine\n")
+    with pytest.raises(NaoGaitError, match=r"base: got 'nao_h22'; allowed: one of .*nao_h21"):
+        load_robot_file(path)

@@ -14,9 +14,9 @@ from gait_lab.faults.fuzz_messages import FLOATS, NAMES, Fuzzer
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
-from sim_bridge.command_input import CommandInput, read_push
 
 ROBOT = load_robot()
 NUMBERS = st.one_of(st.floats(), st.sampled_from(FLOATS), st.floats(-3.0, 3.0))

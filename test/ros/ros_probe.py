@@ -24,6 +24,8 @@ MODULES = {
     "gait": "nao_lipm_gait.ros.main",
     "sim_bridge": "sim_bridge.ros.main",
     "vision": "nao_soccer.ros.vision_main",
+    "lola_bridge": "lola_bridge.ros.main",
+    "lola_server": "sim_bridge.lola.main",
 }
 TIMEOUT = 120.0
 """[s] for any single thing to happen, on a busy machine."""

@@ -22,7 +22,7 @@ CHECKS = yaml.safe_load(
     (Path(__file__).parents[1] / "data" / "nao_h21_checks.yaml").read_text(encoding="utf-8")
 )
 CONFIGURATIONS = CHECKS["configurations"]
-ROBOTS = ("nao_h21_v33", "nao_h21_v40")
+ROBOTS = ("nao_h21_v33", "nao_h21_v40", "nao_v6")
 POSITION = 1e-6
 """[m] and [rad]: the check values have six decimals."""
 CENTRE_OF_MASS = 1e-5

@@ -7,8 +7,8 @@ import pytest
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.runtime.command_input import TAKE_OVER, CommandInput, read_push
 from nao_lipm_gait.types import JointTargets
-from sim_bridge.command_input import TAKE_OVER, CommandInput, read_push
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)

@@ -1,0 +1,1 @@
+"""The node `lola_bridge`."""

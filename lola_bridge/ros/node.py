@@ -1,0 +1,275 @@
+"""The node `lola_bridge`: starts the driver, publishes its frames, passes on `joint_command`."""
+
+import contextlib
+import socket
+import subprocess
+import sys
+import threading
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
+from std_msgs.msg import String
+
+from lola_bridge.codec import LolaSensors, decode_sensors
+from lola_bridge.driver import DriverSettings
+from lola_bridge.joints import JointMap, sitting_pose
+from lola_bridge.link import (
+    END,
+    PACKET_BYTES,
+    SETTINGS,
+    Frame,
+    address,
+    pack_command,
+    unpack_from_driver,
+)
+from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics, hottest_motor
+from lola_bridge.safety import Mode, SafetySettings
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.ros.parameters import (
+    declare,
+    node_parameter,
+    of_type,
+    unknown_overrides,
+    used_as,
+)
+from nao_lipm_gait.ros.topics import LATCHED, RELIABLE, Inputs, publisher
+from nao_lipm_gait.runtime.command_input import CommandInput
+from nao_lipm_gait.runtime.diagnostics import Level, LogLine
+from nao_lipm_gait.runtime.inputs import stamp_of
+
+SOCKET = node_parameter("socket", "/tmp/robocup", "LoLA's socket")
+URDF = node_parameter("urdf", "nao_v6", "robot model: a shipped name or a URDF file")
+CONTROL_PERIOD = node_parameter(
+    "control_period", 0.012, "time between two frames of LoLA", "s", 0.002, 0.05
+)
+STIFFNESS_RAMP = node_parameter(
+    "stiffness_ramp", 1.0, "time in which the stiffness rises at the start, and falls at the end",
+    "s", 0.0, 60.0,
+)  # fmt: skip
+SILENCE_TIME = node_parameter(
+    "silence_time", 0.12, "time without joint_command after which the robot sits down", "s",
+    0.012, 10.0,
+)  # fmt: skip
+SIT_TIME = node_parameter("sit_time", 2.0, "time to sit down", "s", 0.5, 60.0)
+LOCKSTEP = node_parameter(
+    "lockstep", False, "the answer to a frame waits for its joint_command; only with lola_server"
+)
+DRY_RUN = node_parameter("dry_run", False, "publish and log everything, but send no stiffness")
+WAIT_FOR_BUTTON = node_parameter(
+    "wait_for_button", False, "no command passes until the chest button was pressed"
+)
+NODE_PARAMETERS = (
+    SOCKET, URDF, CONTROL_PERIOD, STIFFNESS_RAMP, SILENCE_TIME, SIT_TIME, LOCKSTEP, DRY_RUN,
+    WAIT_FOR_BUTTON,
+)  # fmt: skip
+REPORT_PERIOD = 1.0
+"""[s] between two messages about battery, temperatures and the bridge."""
+LONGEST_START, LONGEST_END = 10.0, 30.0
+"""[s] that the driver gets to start, and to let the robot sit down at the end."""
+
+
+class LolaBridgeNode(Node):
+    """Frames of the driver become topics in a thread of their own; the executor takes commands."""
+
+    def __init__(self) -> None:
+        super().__init__("lola_bridge", automatically_declare_parameters_from_overrides=True)
+        self._robot = used_as(URDF, load_robot, of_type(declare(self, URDF), str))
+        self._joints = JointMap(self._robot)
+        self._settings = self._read_settings()
+        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
+            message = f"parameter {name}: unknown and ignored; see `ros2 param list`"
+            self.get_logger().warning(message)
+        self._writer = SensorWriter(
+            self._robot, self._joints, self._settings.safety.period
+        )
+        self._commands = CommandInput(self._robot)
+        self._inputs = Inputs(self)
+        self._last: tuple[Frame, LolaSensors] | None = None
+        self._ending = False
+        self._reason = ""
+        self._make_topics()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._link = self._connect()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        state = ", dry run" if self._settings.safety.dry_run else ""
+        self.get_logger().info(f"{self._robot.name} at {self._settings.socket}{state}")
+
+    # -- making ------------------------------------------------------------------------------------
+
+    def _read_settings(self) -> DriverSettings:
+        def number(field: Any) -> float:
+            return of_type(declare(self, field), float)
+
+        def switch(field: Any) -> bool:
+            return of_type(declare(self, field), bool)
+
+        lower, upper, speed = self._joints.limits()
+        safety = SafetySettings(
+            period=number(CONTROL_PERIOD),
+            stiffness_ramp=number(STIFFNESS_RAMP),
+            silence_time=number(SILENCE_TIME),
+            sit_time=number(SIT_TIME),
+            lower=lower,
+            upper=upper,
+            speed=speed,
+            driven=self._joints.driven,
+            sit=self._joints.from_gait(sitting_pose(self._robot)),
+            dry_run=switch(DRY_RUN),
+            wait_for_button=switch(WAIT_FOR_BUTTON),
+        )
+        socket_path = of_type(declare(self, SOCKET), str)
+        return DriverSettings(socket_path, switch(LOCKSTEP), safety)
+
+    def _make_topics(self) -> None:
+        robot: RobotDescription = self._robot
+        self._imu = publisher(self, Imu, "imu/data")
+        self._joint_states = publisher(self, JointState, "joint_states")
+        self._wrenches = [
+            publisher(self, WrenchStamped, f"{frame}/wrench") for frame in robot.sole_frames
+        ]
+        self._touch = publisher(self, Joy, "touch")
+        self._battery = publisher(self, BatteryState, "battery")
+        self._temperature = publisher(self, Temperature, "temperature")
+        self._diagnostics = publisher(self, DiagnosticArray, "/diagnostics")
+        description = publisher(self, String, "robot_description", LATCHED)
+        description.publish(String(data=robot.urdf))
+        qos = RELIABLE if self._settings.lockstep else qos_profile_sensor_data
+        self._inputs.subscribe(JointState, "joint_command", self._on_command, qos)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(REPORT_PERIOD, self._report, clock=steady)
+
+    def destroy_node(self) -> None:
+        """Let the driver sit the robot down; it then ends."""
+        self._ending = True
+        with contextlib.suppress(OSError):
+            self._link.send(END)
+        self._reader.join(1.0)
+        with contextlib.suppress(OSError):
+            self._link.shutdown(socket.SHUT_RDWR)
+        if self._process is not None:
+            try:
+                self._process.wait(LONGEST_END)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+        super().destroy_node()
+
+    # -- driver ------------------------------------------------------------------------------------
+
+    def _connect(self) -> socket.socket:
+        """Connect to the driver, which is started if there is none."""
+        settings = self._settings
+        until = time.monotonic() + LONGEST_START
+        while not self._ending:
+            link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            try:
+                link.connect(address(settings.socket))
+                link.send(SETTINGS + settings.to_json().encode())
+                return link
+            except OSError as error:
+                link.close()
+                if time.monotonic() > until:
+                    where = f"driver of {settings.socket}"
+                    allowed = "one lola_bridge for a robot"
+                    raise NaoGaitError(where, str(error), allowed) from error
+            if self._process is None or self._process.poll() is not None:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "lola_bridge.driver", settings.to_json()],
+                    start_new_session=True,  # Ctrl-C in a terminal must not reach it
+                )
+            time.sleep(0.02)
+        raise NaoGaitError("driver", "ends", "a running node")
+
+    # -- frames ------------------------------------------------------------------------------------
+
+    def _read(self) -> None:
+        """Publish what the driver sends; start another one if it dies."""
+        while not self._ending:
+            packet = b""
+            with contextlib.suppress(OSError):
+                packet = self._link.recv(PACKET_BYTES)
+            if not packet:
+                self._reconnect()
+                continue
+            message = unpack_from_driver(packet)
+            if isinstance(message, LogLine):
+                self._log(message)
+            else:
+                self._publish(message)
+
+    def _reconnect(self) -> None:
+        if self._ending:
+            return
+        self.get_logger().error("the driver has ended; starting it again")
+        before, self._link = self._link, self._connect()
+        before.close()
+
+    def _publish(self, frame: Frame) -> None:
+        sensors, stamp, writer = decode_sensors(frame.sensors), frame.stamp, self._writer
+        # The IMU goes first: the joint state of the same stamp starts a tick of the gait.
+        self._imu.publish(writer.imu(stamp, sensors))
+        self._joint_states.publish(writer.joints(stamp, sensors))
+        for side, topic in enumerate(self._wrenches):
+            topic.publish(writer.wrench(stamp, sensors, side))
+        before = self._last
+        self._last = frame, sensors
+        if before is None or before[1].touch != sensors.touch:
+            self._touch.publish(writer.touch(stamp, sensors))
+
+    def _log(self, line: LogLine) -> None:
+        if line.level >= Level.WARN:
+            self._reason = line.text
+        logger = self.get_logger()
+        # One call each: rclpy allows one severity per place in the source.
+        if line.level >= Level.ERROR:
+            logger.error(line.text)
+        elif line.level == Level.WARN:
+            logger.warning(line.text)
+        else:
+            logger.info(line.text)
+
+    # -- commands ----------------------------------------------------------------------------------
+
+    def _on_command(self, message: JointState) -> None:
+        header = message.header
+        stamp = stamp_of(header.stamp.sec, header.stamp.nanosec, "joint_command header.stamp")
+        now = time.monotonic()  # stamps stand still while lockstep waits
+        self._commands.admit(header.frame_id, now)
+        targets, warning = self._commands.read(
+            header.frame_id, now, stamp, message.name, message.position, message.effort
+        )
+        if warning is not None:
+            self._inputs.warn("limits", warning)
+        if targets is None:
+            return
+        each = targets.joint_stiffness
+        shares = [targets.stiffness] * len(targets.position) if each is None else each.tolist()
+        packet = pack_command(
+            stamp, self._joints.from_gait(targets.position), self._joints.from_gait(shares)
+        )
+        try:
+            self._link.send(packet, socket.MSG_DONTWAIT)
+        except OSError as error:
+            self._inputs.warn("driver", f"driver: {error}; command ignored")
+
+    # -- once per second ---------------------------------------------------------------------------
+
+    def _report(self) -> None:
+        if self._last is None:
+            return
+        frame, sensors = self._last
+        self._battery.publish(battery_state(frame.stamp, sensors))
+        self._temperature.publish(hottest_motor(frame.stamp, sensors))
+        name = self.get_fully_qualified_name().lstrip("/")
+        mode = frame.status.mode
+        refused = "" if mode is Mode.ACTIVE else f"{mode.value}; {self._reason}".rstrip("; ")
+        self._diagnostics.publish(
+            diagnostics(name, frame.stamp, sensors, frame.status, refused)
+        )

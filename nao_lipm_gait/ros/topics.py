@@ -1,0 +1,62 @@
+"""Publishers and guarded subscriptions of the nodes that stand for a robot."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.runtime.diagnostics import Throttle
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def publisher(node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> Any:
+    """A publisher without events of its middleware.
+
+    rclpy waits for the events of each publisher one by one: with four robots they would take more
+    time than all callbacks. A reliable publisher suits every subscriber but a latched one.
+    """
+    events = PublisherEventCallbacks(use_default_callbacks=False)
+    return node.create_publisher(kind, topic, qos, event_callbacks=events)
+
+
+class Inputs:
+    """Subscriptions whose bad messages cause a warning and nothing else."""
+
+    def __init__(self, node: Node, name: str = "") -> None:
+        """Prepare the log.
+
+        Args:
+            node: the bridge.
+            name: of the robot that gets the messages; empty = the only one, or the world.
+        """
+        self._node = node
+        self._prefix = f"{name}: " if name else ""
+        self._throttle = Throttle()
+
+    def subscribe(
+        self, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile = RELIABLE
+    ) -> None:
+        """Call back with each message; what the callback refuses is logged."""
+        self._node.create_subscription(kind, topic, partial(self._guarded, callback), qos)
+
+    def warn(self, key: str, message: str, burst: int = 1) -> None:
+        """Log a warning; further ones with this key are held back for a while."""
+        held_back = self._throttle.allow(key, time.monotonic(), burst)
+        if held_back is not None:
+            more = f" ({held_back} more like it)" if held_back else ""
+            self._node.get_logger().warning(self._prefix + message + more)
+
+    def _guarded(self, callback: Callable[[Any], None], message: Any) -> None:
+        try:
+            callback(message)
+        except NaoGaitError as error:
+            self.warn(error.field, f"{error}; message ignored", burst=5)
+        except Exception as error:
+            self.warn(type(error).__name__, f"{type(error).__name__}: {error}; message ignored")

@@ -1,0 +1,270 @@
+"""The node `lola_server`: LoLA's socket for any client, ground truth and pushes over ROS."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+
+from lola_bridge.codec import LolaCommand, encode_sensors
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.messages import diagnostic_array
+from nao_lipm_gait.ros.parameters import (
+    declare,
+    node_parameter,
+    of_type,
+    unknown_overrides,
+    used_as,
+)
+from nao_lipm_gait.ros.process import StopRequest
+from nao_lipm_gait.ros.topics import Inputs, publisher
+from nao_lipm_gait.runtime.command_input import read_push
+from nao_lipm_gait.runtime.diagnostics import Level
+from nao_lipm_gait.runtime.reports import Report
+from sim_bridge.lola.body import LolaBody
+from sim_bridge.lola.server import LolaSocket
+from sim_bridge.plant import load_plant
+from sim_bridge.ros import parameters
+from sim_bridge.ros.messages import TruthWriter
+from sim_bridge.ros.stepping import Pacer
+from sim_bridge.world import World
+
+PERIOD = 0.012
+"""[s] of a cycle of LoLA."""
+PUSH_DURATION = 0.1
+"""[s] for which a push acts."""
+SERVICE = 0.01
+"""[s] after which callbacks are served, while a client is waited for."""
+MEMORY = 100_000
+"""Cycles whose times are kept."""
+SOCKET = node_parameter("socket", "/tmp/robocup", "path of the socket that is made")
+URDF = node_parameter("urdf", "nao_v6", "robot model: a shipped name or a URDF file")
+REAL_TIME_FACTOR = node_parameter(
+    "real_time_factor", 1.0,
+    "simulated seconds per wall second; 0 = each cycle waits for its command", "", 0.0, 100.0,
+)  # fmt: skip
+NODE_PARAMETERS = (
+    SOCKET, URDF, parameters.ENGINE, parameters.PLANT, parameters.ROBOT_SEED,
+    parameters.SENSOR_DELAY, REAL_TIME_FACTOR, parameters.START_STATE, parameters.PUBLISH_CLOCK,
+    parameters.GUI,
+)  # fmt: skip
+
+
+class CycleTimes:
+    """Answers of the client and the machine's own lateness, cycle by cycle.
+
+    Attributes:
+        cycles: Cycles in which a frame was sent.
+        missed: Cycles whose command had not come after a period.
+    """
+
+    def __init__(self) -> None:
+        self.cycles = self.missed = 0
+        self._answers: deque[float] = deque(maxlen=MEMORY)
+        self._wakes: deque[float] = deque(maxlen=MEMORY)
+
+    def woken(self, late: float) -> None:
+        """The machine has woken this process up so late [s]."""
+        self._wakes.append(late)
+
+    def add(self, answer: float | None) -> None:
+        """A cycle: [s] until its command; None without one."""
+        self.cycles += 1
+        if answer is None:
+            self.missed += 1
+        else:
+            self._answers.append(answer)
+
+    def report(self) -> dict[str, str]:
+        """The numbers as text."""
+        values = {"cycles": str(self.cycles), "missed": str(self.missed)}
+        for name, times in (("answer", self._answers), ("woken late", self._wakes)):
+            for share in (0.5, 0.99, 1.0):
+                label = f"p{100 * share:.0f}" if share < 1.0 else "max"
+                values[f"{name} {label} [ms]"] = f"{1e3 * quantile(times, share):.2f}"
+        return values
+
+
+def quantile(values: Sequence[float] | deque[float], share: float) -> float:
+    """The smallest value that `share` of the values do not exceed; NaN without values."""
+    ordered = sorted(values)
+    return ordered[max(0, math.ceil(share * len(ordered)) - 1)] if ordered else math.nan
+
+
+class LolaServerNode(Node):
+    """A world with one robot behind LoLA's socket.
+
+    Attributes:
+        period: [ns] of a cycle.
+        factor: Simulated seconds per wall second; 0 = each cycle waits for its command.
+        socket: The client's connection.
+        times: How fast the client answers.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("lola_server", automatically_declare_parameters_from_overrides=True)
+        text = partial(of_type, kind=str)
+        plant = used_as(parameters.PLANT, load_plant, text(declare(self, parameters.PLANT)))
+        delay = declare(self, parameters.SENSOR_DELAY, plant.sensors.delay)
+        self.factor = of_type(declare(self, REAL_TIME_FACTOR), float)
+        self._world = World.single(
+            used_as(URDF, load_robot, text(declare(self, URDF))),
+            plant,
+            robot_seed=of_type(declare(self, parameters.ROBOT_SEED), int),
+            engine=text(declare(self, parameters.ENGINE)),
+            sensor_delay=of_type(delay, float),
+            control_period=PERIOD,
+            start_state=text(declare(self, parameters.START_STATE)),
+            gui=of_type(declare(self, parameters.GUI), bool),
+        )
+        self.period = self._world.control_period
+        self.body = LolaBody(self._world.robot, PERIOD)
+        self.times = CycleTimes()
+        path = text(declare(self, SOCKET))
+        self._make_topics()
+        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
+            message = f"parameter {name}: unknown and ignored; see `ros2 param list`"
+            self.get_logger().warning(message)
+        self.socket = LolaSocket(path)
+        pace = f"real time factor {self.factor:g}" if self.factor else "waits for each command"
+        robot = self._world.robot
+        self.get_logger().info(
+            f"{robot.description.name} robot {robot.spec.seed}, plant {plant.name}, {path}: {pace}"
+        )
+
+    def _make_topics(self) -> None:
+        self._clock_topic = None
+        if of_type(declare(self, parameters.PUBLISH_CLOCK), bool):
+            self._clock_topic = publisher(self, Clock, "/clock")
+        self._truths = TruthWriter(self._world.robot.description)
+        self._odometry = publisher(self, Odometry, "ground_truth/odom")
+        self._com = publisher(self, PointStamped, "ground_truth/com")
+        self._diagnostics = publisher(self, DiagnosticArray, "/diagnostics")
+        self._inputs = Inputs(self)
+        self._inputs.subscribe(WrenchStamped, "push", self._on_push)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(Trigger, "~/press_chest_button", self._on_press)
+        self._press_until = 0
+
+    def destroy_node(self) -> None:
+        """Close the socket and free the engine."""
+        self.socket.close()
+        self._world.close()
+        super().destroy_node()
+
+    # -- a cycle -----------------------------------------------------------------------------------
+
+    def begin(self) -> bool:
+        """Step the world, publish the truth and send a frame; whether the client has got it."""
+        self._world.step()
+        now = self._world.time
+        if self._clock_topic is not None:
+            self._clock_topic.publish(self._truths.clock(now))
+        truth = self._world.robot.truth()
+        self._odometry.publish(self._truths.odometry(truth))
+        self._com.publish(self._truths.com(truth))
+        self.body.touch[0] = 1.0 if now < self._press_until else 0.0
+        sensors = self.body.sensors()
+        return sensors is not None and self.socket.send(encode_sensors(sensors))
+
+    def end(self, command: LolaCommand | None) -> None:
+        """Give the command of this cycle, if there is one, to the robot."""
+        self.body.command(command)
+        for error in self.socket.take_errors():
+            self._inputs.warn("client", error, burst=5)
+
+    def report(self) -> None:
+        """Publish how the client is doing."""
+        level = Level.OK if self.socket.connected else Level.WARN
+        state = "client connected" if self.socket.connected else "no client"
+        held = ", robot held" if self.body.held else ""
+        report = Report("socket", level, state + held, self.times.report())
+        name = self.get_fully_qualified_name().lstrip("/")
+        hardware = self._world.robot.description.name
+        array = diagnostic_array(name, hardware, self._world.time, (report,))
+        self._diagnostics.publish(array)
+
+    # -- inputs ------------------------------------------------------------------------------------
+
+    def _on_push(self, message: WrenchStamped) -> None:
+        force, torque = message.wrench.force, message.wrench.torque
+        push = read_push(
+            (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
+        )
+        self._world.robot.push(push, PUSH_DURATION)
+
+    def _on_reset(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
+        self._world.reset()
+        self.body.restart()
+        response.success, response.message = True, "back at the start, held"
+        return response
+
+    def _on_press(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
+        self._press_until = self._world.time + 5 * self.period
+        response.success, response.message = True, "pressed"
+        return response
+
+
+def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:
+    """Run cycles until a stop is requested."""
+    if not isinstance(node, LolaServerNode):
+        raise TypeError(type(node).__name__)
+    pacer = Pacer(node.period, node.factor)
+    report_at = 0.0
+    while not stop:
+        executor.spin_once(timeout_sec=0.0)
+        if node.factor == 0.0 and not node.socket.connected:
+            node.socket.wait(SERVICE)
+            continue
+        while pacer.wait() > 0.0 and not stop:
+            if node.socket.connected:
+                time.sleep(max(0.0, pacer.wait()))
+                node.times.woken(-pacer.wait())
+            else:
+                node.socket.wait(pacer.wait())
+        sent = node.begin()
+        pacer.stepped()
+        begin = time.monotonic()
+        command = None
+        if sent:
+            command, in_time = _command(node, executor, stop, pacer)
+            node.times.add(time.monotonic() - begin if in_time else None)
+        node.end(command)
+        if time.monotonic() >= report_at:
+            report_at = time.monotonic() + 1.0
+            node.report()
+    values = ", ".join(f"{name} {value}" for name, value in node.times.report().items())
+    node.get_logger().info(values)
+
+
+def _command(
+    node: LolaServerNode, executor: SingleThreadedExecutor, stop: StopRequest, pacer: Pacer
+) -> tuple[LolaCommand | None, bool]:
+    """Wait for the answer to the last frame: a period, and until the next frame is due.
+
+    Returns:
+        The newest command that has come, which may be a late answer to an earlier frame, or None;
+        and whether the last frame is answered.
+    """
+    newest = None
+    latest = time.monotonic() + PERIOD / (node.factor or 1.0)  # of a frame that went out late
+    while not stop and node.socket.unanswered:
+        left = SERVICE
+        if node.factor > 0.0:
+            left = max(pacer.wait(), latest - time.monotonic())
+        if left <= 0.0:
+            return newest, False
+        for command in node.socket.wait(min(left, SERVICE)):
+            newest = command
+        if node.factor == 0.0:
+            executor.spin_once(timeout_sec=0.0)
+    return newest, not stop and node.socket.connected
