@@ -11,6 +11,7 @@ from gait_lab.commands import (
     compile,
     demo,
     fingerprint,
+    match,
     record,
     report,
     results,
@@ -25,6 +26,7 @@ from nao_lipm_gait.errors import NaoGaitError
 
 _COMMANDS = (
     ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", demo.add),
+    ("match", "two teams play soccer; result, bag and a replay page", match.add),
     ("bench", "measure the gait on many robots, in process, without ROS", bench.add),
     ("compile", "the gait as machine code, for long rollouts; the same walk", compile.add),
     ("fingerprint", "hashes of reference rollouts: same hash, same walk", fingerprint.add),

@@ -22,6 +22,12 @@ DRIBBLE = "dribble"
 """Name of the plan that pushes the ball while walking."""
 INTO_GOAL = 0.2
 """[m] behind the goal line to which the ball is sent."""
+BEFORE_GOAL = 0.6
+"""[m] before the goal line to which a ball is sent that has no way into the goal."""
+POST_RADIUS = 0.12
+"""[m] of a goal post and a ball that rolls past it."""
+ENOUGH_ROOM = 0.15
+"""[m] A way with this much room is not left for another one."""
 POST_ROOM = 0.28
 """[m] that a robot needs between itself and a goal post."""
 POST_TIME = 15.0
@@ -159,24 +165,30 @@ class Planner:
             yield BallPlan(kick.motion, kick, aim, walk, seconds)
 
     def _aim(self, ball: Point2, robots: Sequence[Point2]) -> tuple[float, float]:
-        """Direction [rad] into the goal with the most room, and that room [m]; < 0 = blocked.
+        """Direction [rad] for the ball with the most room, and that room [m]; < 0 = blocked.
 
         The first candidate is the way straight ahead, as far as it leads into the goal: a robot
-        that pushes a ball along the goal line walks into the post.
+        that pushes a ball along the goal line walks into the post. The last one leads in front of
+        the goal, for a ball that lies at a post.
         """
         best = (0.0, -math.inf)
         half = self._half_opening
         straight = min(max(ball[1], -0.5 * half), 0.5 * half)
-        for across in (straight, 0.0, 0.5 * half, -0.5 * half):
-            dx, dy = max(0.1, self._goal + INTO_GOAL - ball[0]), across - ball[1]
-            length = math.hypot(dx, dy)
+        behind = self._goal + INTO_GOAL
+        targets = [(behind, across) for across in (straight, 0.0, 0.5 * half, -0.5 * half)]
+        targets.append((self._goal - BEFORE_GOAL, 0.0))
+        things = [(robot, self.settings.robot_radius) for robot in robots]
+        things += [((self._goal, side * self._half_opening), POST_RADIUS) for side in SIDES]
+        for x, y in targets:
+            dx, dy = x - ball[0], y - ball[1]
+            length = math.hypot(dx, dy) or 1e-9
             room = 0.5
-            for robot in robots:
-                rx, ry = robot[0] - ball[0], robot[1] - ball[1]
+            for place, radius in things:
+                rx, ry = place[0] - ball[0], place[1] - ball[1]
                 along = (rx * dx + ry * dy) / length
                 if 0.0 < along < length:
-                    room = min(room, abs(rx * dy - ry * dx) / length - self.settings.robot_radius)
-            if room > best[1] + 0.05:
+                    room = min(room, abs(rx * dy - ry * dx) / length - radius)
+            if room > best[1] + 0.05 and best[1] < ENOUGH_ROOM:
                 best = (math.atan2(dy, dx), room)
         return best
 

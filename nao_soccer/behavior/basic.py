@@ -56,7 +56,7 @@ def walk_behind_ball(s: Situation) -> Action:
     ball = s.ball
     away = math.atan2(y - ball[1], x - ball[0])
     target = (x + BEHIND * math.cos(away), y + BEHIND * math.sin(away), yaw)
-    obstacles = s.obstacles(Round(ball, BALL_ROUND, 0.12))
+    obstacles = s.obstacles(Round(ball, BALL_ROUND, 0.3))
     return Action(walk_to(target, s.limits, obstacles), head=_head_near_ball(s))
 
 

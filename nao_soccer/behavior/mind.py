@@ -14,6 +14,9 @@ from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState
 from nao_soccer.world.state import TeamMate, WorldState
 
+VALID_MEMORY = 2_000_000_000
+"""[ns] A pose that was valid so short a time ago is good enough to choose a kick."""
+
 
 class Decision(NamedTuple):
     """What was decided, and why.
@@ -58,6 +61,7 @@ class Mind:
         self._planner = Planner(table, self._limits, field, goals, self._settings)
         self._engine = Engine(PLAYER)
         self._plan: BallPlan | None = None
+        self._last_valid = -VALID_MEMORY
 
     def update(
         self,
@@ -99,11 +103,13 @@ class Mind:
     def _planned(self, world: WorldState) -> BallPlan | None:
         if world.ball is None:
             return None
+        if world.own.valid:
+            self._last_valid = world.stamp
         robots: Sequence[Point2] = [each.position_in_field for each in world.obstacles]
         return self._planner.choose(
             world.own.pose,
             world.ball.position_in_field,
             robots,
             self._plan,
-            valid=world.own.valid,
+            valid=world.stamp - self._last_valid <= VALID_MEMORY,
         )

@@ -9,7 +9,7 @@ _Option = Option[Situation, Action]
 
 SEARCH: _Option = Option(
     "search for the ball",
-    _State("look", basic.look_for_ball, [After(2.5, "turn")]),
+    _State("look", basic.look_for_ball, [After(1.5, "turn")]),
     _State("turn", basic.turn_around, [After(8.0, "walk")]),
     _State("walk", basic.walk_to_middle, [After(5.0, "look")]),
 )

@@ -45,6 +45,9 @@ class Rules(Settings):
     inside: float = number(0.2, 0.0, 1.0, "m", "From the line to a ball that was put back.")
     fallen: float = number(20.0, 1.0, 120.0, "s", "A robot may lie.")
     leave: float = number(0.35, 0.0, 5.0, "m", "A robot may walk beyond the lines.")
+    half_slack: float = number(
+        0.3, 0.0, 5.0, "m", "A robot may be in the other half at a kick-off."
+    )
     penalty: float = number(15.0, 0.0, 120.0, "s", "Duration of a penalty.")
     stuck: float = number(30.0, 5.0, 600.0, "s", "After which a ball that rests is put away.")
     budget: int = number(1200, 0, 65535, whole=True, meaning="Messages of each team in a match.")
@@ -241,6 +244,7 @@ class Referee:
         elif self._phase is Phase.READY:
             if time - self._since >= self.rules.ready:
                 self._enter(Phase.SET)
+                self._clear_places(robots, orders)
                 self._put((0.0, 0.0), robots, orders)
         elif self._phase is Phase.SET:
             if time - self._since >= self.rules.set:
@@ -255,6 +259,16 @@ class Referee:
             self._enter(Phase.FINISHED)
             self._set_play, self._kicks = SetPlay.NONE, None
         return orders
+
+    def _clear_places(self, robots: Mapping[str, RobotPlace], orders: list[Order]) -> None:
+        """Punish robots that are in the half of the other team at a kick-off."""
+        for name, player in self._players.items():
+            robot = robots.get(name)
+            if robot is None or player.penalty is not Penalty.NONE:
+                continue
+            own_side = SIDES[TEAMS.index(player.team)]
+            if -own_side * robot.position[0] > self.rules.half_slack:
+                self._punish(name, Penalty.ILLEGAL_POSITION, orders)
 
     def _begin_play(self, ball: Point3) -> None:
         if not self._half_ends:

@@ -1,0 +1,298 @@
+"""A match in one process, with percepts by the model: for statistics."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from gait_lab.soccer.frames import Frame, RobotFrame
+from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
+from gait_lab.trials.trial import CONTROL_PERIOD, Tick
+from nao_lipm_gait.errors import NaoGaitError
+from nao_soccer.behavior.situation import Role
+from nao_soccer.field import TEAMS
+from nao_soccer.game_state import Phase
+from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
+from sim_bridge.scene import Scene, load_scene
+
+REFEREE_TICKS = 10
+"""Control periods between two looks of the referee."""
+MESSAGE_TICKS = 50
+"""Control periods between two messages of the referee."""
+FRAME_TICKS = 20
+"""Control periods between two frames of the replay."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatchSpec:
+    """One match.
+
+    Attributes:
+        scene: Field and robots.
+        minutes: Duration of a half.
+        robots: Number of robots in each team; None = as in the scene.
+        seed: Of the individuals, their sensors and percepts, and the radio.
+        engine: Physics engine.
+        loss: Share of team messages that are lost.
+        without_roles: Teams whose players do not agree who goes to the ball.
+        goalkeepers: Teams whose player 1 is a goalkeeper.
+        silence: From when to when [s] the referee is not heard; None = never.
+    """
+
+    scene: str = "pitch_small"
+    minutes: float = 2.0
+    robots: int | None = None
+    seed: int = 0
+    engine: str = "mujoco"
+    loss: float = 0.0
+    without_roles: tuple[str, ...] = ()
+    goalkeepers: tuple[str, ...] = ()
+    silence: tuple[float, float] | None = None
+
+
+@dataclass(slots=True)
+class MatchResult:
+    """What came of a match.
+
+    Attributes:
+        spec: The specification.
+        score: Goals by team.
+        goals: The goals.
+        seconds: Simulated time [s].
+        falls: Falls by robot.
+        kicks: Number of kicks.
+        messages: Team messages that were sent.
+        one_striker: Share of the playing time in which a team had exactly one striker.
+        conflict: Longest time [s] with two strikers in a team.
+        wrong_half: Goals into the own goal.
+        frames: The replay.
+    """
+
+    spec: MatchSpec
+    score: dict[str, int]
+    goals: list[Goal]
+    seconds: float
+    falls: dict[str, int]
+    kicks: int
+    messages: int
+    one_striker: float
+    conflict: float
+    wrong_half: int
+    frames: list[Frame] = field(default_factory=list)
+
+    def as_json(self) -> dict[str, object]:
+        """The result as a JSON object."""
+        return {
+            "score": self.score,
+            "minutes": round(self.seconds / 60.0, 2),
+            "falls": sum(self.falls.values()),
+            "kicks": self.kicks,
+            "goals": [
+                {"t": round(goal.time, 2), "team": goal.team, "player": goal.player}
+                for goal in self.goals
+            ],
+            "wrong_half": self.wrong_half,
+            "crashes": 0,
+            "messages": self.messages,
+            "one_striker": round(100.0 * self.one_striker, 1),
+            "role_conflict_seconds_max": round(self.conflict, 2),
+        }
+
+
+class Match:
+    """One match; `play` plays it. Use it as a context manager.
+
+    Args:
+        spec: The specification.
+
+    Attributes:
+        pitch: World and players.
+        referee: The referee.
+    """
+
+    def __init__(self, spec: MatchSpec) -> None:
+        scene = match_scene(spec)
+        self.spec = spec
+        team_size = {team: sum(each.team == team for each in scene.robots) for team in TEAMS}
+        self.pitch = Pitch(
+            scene,
+            spec.seed,
+            spec.engine,
+            lambda robot: identity_of(
+                robot,
+                team_size[robot.team],
+                waits=True,
+                roles=robot.team not in spec.without_roles,
+            ),
+            spec.loss,
+        )
+        self.referee = Referee(
+            self.pitch.field,
+            self.pitch.goals,
+            {robot.name: (robot.team, robot.number) for robot in scene.robots},
+            Rules(half=60.0 * spec.minutes),
+            0.05 if scene.ball is None else scene.ball.radius,
+            dict.fromkeys(spec.goalkeepers, 1),
+            kick_off=TEAMS[spec.seed % 2],
+        )
+        self._strikers = _Strikers(self)
+
+    def play(self) -> Iterator[Frame]:
+        """Play the match; yields a frame of the replay now and then."""
+        for ticks in self.pitch.run(self._watch):
+            if (self.pitch.count - 1) % FRAME_TICKS == 0:
+                yield self._frame(ticks)
+            if self.referee.over:
+                return
+
+    def _watch(self, ticks: Sequence[Tick]) -> None:
+        """What the referee does, before each control period."""
+        pitch = self.pitch
+        if pitch.count % REFEREE_TICKS:
+            return
+        time = pitch.world.time * 1e-9
+        places = {
+            robot.name: RobotPlace(pose[:2], is_upright(tick))
+            for robot, pose, tick in zip(pitch.scene.robots, pitch.poses, ticks, strict=True)
+        }
+        before = self.referee.phase
+        for order in self.referee.update(time, pitch.ball_position, places):
+            if isinstance(order, PutBall):
+                pitch.world.put_ball(*order.position)
+            elif isinstance(order, PutRobot):
+                self._put_back(order.name)
+        self._strikers.watch(REFEREE_TICKS * CONTROL_PERIOD)
+        if self.referee.phase is not before or pitch.count % MESSAGE_TICKS == 0:
+            self._broadcast(time)
+
+    def _broadcast(self, time: float) -> None:
+        silence = self.spec.silence
+        if silence is not None and silence[0] <= time < silence[1]:
+            return
+        data = self.referee.message().encode()
+        for player in self.pitch.players:
+            player.behavior.hear_referee(data, time)
+
+    def _put_back(self, name: str) -> None:
+        for robot, player in zip(self.pitch.scene.robots, self.pitch.players, strict=True):
+            if robot.name == name:
+                try:
+                    self.pitch.world.reset_robot(name)
+                except NaoGaitError:
+                    return  # somebody stands there: it stays where it is
+                player.put_back(robot.pose)
+
+    def _frame(self, ticks: Sequence[Tick]) -> Frame:
+        robots: dict[str, RobotFrame] = {}
+        pitch = self.pitch
+        for robot, player, pose, tick in zip(
+            pitch.scene.robots, pitch.players, pitch.poses, ticks, strict=True
+        ):
+            path = () if player.decision is None else player.decision.path
+            state = "stand" if tick.status is None else tick.status.state.value
+            doing = f"{path[-1].option}: {path[-1].state}" if path else ""
+            x, y, heading = (round(each, 3) for each in pose)
+            role = player.behavior.role.value
+            robots[robot.name] = RobotFrame(x, y, heading, state, role, doing)
+        score = self.referee.score
+        x, y = pitch.ball
+        return Frame(
+            round(pitch.world.time * 1e-9, 2),
+            (round(x, 3), round(y, 3)),
+            robots,
+            self.referee.phase.value,
+            (score["red"], score["blue"]),
+        )
+
+    def result(self, frames: Sequence[Frame]) -> MatchResult:
+        """The result, with a replay."""
+        goals = self.referee.goals_scored
+        return MatchResult(
+            self.spec,
+            self.referee.score,
+            list(goals),
+            self.pitch.world.time * 1e-9,
+            dict(self.referee.falls),
+            sum(len(player.kicks) for player in self.pitch.players),
+            self.pitch.messages,
+            self._strikers.share,
+            self._strikers.longest,
+            sum(goal.own for goal in goals),
+            list(frames),
+        )
+
+    def __enter__(self) -> "Match":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.pitch.world.close()
+
+
+class _Strikers:
+    """How many strikers each team has while the ball is in play."""
+
+    def __init__(self, match: Match) -> None:
+        self._match = match
+        self._time = self._one = 0.0
+        self._conflict = dict.fromkeys(TEAMS, 0.0)
+        self.longest = 0.0
+
+    @property
+    def share(self) -> float:
+        """Share of the time with exactly one striker."""
+        return self._one / self._time if self._time else 1.0
+
+    def watch(self, dt: float) -> None:
+        """Count for a time [s]."""
+        match = self._match
+        if match.referee.phase is not Phase.PLAYING:
+            self._conflict = dict.fromkeys(TEAMS, 0.0)
+            return
+        for team in TEAMS:
+            if team in match.spec.without_roles:
+                continue
+            roles = [
+                player.behavior.role
+                for robot, player in zip(match.pitch.scene.robots, match.pitch.players, strict=True)
+                if robot.team == team and not match.referee.penalized(robot.name)
+            ]
+            if not roles:
+                continue
+            count = roles.count(Role.STRIKER)
+            self._time += dt
+            self._one += dt * (count == 1)
+            self._conflict[team] = self._conflict[team] + dt if count > 1 else 0.0
+            self.longest = max(self.longest, self._conflict[team])
+
+
+def match_scene(spec: MatchSpec) -> Scene:
+    """The scene of a match, with individuals of its seed.
+
+    Raises:
+        NaoGaitError: There is no such scene, or it has too few robots.
+    """
+    scene = load_scene(spec.scene)
+    robots = []
+    for team in TEAMS:
+        members = sorted(
+            (each for each in scene.robots if each.team == team), key=lambda each: each.number
+        )
+        if spec.robots is not None and len(members) < spec.robots:
+            allowed = f"at most {len(members)} robots of team {team} in {spec.scene}"
+            raise NaoGaitError("robots", spec.robots, allowed)
+        robots += members[: spec.robots]
+    numbered = [
+        robot.replace(seed=len(robots) * spec.seed + index) for index, robot in enumerate(robots)
+    ]
+    return scene.replace(robots=tuple(numbered))
+
+
+def play_match(
+    spec: MatchSpec, progress: Callable[[Frame, Referee], None] | None = None
+) -> MatchResult:
+    """Play a match to its end."""
+    frames = []
+    with Match(spec) as match:
+        for frame in match.play():
+            frames.append(frame)
+            if progress is not None:
+                progress(frame, match.referee)
+        return match.result(frames)

@@ -1,0 +1,224 @@
+"""Robots that play on a simulated pitch, in one process, with percepts by the model."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gait_lab.soccer.senses import Senses
+from gait_lab.trials.rendered_frames import footprint_of
+from gait_lab.trials.several import make_gaits, make_scene_world, run_several
+from gait_lab.trials.trial import Action, Policy, Tick
+from gait_lab.vision.percept_errors import load_percept_errors
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.types import DOWN, GETTING_UP, STANDSTILL, Point2, Point3, Pose2
+from nao_soccer.behavior.mind import Decision
+from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
+from nao_soccer.behavior.situation import Body
+from nao_soccer.field import Field, Goals
+from nao_soccer.referee.rules import TEAM_NUMBERS
+from sim_bridge.scene import Scene, SceneRobot
+from sim_bridge.world import World
+
+MIND_TICKS = 5
+"""Control periods between two updates of the behaviour."""
+
+
+class RobotPlayer(Policy):
+    """One robot on a pitch: senses, behaviour and gait.
+
+    Args:
+        pitch: Where it plays.
+        index: Of the robot in the world.
+        behavior: Its behaviour.
+        senses: Its senses.
+        gait: Its gait.
+    """
+
+    def __init__(
+        self, pitch: "Pitch", index: int, behavior: PlayerBehavior, senses: Senses, gait: Gait
+    ) -> None:
+        self.behavior = behavior
+        self.senses = senses
+        self.gait = gait
+        self.decision: Decision | None = None
+        self.kicks: list[str] = []
+        self._pitch = pitch
+        self._index = index
+        self._motion = ""
+        self._count = 0
+        self._walk = STANDSTILL
+
+    def command(self, time: float, tick: Tick | None) -> Action:
+        """Sense in every period, decide in some."""
+        if tick is None or tick.status is None:
+            return STANDSTILL
+        pitch = self._pitch
+        self.senses.step(
+            pitch.world.time, tick.truth, tick.status, pitch.ball, pitch.others(self._index)
+        )
+        self._count += 1
+        if self._count % MIND_TICKS == 0:
+            self._decide(time, tick)
+        return self._walk
+
+    def _decide(self, time: float, tick: Tick) -> None:
+        assert tick.status is not None
+        state = self.senses.state(self.behavior.link.mates(time))
+        if state is None:
+            return
+        state = replace(state, stamp=round(time * 1e9))
+        body = Body(tick.status.state, tick.status.motion)
+        self.decision = self.behavior.update(state, body)
+        action = self.decision.action
+        self._walk = action.walk
+        if action.motion and action.motion != self._motion:
+            try:
+                self.gait.request_motion(action.motion)
+                if action.motion.startswith("kick"):
+                    self.kicks.append(action.motion)
+            except NaoGaitError:
+                pass  # it cannot begin now: it falls
+        self._motion = action.motion
+        self.senses.look(action.head, self.gait)
+        data = self.behavior.team_message(time)
+        if data is not None:
+            self._pitch.tell(self._index, data, time)
+
+    def put_back(self, start: Pose2) -> None:
+        """The referee has put the robot back to its start."""
+        self.gait.reset()
+        self.gait.request_stand()
+        self._motion = ""
+        self.senses.restart(start)
+
+
+class Pitch:
+    """The world of a scene, and its robots as players. Use it as a context manager.
+
+    Args:
+        scene: With field, goals, ball and robots.
+        seed: Of sensor noise, percepts and radio.
+        engine: Physics engine.
+        identity: Who a robot of the scene is.
+        loss: Share of team messages that are lost.
+
+    Attributes:
+        scene: The scene.
+        world: The world.
+        players: The players, in the order of the scene's robots.
+        messages: Number of team messages that were sent.
+        count: Control periods so far.
+
+    Raises:
+        NaoGaitError: The scene lacks something.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        engine: str,
+        identity: Callable[[SceneRobot], Identity],
+        loss: float = 0.0,
+    ) -> None:
+        self.field, self.goals = field_of(scene)
+        self.scene = scene
+        self.world = make_scene_world(scene, engine=engine, noise_seed=100 * seed)
+        self.messages = 0
+        self.count = 0
+        self._loss = loss
+        self._random = np.random.default_rng([23, seed])
+        self._teams = [robot.team for robot in scene.robots]
+        self._poses: list[Pose2] = [robot.pose for robot in scene.robots]
+        errors = load_percept_errors()
+        self.players = []
+        for index, (robot, gait) in enumerate(
+            zip(scene.robots, make_gaits(self.world), strict=True)
+        ):
+            description = self.world.robots[index].description
+            behavior = PlayerBehavior(identity(robot), description.name, self.field, self.goals)
+            senses = Senses(
+                description, robot.team, self.field, self.goals, errors, 1000 * seed + index,
+                robot.pose,
+            )  # fmt: skip
+            self.players.append(RobotPlayer(self, index, behavior, senses, gait))
+
+    @property
+    def ball(self) -> Point2:
+        """x, y [m] of the ball."""
+        x, y, _ = self.ball_position
+        return x, y
+
+    @property
+    def ball_position(self) -> Point3:
+        """x, y, z [m] of the ball."""
+        ball = self.world.ball
+        assert ball is not None
+        x, y, z = ball.position.tolist()
+        return x, y, z
+
+    @property
+    def poses(self) -> Sequence[Pose2]:
+        """True poses of the robots in the world."""
+        return self._poses
+
+    def others(self, index: int) -> list[tuple[str, Pose2]]:
+        """Team and pose of all robots but one."""
+        return [
+            (team, pose)
+            for number, (team, pose) in enumerate(zip(self._teams, self._poses, strict=True))
+            if number != index
+        ]
+
+    def tell(self, index: int, data: bytes, time: float) -> None:
+        """Send a team message to the team mates; some are lost."""
+        self.messages += 1
+        for number, player in enumerate(self.players):
+            mate = number != index and self._teams[number] == self._teams[index]
+            if mate and self._random.random() >= self._loss:
+                player.behavior.hear_mate(data, time)
+
+    def run(self, watch: Callable[[Sequence[Tick]], None]) -> Iterator[Sequence[Tick]]:
+        """Step the world by control periods.
+
+        Args:
+            watch: Called at the beginning of each period with the last ticks; it may put the ball.
+
+        Yields:
+            The ticks of all robots.
+        """
+
+        def disturb(_: World, ticks: Sequence[Tick]) -> None:
+            self._poses = [footprint_of(tick.truth) for tick in ticks]
+            watch(ticks)
+
+        gaits = [player.gait for player in self.players]
+        for ticks in run_several(self.world, gaits, self.players, disturb):
+            yield ticks
+            self.count += 1
+
+    def __enter__(self) -> "Pitch":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.world.close()
+
+
+def is_upright(tick: Tick) -> bool:
+    """The robot neither lies nor gets up."""
+    down = tick.status is not None and tick.status.state in (*DOWN, GETTING_UP)
+    return not (tick.fallen or down)
+
+
+def field_of(scene: Scene) -> tuple[Field, Goals]:
+    """Field and goals of a scene; NaoGaitError if it lacks one of them, or a ball."""
+    if scene.field is None or scene.goals is None or scene.ball is None:
+        raise NaoGaitError("scene", scene.name, "a scene with field, goals and ball")
+    return scene.field, scene.goals
+
+
+def identity_of(robot: SceneRobot, players: int, *, waits: bool, roles: bool = True) -> Identity:
+    """Who a robot of a scene is."""
+    return Identity(TEAM_NUMBERS[robot.team], robot.number, players, waits, roles)

@@ -1,0 +1,60 @@
+"""A match as a page: the pitch from above, the goals on the time line, each robot's state."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from gait_lab.report.page import asset
+from gait_lab.soccer.frames import Frame
+from gait_lab.soccer.pitch import field_of
+from nao_soccer.referee.rules import Goal
+from sim_bridge.scene import Scene
+
+
+def write_replay(
+    path: Path,
+    scene: Scene,
+    frames: Sequence[Frame],
+    goals: Sequence[Goal],
+    subtitle: str,
+) -> None:
+    """Write the page.
+
+    Args:
+        path: The file.
+        scene: Field and robots.
+        frames: At least one moment of the match.
+        goals: The goals.
+        subtitle: What was played.
+    """
+    field, posts = field_of(scene)
+    data = {
+        "carpet": (field.length + 2.0 * field.border, field.width + 2.0 * field.border),
+        "markings": [marking.corners() for marking in field.markings()],
+        "posts": field.posts(posts),
+        "robots": [{"name": robot.name, "team": robot.team} for robot in scene.robots],
+        "goals": [{"t": goal.time, "team": goal.team, "player": goal.player} for goal in goals],
+        "frames": [
+            {
+                "t": frame.time,
+                "ball": frame.ball,
+                "robots": frame.robots,
+                "phase": frame.phase,
+                "score": frame.score,
+            }
+            for frame in frames
+        ],
+    }
+    score = frames[-1].score
+    parts = {
+        "TITLE": f"Match: red {score[0]} : {score[1]} blue",
+        "SUBTITLE": subtitle,
+        "STYLE": asset("report.css"),
+        "SCRIPT": asset("match.js"),
+        # `</` would end the script element.
+        "DATA": json.dumps(data, separators=(",", ":")).replace("</", "<\\/"),
+    }
+    text = asset("match.html")
+    for key, value in parts.items():
+        text = text.replace("{{" + key + "}}", value)
+    path.write_text(text, encoding="utf-8")

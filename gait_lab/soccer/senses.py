@@ -1,0 +1,152 @@
+"""What one simulated robot knows of the world: percepts by the model, its world model, its head."""
+
+import contextlib
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gait_lab.soccer.percept_model import PerceptModel
+from gait_lab.trials.rendered_frames import footprint_of
+from gait_lab.vision.percept_errors import PerceptErrors
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.geometry import rotation_matrix
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics
+from nao_lipm_gait.types import DOWN, GETTING_UP, GaitStatus, Point2, Pose2
+from nao_soccer.field import Field, Goals
+from nao_soccer.player import Player
+from nao_soccer.vision.percepts import Kind, Percepts
+from nao_soccer.world.settings import WorldSettings
+from nao_soccer.world.state import HeadMode, TeamMate, WorldState
+from sim_bridge.robot import GroundTruth
+
+IMAGE_SIZE = (320, 240)
+"""[px]"""
+IMAGE_PERIOD = 0.1
+"""[s] between two images of a camera; the cameras expose one after the other."""
+KINDS = {"red": Kind.ROBOT_RED, "blue": Kind.ROBOT_BLUE}
+
+
+class _Arrival(NamedTuple):
+    """Percepts on their way; `due` [ns] is when they arrive."""
+
+    due: int
+    percepts: Percepts
+
+
+class Senses:
+    """Cameras by the percept model, world model and head of one robot.
+
+    Args:
+        robot: The robot.
+        team: Its team, which says where the opponents' goal is.
+        field: The field.
+        goals: The goals.
+        errors: Of the percepts.
+        seed: Of the percepts and particles.
+        start: Pose at which it begins, in the world; None = it does not know.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        team: str,
+        field: Field,
+        goals: Goals,
+        errors: PerceptErrors,
+        seed: int,
+        start: Pose2 | None,
+    ) -> None:
+        self.player = Player(WorldSettings(field=field, goals=goals, seed=seed))
+        self._team = team
+        self._model = PerceptModel(errors, field, goals, seed)
+        self._delay = round(errors.delay * 1e9)
+        self._cameras = [
+            CameraModel(robot, name, Intrinsics.from_fov(*IMAGE_SIZE, camera.hfov))
+            for name, camera in robot.cameras.items()
+        ]
+        self._period = round(IMAGE_PERIOD * 1e9) // len(self._cameras)
+        self._next_image = 0
+        self._camera = 0
+        self._coming: deque[_Arrival] = deque()
+        self._stamp: int | None = None
+        if start is not None:
+            self.restart(start)
+
+    def restart(self, start: Pose2) -> None:
+        """The robot has been put to a pose of the world."""
+        self.player.world.start((self.in_field(start),))
+
+    def in_field(self, pose: Pose2) -> Pose2:
+        """A pose of the world in the field of the robot's team."""
+        if self._team == "red":
+            return pose
+        return -pose[0], -pose[1], math.remainder(pose[2] + math.pi, math.tau)
+
+    def step(
+        self,
+        now: int,
+        truth: GroundTruth,
+        status: GaitStatus,
+        ball: Point2,
+        others: Sequence[tuple[str, Pose2]],
+    ) -> None:
+        """One control period.
+
+        Args:
+            now: Time of the world [ns].
+            truth: Of the robot, from which its percepts are made.
+            status: Of its gait.
+            ball: x, y [m] of the ball in the world.
+            others: Team and pose in the world of the other robots.
+        """
+        world = self.player.world
+        world.set_upright(status.state not in (*DOWN, GETTING_UP))
+        if status.stamp != self._stamp:
+            self._stamp = status.stamp
+            with contextlib.suppress(NaoGaitError):  # a jump after the robot was put back
+                world.add_odometry(
+                    status.stamp, status.base_footprint_in_odom, status.pose_covariance
+                )
+        if now >= self._next_image:
+            self._next_image = now + self._period
+            self._camera = (self._camera + 1) % len(self._cameras)
+            footprint = footprint_of(truth)
+            self._coming.append(
+                _Arrival(
+                    now + self._delay,
+                    self._model.see(
+                        now,
+                        self._view(self._cameras[self._camera], truth, footprint),
+                        self.in_field(footprint),
+                        self.in_field((*ball, 0.0))[:2],
+                        [(KINDS[team], self.in_field(pose)) for team, pose in others],
+                    ),
+                )
+            )
+        while self._coming and self._coming[0].due <= now:
+            with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
+                world.add_percepts(self._coming.popleft().percepts)
+
+    def state(self, mates: Sequence[TeamMate]) -> WorldState | None:
+        """The world model now; None before the first odometry."""
+        for mate in mates:
+            self.player.world.add_mate(mate)
+        return self.player.state()
+
+    def look(self, mode: HeadMode, gait: Gait) -> None:
+        """Turn the head."""
+        gait.request_look(self.player.look(mode))
+
+    def _view(self, camera: CameraModel, truth: GroundTruth, footprint: Pose2) -> CameraView:
+        """The camera in base_footprint, by the truth."""
+        c, s = math.cos(footprint[2]), math.sin(footprint[2])
+        turn = np.array(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)))
+        place = turn @ (truth.torso_position - np.array((*footprint[:2], 0.0)))
+        return camera.view(
+            truth.joint_position, place, turn @ rotation_matrix(truth.torso_quaternion)
+        )

@@ -1,0 +1,137 @@
+"""A robot alone against an empty goal, from anywhere on the pitch, with percepts by the model."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gait_lab.soccer.pitch import Pitch, field_of, identity_of, is_upright
+from gait_lab.trials.trial import CONTROL_PERIOD, Tick
+from nao_lipm_gait.types import Point2, Pose2
+from nao_soccer.field import BallPlace
+from nao_soccer.referee.rules import Rules
+from sim_bridge.scene import Scene, SceneRobot, load_scene
+
+LIMIT = 120.0
+"""[s] after which a trial ends."""
+MARGIN = 0.35
+"""[m] between the lines and the places at which robot and ball start."""
+APART = 0.4
+"""[m] between robot and ball at the start."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SoloSpec:
+    """One trial.
+
+    Attributes:
+        seed: The individual and its percepts; also draws the starts that are not given.
+        scene: Field and goals.
+        urdf: The robot; None = the first one of the scene.
+        engine: Physics engine.
+        start: Pose of the robot in the world; None = drawn.
+        ball: x, y [m] of the ball in the world; None = drawn.
+        limit: [s] after which the trial ends.
+    """
+
+    seed: int
+    scene: str = "pitch_small"
+    urdf: str | None = None
+    engine: str = "mujoco"
+    start: Pose2 | None = None
+    ball: Point2 | None = None
+    limit: float = LIMIT
+
+
+@dataclass(frozen=True, slots=True)
+class SoloResult:
+    """What came of it.
+
+    Attributes:
+        spec: The specification.
+        goal: [s] until the ball was in the opponents' goal; None = it was not.
+        outs: Number of times that the ball left the field; it was put back as the referee does.
+        falls: Number of falls.
+        kicks: The kicks, by the names of their motions.
+        path: The activation path at the end, for reports.
+    """
+
+    spec: SoloSpec
+    goal: float | None
+    outs: int
+    falls: int
+    kicks: tuple[str, ...]
+    path: str
+
+
+def solo(spec: SoloSpec) -> SoloResult:
+    """Run one trial."""
+    scene, ball = _start(spec)
+    with Pitch(
+        scene, spec.seed, spec.engine, lambda robot: identity_of(robot, 1, waits=False)
+    ) as pitch:
+        pitch.world.put_ball(*ball)
+        return _Trial(spec, pitch).run()
+
+
+class _Trial:
+    """Counts while the robot plays."""
+
+    def __init__(self, spec: SoloSpec, pitch: Pitch) -> None:
+        self._spec = spec
+        self._pitch = pitch
+        self._radius = 0.05 if pitch.scene.ball is None else pitch.scene.ball.radius
+        self._inside = Rules().inside
+        self._outs = self._falls = 0
+        self._upright = True
+        self._place = BallPlace.IN_PLAY
+
+    def run(self) -> SoloResult:
+        goal = None
+        for _ in self._pitch.run(self._watch):
+            time = self._pitch.count * CONTROL_PERIOD
+            if self._place is BallPlace.IN_BLUE_GOAL:
+                goal = time
+            if goal is not None or time >= self._spec.limit:
+                break
+        (player,) = self._pitch.players
+        path = () if player.decision is None else player.decision.path
+        return SoloResult(
+            self._spec, goal, self._outs, self._falls, tuple(player.kicks),
+            " > ".join(map(str, path)),
+        )  # fmt: skip
+
+    def _watch(self, ticks: Sequence[Tick]) -> None:
+        upright = is_upright(ticks[0])
+        self._falls += self._upright and not upright
+        self._upright = upright
+        pitch = self._pitch
+        self._place = pitch.field.place_of(pitch.ball_position, self._radius, pitch.goals)
+        if self._place not in (BallPlace.IN_PLAY, BallPlace.IN_BLUE_GOAL):
+            self._outs += 1
+            x, y = pitch.field.length / 2.0, pitch.field.width / 2.0
+            bx, by = pitch.ball
+            inside = self._inside
+            pitch.world.put_ball(
+                min(max(bx, inside - x), x - inside), min(max(by, inside - y), y - inside)
+            )
+
+
+def _start(spec: SoloSpec) -> tuple[Scene, Point2]:
+    """The scene with its only robot, and where the ball is put."""
+    scene = load_scene(spec.scene)
+    field, _ = field_of(scene)
+    random = np.random.default_rng([2323, spec.seed])
+    half = np.array((field.length, field.width)) / 2.0 - MARGIN
+    while True:
+        place, ball = random.uniform(-half, half), random.uniform(-half, half)
+        if np.hypot(*(place - ball)) > APART:
+            break
+    drawn = (float(place[0]), float(place[1]), float(random.uniform(-math.pi, math.pi)))
+    robot = SceneRobot(
+        name="red1", team="red", number=1, urdf=spec.urdf or scene.robots[0].urdf,
+        pose=spec.start or drawn, seed=spec.seed,
+    )  # fmt: skip
+    x, y = ball.tolist()
+    return scene.replace(robots=(robot,)), spec.ball or (x, y)

@@ -1,0 +1,232 @@
+"""The referee as a ROS 2 node: ground truth in; orders, `game_state` and control messages out.
+
+The node follows the simulated time of the bridge, which is that of the ball's stamps.
+"""
+
+import time as clock
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PointStamped
+from nav_msgs.msg import Odometry
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from std_srvs.srv import Trigger
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.ros.messages import to_time
+from nao_lipm_gait.ros.parameters import (
+    declare,
+    node_parameter,
+    of_type,
+    unknown_overrides,
+    used_as,
+)
+from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.runtime.inputs import stamp_of
+from nao_lipm_gait.types import Point3
+from nao_soccer.referee.players import players_of_scene
+from nao_soccer.referee.protocol import (
+    CONTROL_PORT,
+    RETURN_PORT,
+    VERSIONS,
+    ReturnMessage,
+    decode_return,
+)
+from nao_soccer.referee.rules import PutBall, PutRobot, Referee, RobotPlace, Rules
+from nao_soccer.team.udp import LOCAL, UdpLink
+from nao_soccer.vision.settings import settings_of_scene
+
+SCENE = node_parameter("scene", "pitch_small", "field and robots: a shipped scene or a YAML file")
+MINUTES = node_parameter("minutes", 2.0, "simulated minutes of a half", "min", 0.05, 60.0)
+KICK_OFF = node_parameter("kick_off", "red", "team that kicks off first", choices=("red", "blue"))
+KEEPERS = node_parameter("goalkeepers", False, "player 1 of each team is its goalkeeper")
+ADDRESS = node_parameter("control_address", LOCAL, "where control messages are sent")
+PORT = node_parameter(
+    "control_port", CONTROL_PORT, "UDP port of control messages", minimum=1024, maximum=65535
+)
+BACK = node_parameter(
+    "return_port", RETURN_PORT, "UDP port of return messages", minimum=1024, maximum=65535
+)
+VERSION = node_parameter(
+    "protocol", 18, "version of the control message", minimum=min(VERSIONS), maximum=max(VERSIONS)
+)
+WAIT = node_parameter("wait", 0.0, "simulated time before the match begins", "s", 0.0, 600.0)
+NODE_PARAMETERS = (
+    SCENE, MINUTES, KICK_OFF, KEEPERS, ADDRESS, PORT, BACK, VERSION, WAIT
+)  # fmt: skip
+
+PERIOD = 100_000_000
+"""[ns] between two looks."""
+MESSAGE_PERIOD = 500_000_000
+"""[ns] between two messages, as of the GameController."""
+STANDING_SHARE = 0.6
+"""Share of its largest height so far above which a torso is said to stand."""
+
+
+class RefereeNode(Node):
+    """Keeps the rules of one match."""
+
+    def __init__(self) -> None:
+        super().__init__("referee", automatically_declare_parameters_from_overrides=True)
+        scene = of_type(declare(self, SCENE), str)
+        settings = used_as(SCENE, settings_of_scene, scene)
+        players = used_as(SCENE, players_of_scene, scene)
+        half = 60.0 * of_type(declare(self, MINUTES), float)
+        keepers = of_type(declare(self, KEEPERS), bool)
+        self._referee = Referee(
+            settings.field,
+            settings.goals,
+            players,
+            Rules(half=half),
+            settings.ball_radius,
+            {"red": 1, "blue": 1} if keepers else None,
+            of_type(declare(self, KICK_OFF), str),
+        )
+        self._version = of_type(declare(self, VERSION), int)
+        address = of_type(declare(self, ADDRESS), str)
+        self._wait = round(1e9 * of_type(declare(self, WAIT), float))
+        port, back = of_type(declare(self, PORT), int), of_type(declare(self, BACK), int)
+        self._control = UdpLink(port, address)
+        self._returns = UdpLink(back, address if address == LOCAL else "0.0.0.0")
+        self._robots: dict[str, RobotPlace] = {}
+        self._heights: dict[str, float] = {}
+        self._heard: dict[tuple[int, int], ReturnMessage] = {}
+        self._began: int | None = None
+        self._looked = self._told = -MESSAGE_PERIOD
+        self._goals = 0
+        self._throttle = Throttle()
+        self._state = self.create_publisher(DiagnosticArray, "game_state", 10)
+        self._put = self.create_publisher(PointStamped, "put_ball", 10)
+        self._resets: dict[str, Client] = {
+            name: self.create_client(Trigger, f"{name}/sim_bridge/reset") for name in players
+        }
+        self._teams = {team: [n for n, each in players.items() if each[0] == team]
+                       for team in ("red", "blue")}  # fmt: skip
+        for name in players:
+            self.create_subscription(
+                Odometry, f"{name}/ground_truth/odom", partial(self._on_robot, name),
+                qos_profile_sensor_data,
+            )  # fmt: skip
+        self.create_subscription(
+            PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data
+        )
+        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
+            self.get_logger().warning(
+                f"parameter {name}: unknown and ignored; see `ros2 param list`"
+            )
+        names = ", ".join(players)
+        self.get_logger().info(f"{scene}: {names}; control messages to {address}:{port}")
+
+    def destroy_node(self) -> None:
+        """Close the sockets too."""
+        self._control.close()
+        self._returns.close()
+        super().destroy_node()
+
+    # -- ground truth ------------------------------------------------------------------------------
+
+    def _on_robot(self, name: str, message: Odometry) -> None:
+        place = message.pose.pose.position
+        turn = message.pose.pose.orientation
+        # The z axis of the torso, of which the vertical part is 1 while it is upright.
+        vertical = 1.0 - 2.0 * (turn.x * turn.x + turn.y * turn.y)
+        tallest = self._heights[name] = max(self._heights.get(name, 0.0), place.z)
+        upright = vertical > 0.5 and place.z > STANDING_SHARE * tallest
+        self._robots[name] = RobotPlace((place.x, place.y), upright)
+
+    def _on_ball(self, message: PointStamped) -> None:
+        stamp = message.header.stamp
+        now = stamp_of(stamp.sec, stamp.nanosec, "ground_truth/ball header.stamp")
+        if self._began is None:
+            self._began = now + self._wait
+        if now < self._began:
+            return
+        if now < self._looked:  # the bridge was started again
+            self._looked = self._told = now
+        if now - self._looked < PERIOD:
+            return
+        self._looked = now
+        self._look(now, (message.point.x, message.point.y, message.point.z))
+
+    # -- the match ---------------------------------------------------------------------------------
+
+    def _look(self, now: int, ball: Point3) -> None:
+        assert self._began is not None
+        self._hear()
+        before = self._referee.phase
+        for order in self._referee.update((now - self._began) * 1e-9, ball, self._robots):
+            if isinstance(order, PutBall):
+                self._put_ball(now, order)
+            elif isinstance(order, PutRobot):
+                self._resets[order.name].call_async(Trigger.Request())
+                self.get_logger().info(f"{order.name} is put back to its start")
+        for goal in self._referee.goals_scored[self._goals :]:
+            score = self._referee.score
+            self.get_logger().info(
+                f"goal for {goal.team} by {goal.player or 'nobody known'} at {goal.time:.1f} s: "
+                f"{score['red']} : {score['blue']}"
+            )
+        self._goals = len(self._referee.goals_scored)
+        if self._referee.phase is not before or now - self._told >= MESSAGE_PERIOD:
+            self._told = now
+            self._control.send(self._referee.message(self._version).encode())
+            self._state.publish(self._game_state(now))
+
+    def _put_ball(self, now: int, order: PutBall) -> None:
+        message = PointStamped()
+        message.header.stamp = to_time(now)
+        message.header.frame_id = "world"
+        message.point.x, message.point.y = order.position
+        self._put.publish(message)
+
+    def _hear(self) -> None:
+        for data, sender in self._returns.received():
+            try:
+                message = decode_return(data)
+            except NaoGaitError as error:
+                held_back = self._throttle.allow(sender, clock.monotonic())
+                if held_back is not None:
+                    more = f" ({held_back} more like it)" if held_back else ""
+                    self.get_logger().warning(f"{sender}: {error}; ignored{more}")
+                continue
+            self._heard[message.team, message.player] = message
+
+    def _game_state(self, now: int) -> DiagnosticArray:
+        referee = self._referee
+        message = referee.message(self._version)
+        score = referee.score
+        values: dict[str, Any] = {
+            "state": message.phase.value,
+            "set_play": message.set_play.value,
+            "kicking_team": "" if message.kicking_team is None else message.kicking_team,
+            "first_half": message.first_half,
+            "seconds_remaining": message.seconds_remaining,
+            "secondary_time": message.secondary_time,
+            "red": score["red"],
+            "blue": score["blue"],
+            "over": referee.over,
+            "robots_heard": len(self._heard),
+        }
+        for goal in range(len(referee.goals_scored)):
+            each = referee.goals_scored[goal]
+            values[f"goal_{goal + 1}"] = (
+                f"{each.time:.2f} {each.team} {each.player or '-'} {each.own}"
+            )
+        for team in ("red", "blue"):
+            for name in self._teams[team]:
+                penalty = "penalized" if referee.penalized(name) else "plays"
+                values[name] = f"{penalty}, {referee.falls[name]} falls"
+        array = DiagnosticArray()
+        array.header.stamp = to_time(now)
+        array.status = [
+            DiagnosticStatus(
+                level=DiagnosticStatus.OK,
+                name="referee",
+                message=f"{message.phase.value}, red {score['red']} : {score['blue']} blue",
+                values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+            )
+        ]
+        return array
