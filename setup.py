@@ -100,6 +100,7 @@ setup(
             "lola_bridge = lola_bridge.ros.main:main",
             "lola_server = sim_bridge.lola.main:main",
             "vision = nao_soccer.ros.vision_main:main",
+            "player = nao_soccer.ros.player_main:main",
             "referee = nao_soccer.ros.referee_main:main",
             "nao_gait = gait_lab.cli:main",
         ],

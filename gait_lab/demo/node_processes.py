@@ -1,4 +1,4 @@
-"""Both nodes as child processes that end with this process, however it ends."""
+"""Nodes as child processes that end with this process, however it ends."""
 
 import contextlib
 import ctypes
@@ -11,7 +11,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 
-MODULES = {"sim_bridge": "sim_bridge.ros.main", "gait": "nao_lipm_gait.ros.main"}
+MODULES = {
+    "sim_bridge": "sim_bridge.ros.main",
+    "gait": "nao_lipm_gait.ros.main",
+    "vision": "nao_soccer.ros.vision_main",
+    "player": "nao_soccer.ros.player_main",
+    "referee": "nao_soccer.ros.referee_main",
+}
+"""The modules of the nodes, by the names of their executables."""
 END_TIME = 8.0
 """Time [s] that a node gets to end after SIGINT, before it is killed."""
 _PR_SET_PDEATHSIG = 1
@@ -24,7 +31,7 @@ def _end_with_parent() -> None:
 
 
 class NodeProcesses:
-    """The nodes `sim_bridge` and `gait`, with their output in log files.
+    """Nodes, with their output in log files.
 
     Args:
         environment: Environment of the nodes.
@@ -35,16 +42,25 @@ class NodeProcesses:
         self._environment = dict(environment)
         self._logs = logs
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._started: list[str] = []
 
-    def start(self, name: str, parameters: Mapping[str, object]) -> None:
-        """Start a node with the given ROS parameters."""
-        arguments: list[str] = []
+    def start(self, executable: str, parameters: Mapping[str, object], namespace: str = "") -> None:
+        """Start a node.
+
+        Args:
+            executable: One of `MODULES`.
+            parameters: ROS parameters.
+            namespace: Namespace of the robot; "" for none.
+        """
+        arguments = ["-r", f"__ns:=/{namespace}"] if namespace else []
+        name = f"{namespace}_{executable}" if namespace else executable
         for key, value in parameters.items():
             text = str(value).lower() if isinstance(value, bool) else str(value)
             arguments += ["-p", f"{key}:={text}"]
+        self._started.append(name)
         with self.log(name).open("wb") as log:
             self._processes[name] = subprocess.Popen(
-                [sys.executable, "-m", MODULES[name], "--ros-args", *arguments],
+                [sys.executable, "-m", MODULES[executable], "--ros-args", *arguments],
                 env=self._environment,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
@@ -85,7 +101,7 @@ class NodeProcesses:
     def log_tails(self, lines: int = 5) -> Sequence[str]:
         """Return the last lines of every log."""
         tails = []
-        for name in MODULES:
+        for name in self._started:
             if self.log(name).is_file():
                 text = self.log(name).read_text(errors="replace").splitlines()
                 tails += [f"[{name}] {line}" for line in text[-lines:]]

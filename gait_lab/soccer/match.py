@@ -1,5 +1,6 @@
 """A match in one process, with percepts by the model: for statistics."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -60,8 +61,9 @@ class MatchResult:
         falls: Falls by robot.
         kicks: Number of kicks.
         messages: Team messages that were sent.
-        one_striker: Share of the playing time in which a team had exactly one striker.
-        conflict: Longest time [s] with two strikers in a team.
+        one_striker: Share of the playing time in which a team had exactly one striker; NaN if it
+            was not watched.
+        conflict: Longest time [s] with two strikers in a team; likewise.
         wrong_half: Goals into the own goal.
         frames: The replay.
     """
@@ -92,8 +94,8 @@ class MatchResult:
             "wrong_half": self.wrong_half,
             "crashes": 0,
             "messages": self.messages,
-            "one_striker": round(100.0 * self.one_striker, 1),
-            "role_conflict_seconds_max": round(self.conflict, 2),
+            "one_striker": _rounded(100.0 * self.one_striker),
+            "role_conflict_seconds_max": _rounded(self.conflict),
         }
 
 
@@ -296,3 +298,8 @@ def play_match(
             if progress is not None:
                 progress(frame, match.referee)
         return match.result(frames)
+
+
+def _rounded(value: float) -> float | None:
+    """For JSON, which has no NaN."""
+    return None if math.isnan(value) else round(value, 2)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from gait_lab.commands.terminal import EXIT_OK
 from gait_lab.soccer.frames import Frame
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene, play_match
 from gait_lab.soccer.replay_page import write_replay
 from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.referee.rules import Referee
 
 MINUTES = (0.05, 60.0)
 """Shortest and longest half [min]."""
@@ -69,17 +69,23 @@ def run(options: MatchOptions, say: Callable[[str], None]) -> int:
     """Play a match; return the exit status."""
     spec = options.spec
     options.out.mkdir(parents=True, exist_ok=True)
+    began = clock.monotonic()
+    status = EXIT_OK
     if options.vision == "camera":
         from gait_lab.soccer import ros_match
 
-        return ros_match.run(options, spec, say)
-    if options.real_time:
-        raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
-    began = clock.monotonic()
-    with Progress() as progress:
-        result = play_match(spec, progress.show)
+        with Progress() as progress:
+            status, finished = ros_match.run(options, spec, say, progress)
+        if finished is None:
+            return status
+        result = finished
+    else:
+        if options.real_time:
+            raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
+        with Progress() as progress:
+            result = play_match(spec, lambda frame, referee: progress.show(frame, referee.duration))
     finish(options, result, clock.monotonic() - began, say)
-    return 0
+    return status
 
 
 class Progress:
@@ -88,10 +94,10 @@ class Progress:
     def __init__(self) -> None:
         self._bar: tqdm[None] | None = None
 
-    def show(self, frame: Frame, referee: Referee) -> None:
-        """Show a moment of the match."""
+    def show(self, frame: Frame, total: float) -> None:
+        """Show a moment of a match that takes `total` seconds."""
         if self._bar is None:
-            self._bar = tqdm(total=round(referee.duration), unit="s", desc="match", disable=None)
+            self._bar = tqdm(total=round(total), unit="s", desc="match", disable=None)
         self._bar.set_postfix_str(
             f"{frame.phase}, red {frame.score[0]} : {frame.score[1]} blue", refresh=False
         )

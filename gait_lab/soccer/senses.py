@@ -83,9 +83,7 @@ class Senses:
 
     def in_field(self, pose: Pose2) -> Pose2:
         """A pose of the world in the field of the robot's team."""
-        if self._team == "red":
-            return pose
-        return -pose[0], -pose[1], math.remainder(pose[2] + math.pi, math.tau)
+        return in_field(pose, self._team)
 
     def step(
         self,
@@ -150,3 +148,10 @@ class Senses:
         return camera.view(
             truth.joint_position, place, turn @ rotation_matrix(truth.torso_quaternion)
         )
+
+
+def in_field(pose: Pose2, team: str) -> Pose2:
+    """A pose of the world in the field of a team, in which x points to the opponents' goal."""
+    if team == "red":
+        return pose
+    return -pose[0], -pose[1], math.remainder(pose[2] + math.pi, math.tau)

@@ -1,0 +1,211 @@
+"""The player as a ROS 2 node: what was seen becomes a world state, and that an action."""
+
+import time as clock
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Bool, String
+
+from nao_lipm_gait.errors import NaoGaitError, is_number
+from nao_lipm_gait.head.goals import Follow, Goal, LookAt, Search
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.messages import to_time
+from nao_lipm_gait.ros.parameters import (
+    declare,
+    node_parameter,
+    of_type,
+    unknown_overrides,
+    used_as,
+)
+from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.runtime.inputs import stamp_of
+from nao_lipm_gait.types import DOWN, GETTING_UP, Pose2
+from nao_soccer.field import Goals
+from nao_soccer.player import Player
+from nao_soccer.ros import behavior_part
+from nao_soccer.ros import player_messages as convert
+from nao_soccer.ros.behavior_part import BehaviorPart
+from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.settings import WorldSettings
+from nao_soccer.world.state import HeadMode, WorldState
+
+URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+SCENE = node_parameter("scene", "pitch", "field and goals: a shipped scene or a YAML file")
+START = node_parameter(
+    "start", "", "pose at the start in the field of the own team, as x y yaw; empty = not known"
+)
+SEED = node_parameter("seed", 0, "seed of the particles", "", 0, 2**31 - 1)
+NODE_PARAMETERS = (URDF, SCENE, START, SEED, *behavior_part.NODE_PARAMETERS)
+
+PARTS = 8
+"""Number of images whose messages may wait for each other."""
+REPORT_PERIOD = 100_000_000
+"""[ns] between two messages with pose and ball."""
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class PlayerNode(Node):
+    """World model and behaviour of one robot."""
+
+    def __init__(self) -> None:
+        super().__init__("player", automatically_declare_parameters_from_overrides=True)
+        text = partial(of_type, kind=str)
+        robot = used_as(URDF, load_robot, text(declare(self, URDF)))
+        settings = used_as(SCENE, settings_of_scene, text(declare(self, SCENE)))
+        self._start = used_as(START, _pose, text(declare(self, START)))
+        seed = of_type(declare(self, SEED), int)
+        goals = settings.goals or Goals()
+        self._radius = settings.ball_radius
+        self._player = Player(
+            WorldSettings(
+                field=settings.field, goals=settings.goals, poles=settings.poles, seed=seed
+            )
+        )
+        if self._start is not None:
+            self._player.world.start((self._start,))
+        self._behavior = BehaviorPart(self, robot.name, settings.field, goals)
+        self._parts: dict[int, convert.PerceptParts] = {}
+        self._reported = 0
+        self._was_penalized = False
+        self._head: type[Goal] | None = None
+        self._throttle = Throttle()
+        self._make_publishers()
+        self._make_subscriptions()
+        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
+            self.get_logger().warning(
+                f"parameter {name}: unknown and ignored; see `ros2 param list`"
+            )
+        me = self._behavior.behavior.identity
+        self.get_logger().info(f"{robot.name}, player {me.player} of team {me.team}")
+
+    def destroy_node(self) -> None:
+        """Close the sockets too."""
+        self._behavior.close()
+        super().destroy_node()
+
+    def _make_publishers(self) -> None:
+        make = self.create_publisher
+        self._pose = make(PoseWithCovarianceStamped, "pose", 10)
+        self._valid = make(Bool, "pose_valid", 10)
+        self._particles = make(PoseArray, "particles", 2)
+        self._ball = make(Odometry, "ball", 10)
+        self._look_at = make(PointStamped, "gait/look_at", 10)
+        self._follow = make(PointStamped, "gait/follow", 10)
+        self._head_mode = make(String, "gait/head_mode", 10)
+
+    def _make_subscriptions(self) -> None:
+        sensors = qos_profile_sensor_data
+        for kind, topic, receive, qos in (
+            (Odometry, "odom", self._on_odometry, sensors),
+            (PointCloud2, "vision/lines", partial(self._on_part, "lines"), sensors),
+            (PointCloud2, "vision/percepts", partial(self._on_part, "objects"), sensors),
+            (PolygonStamped, "vision/view", partial(self._on_part, "view"), sensors),
+            (String, "gait/support", self._on_support, _LATCHED),
+        ):
+            self.create_subscription(kind, topic, partial(self._guarded, topic, receive), qos)
+
+    # -- messages ----------------------------------------------------------------------------------
+
+    def _guarded(self, topic: str, receive: Callable[[Any], None], message: Any) -> None:
+        """Turn a refusal into a warning; the next message is served as usual."""
+        try:
+            receive(message)
+        except NaoGaitError as error:
+            self._warn(error.field, f"{topic}: {error}; ignored")
+        except Exception as error:
+            self._warn(type(error).__name__, f"{topic}: {type(error).__name__}: {error}; ignored")
+
+    def _on_odometry(self, message: Odometry) -> None:
+        stamp, pose, covariance = convert.odometry(message)
+        try:
+            self._player.world.add_odometry(stamp, pose, covariance)
+        finally:
+            if self._behavior.due(stamp):
+                self._decide(stamp)
+
+    def _on_part(self, name: str, message: Any) -> None:
+        at = message.header.stamp
+        stamp = stamp_of(at.sec, at.nanosec, f"vision/{name} header.stamp")
+        parts = self._parts.setdefault(stamp, convert.PerceptParts())
+        setattr(parts, name, message)
+        percepts = parts.joined(stamp)
+        if percepts is not None:
+            del self._parts[stamp]
+            self._player.world.add_percepts(percepts)
+        while len(self._parts) > PARTS:
+            del self._parts[min(self._parts)]
+
+    def _on_support(self, message: String) -> None:
+        state = message.data.split()[0] if message.data else ""
+        self._player.world.set_upright(state not in (*DOWN, GETTING_UP))
+
+    # -- deciding ----------------------------------------------------------------------------------
+
+    def _decide(self, now: int) -> None:
+        behavior = self._behavior
+        behavior.hear(now)
+        self._watch_penalty()
+        for mate in behavior.behavior.link.mates(now * 1e-9):
+            self._player.world.add_mate(mate)
+        state = self._player.state()
+        if state is None:
+            return
+        self._turn_head(behavior.step(state), now)
+        if not 0 <= now - self._reported < REPORT_PERIOD:
+            self._reported = now
+            self._publish(state)
+
+    def _watch_penalty(self) -> None:
+        """A penalty ends at the start: there the referee has put the robot."""
+        penalized = self._behavior.penalized
+        if self._was_penalized and not penalized and self._start is not None:
+            self._player.world.start((self._start,))
+        self._was_penalized = penalized
+
+    def _turn_head(self, mode: HeadMode, now: int) -> None:
+        goal = self._player.look(mode)
+        if isinstance(goal, LookAt | Follow):
+            point = PointStamped()
+            point.header.stamp, point.header.frame_id = to_time(now), goal.frame.value
+            point.point.x, point.point.y, point.point.z = goal.point
+            (self._follow if isinstance(goal, Follow) else self._look_at).publish(point)
+        elif isinstance(goal, Search):
+            if self._head is not Search:
+                self._head_mode.publish(String(data="search"))
+        elif self._head is not None:
+            self._head_mode.publish(String(data="free"))
+        self._head = None if goal is None else type(goal)
+
+    def _publish(self, state: WorldState) -> None:
+        self._pose.publish(convert.pose(state.stamp, state.own))
+        self._valid.publish(Bool(data=state.own.valid))
+        if state.ball is not None:
+            self._ball.publish(convert.ball(state.stamp, state.ball, self._radius))
+        if self._particles.get_subscription_count():
+            poses = self._player.world.localization.particles
+            self._particles.publish(convert.particles(state.stamp, poses))
+
+    def _warn(self, key: str, message: str) -> None:
+        held_back = self._throttle.allow(key, clock.monotonic())
+        if held_back is not None:
+            more = f" ({held_back} more like it)" if held_back else ""
+            self.get_logger().warning(message + more)
+
+
+def _pose(text: str) -> Pose2 | None:
+    """X y yaw from a parameter; None if it is empty."""
+    if not text.strip():
+        return None
+    try:
+        x, y, yaw = (float(each) for each in text.replace(",", " ").split())
+    except ValueError as error:
+        raise NaoGaitError("start", text, "three numbers: x y yaw, in m and rad") from error
+    if not all(is_number(each) and abs(each) <= 50.0 for each in (x, y, yaw)):
+        raise NaoGaitError("start", text, "three numbers from -50 to 50")
+    return x, y, yaw
