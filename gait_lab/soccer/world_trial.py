@@ -23,7 +23,7 @@ from nao_lipm_gait.geometry import compose, relative, rotate_planar, rotation_fr
 from nao_lipm_gait.head.head_control import HeadControl, TorsoPlace
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics
-from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
+from nao_lipm_gait.types import FloatArray, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Percepts
@@ -255,23 +255,17 @@ def run_trial(
     rows, exposures, before, cost = _Rows(), 0, int(walk.stamp[0]), 0.0
     _start(player, spec, _pose(walk.truth[0]))
     table = zip(
-        walk.stamp.tolist(), walk.odometry.tolist(), walk.covariance.tolist(),
-        walk.torso.tolist(), walk.truth.tolist(), strict=True,
+        walk.stamp.tolist(), walk.odometry.tolist(), walk.torso.tolist(), walk.truth.tolist(),
+        strict=True,
     )  # fmt: skip
-    for (
-        stamp,
-        odometry,
-        covariance,
-        torso,
-        true,
-    ) in table:
+    for stamp, odometry, torso, true in table:
         time, truth = stamp * 1e-9, _pose(true)
         ball = course.at(time, truth)
         blind = spec.gap is not None and spec.gap.start <= time < spec.gap.end
         if spec.gap is not None and spec.gap.fall:
             player.world.set_upright(not blind)
         began = clock.process_time()
-        player.world.add_odometry(stamp, _pose(odometry), PoseCovariance(*covariance))
+        player.world.add_odometry(stamp, _pose(odometry))
         cost += clock.process_time() - began
         head.step(torso, (stamp - before) * 1e-9)
         before = stamp

@@ -24,6 +24,8 @@ ROUGHENING = (0.012, 0.012, 0.008)
 """[m, m, rad] Deviations that are added to each particle when it is drawn."""
 CLUSTER = (0.3, 0.3)
 """[m, rad] Particles that are nearer than this are in one cluster."""
+SYSTEMATIC = (0.015, 0.015, 0.02)
+"""[m, m, rad] Deviations by errors that last: those of a camera's mounting turn every image."""
 FAST, SLOW = 0.25, 0.02
 """Shares by which the means of the explained evidence follow an image; augmented MCL."""
 LOST = 0.75
@@ -34,14 +36,15 @@ USUAL = 0.75
 """Explained share of the evidence that is usual, at the start."""
 USUAL_MIN = 0.55
 """Smallest share that can become usual."""
-SAME_PLACE = (1.0, 0.8)
-"""[m, rad] Deviations of a found pose from the last known one; they decide between mirror poses."""
+SAME_PLACE = (0.5, 0.5)
+"""[m, rad] Deviations of a pose that is found again from the last valid one, which odometry has
+carried on; they decide between mirror poses."""
 SURE = 12.0
 """Largest log-odds of the half of the field; those of a known start."""
-CARRIED = 0.1
-"""Likelihood that the robot was carried anywhere, against 1 for a jump of no length."""
-JUMP = 0.3
-"""Squared deviations, in `SAME_PLACE`, from which on the heaviest cluster is another place."""
+CARRIED = 0.03
+"""Likelihood that the robot was carried anywhere, against 1 for the same place."""
+JUMP = 2.0
+"""Squared deviations from the last valid pose from which on the robot was lost."""
 FLIP = -2.0
 """Log-odds below which the pose is mirrored."""
 
@@ -99,7 +102,7 @@ class Localization:
         self._good = 0
         self._unseen = math.inf
         self._lost = True
-        self._disturbed = False
+        self._reference, self._slack = np.zeros(3), SAME_PLACE
         self.spread()
 
     # -- starts ------------------------------------------------------------------------------------
@@ -115,7 +118,7 @@ class Localization:
         base = np.array([poses[i % len(poses)] for i in range(self._count)])
         noise = self._random.standard_normal((self._count, 3)) * (place, place, heading)
         self._begin(base + noise)
-        self._odds, self._lost, self._disturbed = SURE, False, True
+        self._odds, self._lost = SURE, False
 
     def spread(self) -> None:
         """Begin anywhere on the field; which half is not known."""
@@ -132,13 +135,15 @@ class Localization:
         """
         limit = np.array((place, place, heading))
         moved = self.particles + self._random.uniform(-limit, limit, (self._count, 3))
-        self._disturbed = True
         self._begin(moved)
+        a, b = SAME_PLACE
+        self._slack = math.hypot(a, place / math.sqrt(3.0)), math.hypot(b, heading / math.sqrt(3.0))
+        self._lost = True
 
     def _begin(self, particles: FloatArray) -> None:
         self.particles = particles
         self.weights = np.full(self._count, 1.0 / self._count)
-        self._mean = _mean(particles, self.weights)
+        self._reference, self._slack = _mean(particles, self.weights), SAME_PLACE
         self._good, self._fast = 0, self._usual
         self._find_cluster()
 
@@ -158,6 +163,7 @@ class Localization:
         self.particles = _composed(self.particles, noise)
         self._mean = np.array(compose(_pose(self._mean), motion.offset))
         self._covariance = _carried(self._covariance, self._mean[2], motion)
+        self._reference = np.array(compose(_pose(self._reference), motion.offset))
         self._unseen += seconds
 
     def see(self, evidence: Evidence) -> None:
@@ -176,10 +182,23 @@ class Localization:
         self._find_cluster()
         self._unseen = 0.0
         self._good = self._good + 1 if self._is_good() else 0
-        if self._good > Validity.IMAGES:
-            self._lost = self._disturbed = False
+        self._compare_with_history()
+        if not self._lost and self._good:
             step = SLOW * strength * (share - self._usual)
             self._usual = max(USUAL_MIN, self._usual + step)
+
+    def _compare_with_history(self) -> None:
+        """Notice that the robot is lost, or found again; then judge which half it is in."""
+        here = float(self._away(self._mean[None])[0])
+        if not self._lost and here > JUMP:
+            self._lost = True
+        if self._lost and self._good >= Validity.IMAGES:
+            there = float(self._away(mirrored(self._mean[None]))[0])
+            same, other = (CARRIED + math.exp(-0.5 * each) for each in (here, there))
+            self._odds = min(self._odds, max(0.0, math.log(same / other)))
+            self._lost = False
+        if not self._lost and self._good:
+            self._reference, self._slack = self._mean, SAME_PLACE
 
     def _resample(self) -> None:
         """Systematic resampling; the drawn particles are moved a little (roughening)."""
@@ -213,16 +232,16 @@ class Localization:
         self.weights /= self.weights.sum()
 
     def _on_our_side(self, poses: FloatArray) -> FloatArray:
-        """Of each pose and its mirror pose, the one that is nearer to the last estimate."""
+        """Of each pose and its mirror pose, the one that is nearer to the last valid one."""
         other = mirrored(poses)
         nearer = self._away(poses) <= self._away(other)
         return np.where(nearer[:, None], poses, other)
 
     def _away(self, poses: FloatArray) -> FloatArray:
-        """(n,) squared distance from the last estimate, in `SAME_PLACE`."""
-        place, heading = SAME_PLACE
-        dx, dy = poses[:, 0] - self._mean[0], poses[:, 1] - self._mean[1]
-        turn = _wrapped(poses[:, 2] - self._mean[2])
+        """(n,) squared deviations from the last valid pose."""
+        place, heading = self._slack
+        dx, dy = poses[:, 0] - self._reference[0], poses[:, 1] - self._reference[1]
+        turn = _wrapped(poses[:, 2] - self._reference[2])
         result: FloatArray = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2
         return result
 
@@ -233,7 +252,7 @@ class Localization:
         self._odds = min(SURE, self._odds + log_ratio)
         if self._odds < FLIP:
             self.particles = mirrored(self.particles)
-            self._mean = mirrored(self._mean[None])[0]
+            self._reference = mirrored(self._reference[None])[0]
             self._odds = -self._odds
             self._find_cluster()
 
@@ -247,7 +266,7 @@ class Localization:
         turn = _wrapped(p[:, 2:3] - p[:, 2])
         near = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2 < 1.0
         inside = near[int(np.argmax(near @ w))]
-        before, mass = self._mean, 0.0
+        mass = 0.0
         for _ in range(3):
             mean = _mean(p[inside], w[inside])
             dx, dy = p[:, 0] - mean[0], p[:, 1] - mean[1]
@@ -258,20 +277,6 @@ class Localization:
         share = w[inside] / mass
         self._covariance = (error * share[:, None]).T @ error + np.diag(np.square(ROUGHENING))
         self._mean, self._mass = mean, mass
-        if self._away(before[None])[0] > JUMP:
-            self._find_again(before)
-
-    def _find_again(self, before: FloatArray) -> None:
-        """Another place was found: history speaks for the nearer of it and its mirror place."""
-        self._good = 0
-        if self._disturbed:
-            return
-        here, there = (
-            CARRIED + math.exp(-0.5 * float(self._away(each)[0]))
-            for each in (before[None], mirrored(before[None]))
-        )
-        self._odds = min(self._odds, max(0.0, math.log(here / there)))
-        self._lost = True
 
     def _is_good(self) -> bool:
         c = self._covariance
@@ -281,15 +286,17 @@ class Localization:
             and spread <= Validity.DEVIATION**2
             and c[2, 2] <= Validity.HEADING**2
             and self._fast >= Validity.EXPLAINED * self._usual
-            and self._odds >= Validity.ODDS
         )
 
     @property
     def is_valid(self) -> bool:
         """The covariance describes the error of the pose."""
-        known = not self._lost and self._good > 0
-        found = self._good > Validity.IMAGES
-        return (known or found) and self._is_good() and self._unseen < Validity.AGE
+        return (
+            not self._lost
+            and self._good > 0
+            and self._odds >= Validity.ODDS
+            and self._unseen < Validity.AGE
+        )
 
     def estimate(self, motion: Motion | None = None) -> PoseEstimate:
         """The pose after a motion since the last image; None = at that image."""
@@ -298,7 +305,7 @@ class Localization:
             mean = np.array(compose(_pose(mean), motion.offset))
             covariance = _carried(covariance, mean[2], motion)
         x, y, yaw = mean.tolist()
-        c = covariance
+        c = covariance + np.diag(np.square(SYSTEMATIC))
         return PoseEstimate(
             (x, y, math.remainder(yaw, math.tau)),
             PoseCovariance(

@@ -14,7 +14,7 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import compose, relative
-from nao_lipm_gait.types import Point2, Pose2, PoseCovariance
+from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.vision.percepts import ROBOTS, Percept, Percepts
 from nao_soccer.world.ball import DOUBT, RECENT, BallFilter
 from nao_soccer.world.field_map import FieldMap
@@ -60,7 +60,7 @@ class WorldModel:
         self.localization = Localization(self._field, settings)
         self._ball = BallFilter(settings.slowdown)
         self._obstacles = ObstacleFilter()
-        self._odometry = OdometryHistory()
+        self._odometry = OdometryHistory(settings.way_noise, settings.heading_noise)
         self._team = TeamKnowledge()
         self._waiting: deque[Percepts] = deque(maxlen=WAITING)
         self._time: int | None = None
@@ -73,9 +73,7 @@ class WorldModel:
 
     # -- input -------------------------------------------------------------------------------------
 
-    def add_odometry(
-        self, stamp: int, pose: Pose2, covariance: PoseCovariance | None = None
-    ) -> None:
+    def add_odometry(self, stamp: int, pose: Pose2) -> None:
         """Odometry at a time [ns].
 
         Raises:
@@ -84,7 +82,7 @@ class WorldModel:
         """
         newest = self._odometry.newest
         try:
-            self._odometry.add(stamp, pose, covariance)
+            self._odometry.add(stamp, pose)
         except NaoGaitError:
             if self._odometry.newest != newest:
                 self._lose(stamp)

@@ -7,7 +7,7 @@ import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import relative
-from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
+from nao_lipm_gait.types import FloatArray, Pose2
 from nao_soccer.vision.pose_history import PoseHistory
 
 SPEED_MAX = 2.0
@@ -20,12 +20,6 @@ GAP_MAX = 1_000_000_000
 """[ns] Longest gap between two entries over which the motion is known."""
 LENGTH = 300
 """Entries that are kept: 3 s at 100 Hz."""
-WAY_NOISE = 0.07
-"""[m/m^0.5] Deviation of the way: soles that slip."""
-TURN_NOISE = 0.05
-"""[rad/rad^0.5] Deviation of the heading by turns."""
-HEADING_NOISE = 0.04
-"""[rad/m^0.5] Deviation of the heading by the way."""
 
 
 class Motion(NamedTuple):
@@ -41,9 +35,15 @@ class Motion(NamedTuple):
 
 
 class OdometryHistory:
-    """Poses of base_footprint in odom by time, with the way and the turns until then."""
+    """Poses of base_footprint in odom by time, with the way until then.
 
-    def __init__(self) -> None:
+    Args:
+        way_noise: [m/m^0.5] Deviation of the place by the way.
+        heading_noise: [rad/m^0.5] Deviation of the heading by the way.
+    """
+
+    def __init__(self, way_noise: float, heading_noise: float) -> None:
+        self._way_variance, self._heading_variance = way_noise**2, heading_noise**2
         self._history = PoseHistory("odom", LENGTH, GAP_MAX)
         self._last: FloatArray | None = None
         self._stamp: int | None = None
@@ -53,13 +53,12 @@ class OdometryHistory:
         """Stamp [ns] of the last entry; None without one."""
         return self._stamp
 
-    def add(self, stamp: int, pose: Pose2, covariance: PoseCovariance | None = None) -> None:
+    def add(self, stamp: int, pose: Pose2) -> None:
         """Append a pose.
 
         Args:
             stamp: Its time [ns].
             pose: base_footprint in odom.
-            covariance: Of the pose. Only the growth of the yaw's variance is used.
 
         Raises:
             NaoGaitError: The pose is not finite and was left out; or it jumps or its clock started
@@ -67,50 +66,35 @@ class OdometryHistory:
         """
         if not all(map(math.isfinite, pose)):
             raise NaoGaitError("odom pose", pose, "finite numbers")
-        variance = 0.0 if covariance is None else covariance.yaw
-        if not (math.isfinite(variance) and variance >= 0.0):
-            raise NaoGaitError("odom covariance of the yaw", variance, "a finite number, 0 or more")
         last, before = self._last, self._stamp
         if last is None or before is None:
-            self._begin(stamp, pose, variance)
+            self._begin(stamp, pose)
             return
         if stamp == before:
             return
         if stamp < before:
-            self._begin(stamp, pose, variance)
+            self._begin(stamp, pose)
             allowed = f"over {before * 1e-9:.3f} s"
             raise NaoGaitError("odom header.stamp", f"{stamp * 1e-9:.3f} s", allowed)
         if stamp - before > GAP_MAX:
-            self._begin(stamp, pose, variance)
+            self._begin(stamp, pose)
             allowed = f"at most {GAP_MAX * 1e-9:g} s after the last one"
             raise NaoGaitError("odom", f"{(stamp - before) * 1e-9:.3f} s without", allowed)
         dx, dy, turn = relative(pose, (last[0], last[1], last[2]))
         turn = math.remainder(turn, math.tau)
         way, time = math.hypot(dx, dy), (stamp - before) * 1e-9 + SLACK
         if way > SPEED_MAX * time or abs(turn) > TURN_MAX * time:
-            self._begin(stamp, pose, variance)
+            self._begin(stamp, pose)
             raise NaoGaitError(
                 "odom pose",
                 f"{way:.2f} m and {abs(turn):.2f} rad further after {time - SLACK:.3f} s",
                 f"at most {SPEED_MAX:g} m/s and {TURN_MAX:g} rad/s",
             )
-        grown = max(0.0, variance - last[5])
-        self._append(
-            stamp,
-            (
-                pose[0],
-                pose[1],
-                last[2] + turn,
-                last[3] + way,
-                last[4] + abs(turn),
-                variance,
-                last[6] + grown,
-            ),
-        )
+        self._append(stamp, (pose[0], pose[1], last[2] + turn, last[3] + way))
 
-    def _begin(self, stamp: int, pose: Pose2, variance: float) -> None:
+    def _begin(self, stamp: int, pose: Pose2) -> None:
         self._history = PoseHistory("odom", LENGTH, GAP_MAX)
-        self._append(stamp, (*pose, 0.0, 0.0, variance, 0.0))
+        self._append(stamp, (*pose, 0.0))
 
     def _append(self, stamp: int, value: tuple[float, ...]) -> None:
         self._last, self._stamp = np.array(value), stamp
@@ -129,9 +113,8 @@ class OdometryHistory:
         """
         a, b = self._history.at(since).tolist(), self._history.at(until).tolist()
         offset = relative((b[0], b[1], b[2]), (a[0], a[1], a[2]))
-        way, turn, grown = (abs(b[i] - a[i]) for i in (3, 4, 6))
-        place = WAY_NOISE**2 * way
-        yaw = HEADING_NOISE**2 * way + TURN_NOISE**2 * turn + grown
+        way = abs(b[3] - a[3])
+        place, yaw = self._way_variance * way, self._heading_variance * way
         # The heading error, on average half of the last one, displaces the end.
         dx, dy = offset[0], offset[1]
         covariance = np.array(

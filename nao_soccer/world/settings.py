@@ -18,4 +18,10 @@ class WorldSettings(Settings):
     )
     particles: int = number(200, 20, 5000, "", "Number of particles.", whole=True)
     seed: int = number(0, 0, 2**31 - 1, "", "Seed of the particle filter.", whole=True)
+    way_noise: float = number(
+        0.02, 0.0, 1.0, "m/m^0.5", "Deviation of the odometry's place by the way."
+    )
+    heading_noise: float = number(
+        0.06, 0.0, 1.0, "rad/m^0.5", "Deviation of the odometry's heading by the way."
+    )
     slowdown: float = number(0.3, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball.")

@@ -313,7 +313,7 @@ def test_landmarks_across_the_uncertain_direction_help_most():
 
 
 def test_motion_between_two_times_is_interpolated():
-    history = OdometryHistory()
+    history = OdometryHistory(0.02, 0.06)
     for tick in range(20):
         yaw = math.remainder(3.0 + 0.05 * tick, math.tau)  # passes pi
         history.add(tick * 10 * MS, (0.01 * tick, 0.0, yaw))
