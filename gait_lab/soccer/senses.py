@@ -107,9 +107,7 @@ class Senses:
         if status.stamp != self._stamp:
             self._stamp = status.stamp
             with contextlib.suppress(NaoGaitError):  # a jump after the robot was put back
-                world.add_odometry(
-                    status.stamp, status.base_footprint_in_odom, status.pose_covariance
-                )
+                world.add_odometry(status.stamp, status.base_footprint_in_odom)
         if now >= self._next_image:
             self._next_image = now + self._period
             self._camera = (self._camera + 1) % len(self._cameras)

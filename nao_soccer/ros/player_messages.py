@@ -13,7 +13,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import yaw_of_quaternion
 from nao_lipm_gait.ros.messages import to_time
 from nao_lipm_gait.runtime.inputs import stamp_of
-from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
+from nao_lipm_gait.types import FloatArray, Pose2
 from nao_soccer.ros.vision_messages import KINDS
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import BallEstimate, PoseEstimate
@@ -28,15 +28,13 @@ _UNKNOWN = math.pi**2
 """Variance of what is not estimated."""
 
 
-def odometry(message: Odometry) -> tuple[int, Pose2, PoseCovariance]:
-    """Stamp [ns], pose of base_footprint in odom, and its covariance."""
+def odometry(message: Odometry) -> tuple[int, Pose2]:
+    """Stamp [ns] and pose of base_footprint in odom."""
     stamp = message.header.stamp
     at, q = message.pose.pose.position, message.pose.pose.orientation
-    c = message.pose.covariance
     return (
         stamp_of(stamp.sec, stamp.nanosec, "odom header.stamp"),
         (at.x, at.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)),
-        PoseCovariance(c[0], c[1], c[7], c[5], c[11], c[35]),
     )
 
 

@@ -15,7 +15,7 @@ from std_msgs.msg import Bool, String
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.head.goals import Follow, Goal, LookAt, Search
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.messages import to_time
+from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, to_time
 from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
@@ -122,15 +122,17 @@ class PlayerNode(Node):
             self._warn(type(error).__name__, f"{topic}: {type(error).__name__}: {error}; ignored")
 
     def _on_odometry(self, message: Odometry) -> None:
-        stamp, pose, covariance = convert.odometry(message)
+        stamp, pose = convert.odometry(message)
         try:
-            self._player.world.add_odometry(stamp, pose, covariance)
+            self._player.world.add_odometry(stamp, pose)
         finally:
             if self._behavior.due(stamp):
                 self._decide(stamp)
 
     def _on_part(self, name: str, message: Any) -> None:
-        at = message.header.stamp
+        at, frame = message.header.stamp, message.header.frame_id
+        if frame != BASE_FOOTPRINT:
+            raise NaoGaitError(f"vision/{name} header.frame_id", frame, BASE_FOOTPRINT)
         stamp = stamp_of(at.sec, at.nanosec, f"vision/{name} header.stamp")
         parts = self._parts.setdefault(stamp, convert.PerceptParts())
         setattr(parts, name, message)
