@@ -19,6 +19,7 @@ from gait_lab.commands import (
     teleop,
     tune,
     view,
+    vision,
 )
 from gait_lab.commands.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
 from gait_lab.compiled import check_fresh
@@ -39,6 +40,7 @@ _COMMANDS = (
     ("teleop", "drive the robot from the keyboard", teleop.add),
     ("calibrate", "the running robot measures its soles and its IMU; a file comes out",
      calibrate.add),
+    ("vision", "colour tables of the robots' vision, made from images", vision.add),
 )  # fmt: skip
 
 

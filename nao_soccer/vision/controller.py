@@ -134,7 +134,7 @@ class VisionController:
         Raises:
             NaoGaitError: The image is not usable, or replaces one that still waits.
         """
-        _pixels(camera, image)
+        pixels_of(f"{camera}/image_raw", image)
         model = self._models.get(camera)
         if model is None:
             allowed = f"{camera}/camera_info before the first image"
@@ -165,7 +165,7 @@ class VisionController:
         view = self._models[camera].view(
             body.joint_position, body.torso_position, body.torso_rotation
         )
-        return self._visions[camera].see(image.stamp, _pixels(camera, image), view)
+        return self._visions[camera].see(image.stamp, pixels_of(f"{camera}/image_raw", image), view)
 
     def debug_image(self, camera: str, percepts: Percepts) -> Image | None:
         """The last image of a camera with its percepts drawn into it; None before the first."""
@@ -173,9 +173,8 @@ class VisionController:
         return None if frame is None else draw_debug_image(frame, percepts)
 
 
-def _pixels(camera: str, image: ImageInput) -> Image:
-    """The pixels (height, width, 3); NaoGaitError if the message contradicts itself."""
-    where = f"{camera}/image_raw"
+def pixels_of(where: str, image: ImageInput) -> Image:
+    """The pixels (height, width, 3); NaoGaitError if the message on a topic contradicts itself."""
     if image.encoding not in ENCODINGS:
         raise NaoGaitError(f"{where} encoding", image.encoding, f"one of {', '.join(ENCODINGS)}")
     if image.step < 3 * image.width:
