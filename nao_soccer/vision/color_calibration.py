@@ -8,7 +8,7 @@ are saturated regions next to the hues of a base table, or what the user has mar
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import attrs
 import cv2
@@ -262,7 +262,8 @@ def _arc(hues: FloatArray) -> _Arc:
 # -- ball, teams, goals ----------------------------------------------------------------------------
 
 
-def _cut(image: NDArray[np.generic], box: tuple[int, int, int, int]) -> NDArray[np.generic]:
+def _cut(image: NDArray[Any], box: tuple[int, int, int, int]) -> NDArray[Any]:
+    """The pixels of a rectangle, one after the other."""
     left, top, right, bottom = box
     return image[top : bottom + 1, left : right + 1].reshape(-1, *image.shape[2:])
 
@@ -335,7 +336,7 @@ def _with_colors(
     for name in COLORS:
         arcs[name] = _arc(found[name][:, 0]) if name in seen else _Arc.of(getattr(table, name).hue)
     _separate(arcs, seen | {"field"})
-    changes = {}
+    changes: dict[str, Any] = {}
     for name in ("field", *COLORS):
         old: ColorRange = getattr(table, name)
         saturation, value = old.saturation, old.value
