@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
@@ -88,6 +88,12 @@ class Walk(NamedTuple):
         """Read a file."""
         with np.load(path) as data:
             return cls(**{name: data[name] for name in cls._fields})
+
+    def until(self, seconds: float) -> "Walk":
+        """Its first seconds."""
+        end = int(seconds * 1e9 / float(self.stamp[1] - self.stamp[0]))
+        columns: dict[str, Any] = {name: getattr(self, name)[:end] for name in self._fields}
+        return Walk(**columns)
 
     @property
     def seconds(self) -> float:

@@ -37,6 +37,8 @@ TINY: dict[str, dict[str, Any]] = {
     "soles": {"tasks": ("spot", "forward=10"), "window": 2.0},
     "paper": {"tasks": ("forward=10",), "window": 0.5, "drawn": "off", "open_loop": "off",
               "push": False},
+    "localization": {"window": 4.0, "ablation": False},
+    "ball": {"window": 4.0, "ablation": False},
 }
 HEADLINES = {
     "speed": ("forward_worst", "forward_open_loop_median", "forward_half_error_worst",
@@ -53,6 +55,9 @@ HEADLINES = {
     "soles": ("sole_pitch_rms_before", "sole_pitch_rms_after", "sole_roll_rms_before",
               "sole_roll_rms_after", "forward_10_sole_roll_worst_after"),
     "paper": ("paper_slow_median", "paper_com_error_slow", "default_com_error_true_slow"),
+    "localization": ("pose_error_median", "pose_error_p95", "heading_error_median", "wrong_half",
+                     "valid_wrong_share"),
+    "ball": ("ball_position_error_median", "ball_velocity_error_median", "ball_known_share"),
 }  # fmt: skip
 
 

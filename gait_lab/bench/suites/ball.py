@@ -1,0 +1,89 @@
+"""The suite `ball`: the ball filter while robots walk random commands on a field."""
+
+from dataclasses import dataclass
+
+from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
+from gait_lab.bench.suite import Suite
+from gait_lab.soccer.world_scores import (
+    NEAR,
+    ROLLED_FOR,
+    BallScore,
+    WorldOptions,
+    ball_score,
+    trials,
+    walks_of,
+)
+from nao_soccer.world.state import HeadMode
+
+DELAYS = (0.0, 0.1, 0.3)
+"""[s] Delays of the images of the ablation."""
+IGNORED = 0.3
+"""[s] Delay that the filter of the last row does not know."""
+
+
+@dataclass(frozen=True)
+class Options(WorldOptions):
+    """What the suite `ball` runs on."""
+
+
+def ball(options: Options) -> SuiteResult:
+    """A ball that rests, rolls and is put elsewhere, seen by a robot that walks."""
+    walks = walks_of(options)
+    head = HeadMode.BALL
+    scores = {"as measured": ball_score(trials(options, walks, head=head))}
+    measured = scores["as measured"]
+    rows = [
+        Measurement("ball_position_error_median", "cm", measured.median),
+        Measurement("ball_position_error_p95", "cm", measured.p95),
+        Measurement("ball_velocity_error_median", "cm/s", measured.velocity),
+        Measurement("ball_velocity_error_p95", "cm/s", measured.velocity_p95),
+        Measurement("ball_at_rest_speed_p95", "cm/s", measured.rest),
+        Measurement("ball_known_share", "%", measured.known),
+        Measurement("ball_inside_ellipse_share", "%", measured.inside),
+    ]
+    if options.ablation:
+        for delay in DELAYS:
+            scores[f"{1e3 * delay:.0f} ms"] = ball_score(
+                trials(options, walks, delay=delay, head=head)
+            )
+        scores[f"{1e3 * IGNORED:.0f} ms, ignored"] = ball_score(
+            trials(options, walks, delay=IGNORED, knows_delay=False, head=head)
+        )
+        for name, score in list(scores.items())[1:]:
+            key = name.replace(" ms", "_ms").replace(", ", "_")
+            rows.append(Measurement(f"delay_{key}_position_error_median", "cm", score.median))
+            rows.append(Measurement(f"delay_{key}_velocity_error_median", "cm/s", score.velocity))
+    columns = (
+        Column("delay"), Column("known", "%"), Column("place", "cm, median"), Column("95 %", "cm"),
+        Column("velocity", "cm/s, median"), Column("95 %", "cm/s"), Column("at rest", "cm/s, 95 %"),
+        Column("in ellipse", "%"),
+    )  # fmt: skip
+    return SuiteResult(
+        tuple(rows),
+        f"A ball within {NEAR:g} m of robots that walk for {options.window:g} s on "
+        f"{options.scene}, percepts by the measured model; {options.title}",
+        (Table(columns, [_line(name, score) for name, score in scores.items()]),),
+        (
+            "known: the ball was seen within the last second. Errors are those of a known ball, "
+            f"from {ROLLED_FOR:g} s after it was put down or kicked on; velocity: of a ball that "
+            "rolls; at rest: the speed that a ball at rest seems to have.",
+        ),
+    )
+
+
+def _line(name: str, score: BallScore) -> list[str | float | None]:
+    return [
+        name, score.known, score.median, score.p95, score.velocity, score.velocity_p95,
+        score.rest, score.inside,
+    ]  # fmt: skip
+
+
+SUITE = Suite(
+    name="ball",
+    title="Ball",
+    summary="place and velocity of a ball against the truth, and delays",
+    measure=ball,
+    options=Options,
+    takes=("robots", "window"),
+    quick=({"robots": 2, "window": 30.0, "ablation": False},),
+)

@@ -1,0 +1,264 @@
+"""Scores of the world model over many trials: of the own pose and of the ball."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gait_lab.bench.options import BenchOptions, option
+from gait_lab.soccer.walks import Walk, WalkSpec, walks
+from gait_lab.soccer.world_trial import (
+    Gap,
+    WorldTrace,
+    WorldTrialSpec,
+    run_trial,
+    spliced,
+    turned_after,
+)
+from gait_lab.trials.parallel import parallel_map
+from nao_lipm_gait.types import FloatArray
+from nao_soccer.vision.settings import settings_of_scene
+
+SETTLED = 2.0
+"""[s] From the start on that do not count: the filters begin."""
+GAP_TIME = 20.0
+"""[s] After the start at which a robot is carried away or falls."""
+CARRY, LIE = 2.0, 6.0
+"""[s] For which it is carried; for which it lies and gets up."""
+FALL_TURN = math.radians(60.0)
+"""[rad] Largest turn by a fall that odometry does not notice."""
+RIGHT = 0.3, math.radians(15.0)
+"""[m, rad] A pose with smaller errors is right."""
+FOUND_AFTER = 20.0
+"""[s] After a fall within which the pose has to be right again."""
+WRONG = 0.5
+"""[m] Error with which a pose must not be valid."""
+INSIDE_95 = 7.815
+"""Squared deviations that 95 % of the errors of three variables do not exceed."""
+NEAR = 2.0
+"""[m] Balls that are nearer count."""
+ROLLING, ROLLED_FOR = 0.05, 0.5
+"""[m/s, s] A ball that rolls faster, for at least this long."""
+
+
+@dataclass(frozen=True)
+class WorldOptions(BenchOptions):
+    """What the suites of the world model run on."""
+
+    robots: int = option(20, "number of robots", "N", minimum=1, maximum=1000)
+    window: float = option(
+        60.0, "time that each robot walks [s]", "T", flags=("--seconds",),
+        minimum=4.0, maximum=3600.0,
+    )  # fmt: skip
+    scene: str = option("pitch_small", "field and goals: a shipped scene or a file", "NAME")
+    ablation: bool = option(True, "the measured delay only", flags=("--no-ablation",))
+    walks: Path | None = option(
+        None, "keep recorded walks in this folder, and use those that are there", "DIR", parse=Path
+    )
+    engine: str = "mujoco"
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One trial.
+
+    Attributes:
+        kind: `known`, `carried` or `fall`.
+        spec: The trial.
+        walks: Walks in the order in which they are walked.
+    """
+
+    kind: str
+    spec: WorldTrialSpec
+    walks: tuple[Walk, ...]
+
+
+def walks_of(options: WorldOptions) -> list[Walk]:
+    """A walk of each robot of the options.
+
+    Raises:
+        NaoGaitError: The scene has no field.
+    """
+    settings_of_scene(options.scene)
+    specs = [
+        WalkSpec(
+            options.scene, options.seed + number, options.window, options.urdf,
+            options.engine, options.plant,
+        )
+        for number in range(options.robots)
+    ]  # fmt: skip
+    return walks(specs, options.walks, jobs=options.jobs, show=options.show)
+
+
+def trials(
+    options: WorldOptions, walked: Sequence[Walk], kind: str = "known", **changes: object
+) -> list[WorldTrace]:
+    """A trial over each walk; `changes` are of its specification."""
+    base = WorldTrialSpec(scene=options.scene, urdf=options.urdf)
+    jobs = [
+        Job(
+            kind,
+            replace(base, seed=options.seed + number, **changes),  # type: ignore[arg-type]
+            (walk, walked[(number + 1) % len(walked)]),
+        )
+        for number, walk in enumerate(walked)
+    ]
+    return parallel_map(run_job, jobs, jobs=options.jobs, label=kind, show=options.show)
+
+
+def run_job(job: Job) -> WorldTrace:
+    """The trace of one trial."""
+    walk, other = job.walks
+    spec, start = job.spec, float(walk.stamp[0]) * 1e-9 + GAP_TIME
+    if job.kind == "carried":
+        walk = spliced(walk, other, GAP_TIME, CARRY)
+        spec = replace(spec, gap=Gap(start, start + CARRY, fall=False), mate=True)
+    elif job.kind == "fall":
+        turn = np.random.default_rng((job.spec.seed, 5)).uniform(-FALL_TURN, FALL_TURN)
+        walk = turned_after(walk, GAP_TIME, LIE, turn)
+        spec = replace(spec, gap=Gap(start, start + LIE, fall=True))
+    if spec.gap is not None:
+        walk = walk.until(spec.gap.end - start + GAP_TIME + FOUND_AFTER + 2.0)
+    return run_trial(spec, walk)
+
+
+# -- own pose --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class PoseScore:
+    """Errors of the own pose over some trials.
+
+    Attributes:
+        median: [cm] of the place.
+        p95: [cm]
+        heading: [deg] median.
+        heading_p95: [deg]
+        valid: [%] of the time.
+        valid_wrong: [%] of the valid time in which the place is over `WRONG` off.
+        inside: [%] of the valid time in which the truth is in the 95 % ellipsoid.
+        wrong_half: Number of trials that end in the wrong half.
+        cost: [ms] median for each image.
+    """
+
+    median: float
+    p95: float
+    heading: float
+    heading_p95: float
+    valid: float
+    valid_wrong: float
+    inside: float
+    wrong_half: int
+    cost: float
+
+
+def pose_score(traces: Sequence[WorldTrace]) -> PoseScore:
+    """The score of all images of some trials, after the start."""
+    place = _joined(traces, lambda t: t.place_error)
+    heading = np.degrees(_joined(traces, lambda t: t.heading_error))
+    valid = _joined(traces, lambda t: t.valid).astype(bool)
+    inside = _joined(traces, pose_deviation) < INSIDE_95
+    share = max(1, int(valid.sum()))
+    return PoseScore(
+        100.0 * float(np.median(place)),
+        100.0 * float(np.percentile(place, 95)),
+        float(np.median(heading)),
+        float(np.percentile(heading, 95)),
+        100.0 * float(valid.mean()),
+        100.0 * float((valid & (place > WRONG)).sum()) / share,
+        100.0 * float((valid & inside).sum()) / share,
+        sum(bool(trace.in_wrong_half[-1]) for trace in traces),
+        1e3 * float(np.median(_joined(traces, lambda t: t.cost))),
+    )
+
+
+def pose_deviation(trace: WorldTrace) -> FloatArray:
+    """(n,) squared deviations of the truth from the estimate, by its covariance."""
+    error = trace.pose - trace.truth
+    error[:, 2] = np.remainder(error[:, 2] + math.pi, math.tau) - math.pi
+    xx, xy, yy, xt, yt, tt = trace.covariance.T
+    full = np.stack((np.stack((xx, xy, xt)), np.stack((xy, yy, yt)), np.stack((xt, yt, tt))))
+    solved = np.linalg.solve(full.transpose(2, 0, 1), error[:, :, None])[:, :, 0]
+    result: FloatArray = np.einsum("ni,ni->n", error, solved)
+    return result
+
+
+def right_again(trace: WorldTrace, after: float) -> float:
+    """[s] From `after` [s since the first image] until the pose is valid and right for a second.
+
+    Infinite if it never is.
+    """
+    since = trace.time - trace.time[0] - after
+    right = trace.valid & (trace.place_error < RIGHT[0]) & (trace.heading_error < RIGHT[1])
+    for index in np.flatnonzero((since >= 0.0) & right):
+        next_second = (trace.time >= trace.time[index]) & (trace.time <= trace.time[index] + 1.0)
+        if right[next_second].mean() > 0.9:
+            return float(since[index])
+    return math.inf
+
+
+def _joined(traces: Sequence[WorldTrace], read: Callable[[WorldTrace], Any]) -> Any:
+    """A column of all trials, without the time in which they begin."""
+    return np.concatenate(
+        [read(trace)[trace.time - trace.time[0] > SETTLED] for trace in traces]
+    )
+
+
+# -- ball ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class BallScore:
+    """Errors of the ball within `NEAR`, while it was seen recently.
+
+    Attributes:
+        known: [%] of the time.
+        median: [cm] of the place.
+        p95: [cm]
+        velocity: [cm/s] median, of a ball that rolls.
+        velocity_p95: [cm/s]
+        rest: [cm/s] 95 % of the speeds of a ball that rests.
+        inside: [%] of the time in which the truth is in the 95 % ellipse.
+    """
+
+    known: float
+    median: float
+    p95: float
+    velocity: float
+    velocity_p95: float
+    rest: float
+    inside: float
+
+
+def ball_score(traces: Sequence[WorldTrace]) -> BallScore:
+    """The score of all images of some trials."""
+    truth, estimate = (
+        _joined(traces, lambda t: t.ball_truth), _joined(traces, lambda t: t.ball),
+    )  # fmt: skip
+    age = _joined(traces, lambda t: t.ball_age)
+    near = np.hypot(*truth[:, :2].T) < NEAR
+    known = near & _joined(traces, lambda t: t.ball_recent).astype(bool)
+    # A ball that was just put down or kicked is another one than that which was seen.
+    settled = known & (age > ROLLED_FOR)
+    error = estimate - truth
+    place, speed = np.hypot(*error[:, :2].T), np.hypot(*error[:, 2:].T)
+    rolls = np.hypot(*truth[:, 2:].T) > ROLLING
+    xx, xy, yy = _joined(traces, lambda t: t.ball_covariance)[settled].T
+    dx, dy = error[settled, :2].T
+    square = (yy * dx * dx - 2.0 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+    return BallScore(
+        100.0 * float(known.sum()) / max(1, int(near.sum())),
+        100.0 * _percentile(place[settled], 50),
+        100.0 * _percentile(place[settled], 95),
+        100.0 * _percentile(speed[settled & rolls], 50),
+        100.0 * _percentile(speed[settled & rolls], 95),
+        100.0 * _percentile(np.hypot(*estimate[settled & ~rolls, 2:].T), 95),
+        100.0 * float((square < 5.991).mean()) if len(square) else math.nan,
+    )
+
+
+def _percentile(values: FloatArray, share: float) -> float:
+    return float(np.percentile(values, share)) if len(values) else math.nan
