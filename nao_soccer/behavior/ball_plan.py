@@ -22,6 +22,8 @@ DRIBBLE = "dribble"
 """Name of the plan that pushes the ball while walking."""
 INTO_GOAL = 0.2
 """[m] behind the goal line to which the ball is sent."""
+HIT_SHARE = 0.6
+"""Share of a kick's time after which the foot hits the ball."""
 BEFORE_GOAL = 0.6
 """[m] before the goal line to which a ball is sent that has no way into the goal."""
 POST_RADIUS = 0.12
@@ -40,7 +42,7 @@ class PlanSettings(Settings):
 
     dribble_x: float = number(0.13, 0.0, 0.5, "m", "Distance at which a foot touches the ball.")
     dribble_speed: float = number(0.2, 0.01, 1.0, "m/s", "Mean speed of a dribbled ball.")
-    settle: float = number(1.5, 0.0, 10.0, "s", "From walking to standing before a kick.")
+    settle: float = number(1.2, 0.0, 10.0, "s", "From walking to standing before a kick.")
     aim_spread: float = number(0.12, 0.0, 1.0, "rad", "Standard deviation of the robot's heading.")
     retry: float = number(6.0, 0.0, 60.0, "s", "To walk to the ball again after a kick.")
     keep: float = number(2.0, 0.0, 30.0, "s", "By how much another plan has to be faster.")
@@ -161,7 +163,9 @@ class Planner:
             hit = self._chance(kick, ball, far) * free
             gain = kick.distance * math.exp(-0.5 * (kick.direction_spread + s.aim_spread) ** 2)
             rest = max(0.0, far - gain) / s.dribble_speed + s.retry
-            seconds = walk + s.settle + kick.seconds + (1.0 - hit) * rest
+            # A ball that goes in is in soon after the foot has hit it.
+            seconds = walk + s.settle + HIT_SHARE * kick.seconds + min(far / kick.speed, 2.0)
+            seconds += (1.0 - hit) * ((1.0 - HIT_SHARE) * kick.seconds + rest)
             yield BallPlan(kick.motion, kick, aim, walk, seconds)
 
     def _aim(self, ball: Point2, robots: Sequence[Point2]) -> tuple[float, float]:
@@ -229,4 +233,4 @@ class Planner:
         way = max(0.0, math.hypot(dx, dy) - radius)
         turn = abs(math.remainder(heading - own[2], math.tau)) / self._limits.turn
         arc = radius * around / self._limits.side
-        return way / (0.8 * self._limits.forward) + max(turn, arc) + 0.3 * min(turn, arc)
+        return way / (0.8 * self._limits.forward) + turn + arc
