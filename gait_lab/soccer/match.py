@@ -12,6 +12,7 @@ from nao_soccer.behavior.situation import Role
 from nao_soccer.field import TEAMS
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
+from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, load_scene
 
 REFEREE_TICKS = 10
@@ -32,9 +33,12 @@ class MatchSpec:
         robots: Number of robots in each team; None = as in the scene.
         seed: Of the individuals, their sensors and percepts, and the radio.
         engine: Physics engine.
+        plant: The plant, or its name or file.
+        urdf: Robot that all players are; None = as in the scene.
         loss: Share of team messages that are lost.
         without_roles: Teams whose players do not agree who goes to the ball.
         goalkeepers: Teams whose player 1 is a goalkeeper.
+        frames: Keep what a replay needs.
         silence: From when to when [s] the referee is not heard; None = never.
     """
 
@@ -43,10 +47,13 @@ class MatchSpec:
     robots: int | None = None
     seed: int = 0
     engine: str = "mujoco"
+    plant: str | Plant = "reference"
+    urdf: str | None = None
     loss: float = 0.0
     without_roles: tuple[str, ...] = ()
     goalkeepers: tuple[str, ...] = ()
     silence: tuple[float, float] | None = None
+    frames: bool = True
 
 
 @dataclass(slots=True)
@@ -118,6 +125,7 @@ class Match:
             scene,
             spec.seed,
             spec.engine,
+            spec.plant,
             lambda robot: identity_of(
                 robot,
                 team_size[robot.team],
@@ -282,7 +290,8 @@ def match_scene(spec: MatchSpec) -> Scene:
             raise NaoGaitError("robots", spec.robots, allowed)
         robots += members[: spec.robots]
     numbered = [
-        robot.replace(seed=len(robots) * spec.seed + index) for index, robot in enumerate(robots)
+        robot.replace(seed=len(robots) * max(spec.seed, 0) + index, urdf=spec.urdf or robot.urdf)
+        for index, robot in enumerate(robots)
     ]
     return scene.replace(robots=tuple(numbered))
 
@@ -294,7 +303,8 @@ def play_match(
     frames = []
     with Match(spec) as match:
         for frame in match.play():
-            frames.append(frame)
+            if spec.frames:
+                frames.append(frame)
             if progress is not None:
                 progress(frame, match.referee)
         return match.result(frames)

@@ -18,6 +18,7 @@ from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body
 from nao_soccer.field import Field, Goals
 from nao_soccer.referee.rules import TEAM_NUMBERS
+from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, SceneRobot
 from sim_bridge.world import World
 
@@ -101,6 +102,7 @@ class Pitch:
         scene: With field, goals, ball and robots.
         seed: Of sensor noise, percepts and radio.
         engine: Physics engine.
+        plant: The plant, or its name or file.
         identity: Who a robot of the scene is.
         loss: Share of team messages that are lost.
 
@@ -120,16 +122,18 @@ class Pitch:
         scene: Scene,
         seed: int,
         engine: str,
+        plant: str | Plant,
         identity: Callable[[SceneRobot], Identity],
         loss: float = 0.0,
     ) -> None:
         self.field, self.goals = field_of(scene)
         self.scene = scene
-        self.world = make_scene_world(scene, engine=engine, noise_seed=100 * seed)
+        first = max(seed, 0)  # the nominal robot has the number -1
+        self.world = make_scene_world(scene, plant=plant, engine=engine, noise_seed=100 * first)
         self.messages = 0
         self.count = 0
         self._loss = loss
-        self._random = np.random.default_rng([23, seed])
+        self._random = np.random.default_rng([23, first])
         self._teams = [robot.team for robot in scene.robots]
         self._poses: list[Pose2] = [robot.pose for robot in scene.robots]
         errors = load_percept_errors()
@@ -140,7 +144,7 @@ class Pitch:
             description = self.world.robots[index].description
             behavior = PlayerBehavior(identity(robot), description.name, self.field, self.goals)
             senses = Senses(
-                description, robot.team, self.field, self.goals, errors, 1000 * seed + index,
+                description, robot.team, self.field, self.goals, errors, 1000 * first + index,
                 robot.pose,
             )  # fmt: skip
             self.players.append(RobotPlayer(self, index, behavior, senses, gait))

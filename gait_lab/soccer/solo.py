@@ -11,6 +11,7 @@ from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.field import BallPlace
 from nao_soccer.referee.rules import Rules
+from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, SceneRobot, load_scene
 
 LIMIT = 120.0
@@ -26,19 +27,23 @@ class SoloSpec:
     """One trial.
 
     Attributes:
-        seed: The individual and its percepts; also draws the starts that are not given.
+        seed: The individual and its percepts.
+        draw: Draws the starts that are not given, together with the seed.
         scene: Field and goals.
         urdf: The robot; None = the first one of the scene.
         engine: Physics engine.
+        plant: The plant, or its name or file.
         start: Pose of the robot in the world; None = drawn.
         ball: x, y [m] of the ball in the world; None = drawn.
         limit: [s] after which the trial ends.
     """
 
     seed: int
+    draw: int = 0
     scene: str = "pitch_small"
     urdf: str | None = None
     engine: str = "mujoco"
+    plant: str | Plant = "reference"
     start: Pose2 | None = None
     ball: Point2 | None = None
     limit: float = LIMIT
@@ -69,7 +74,7 @@ def solo(spec: SoloSpec) -> SoloResult:
     """Run one trial."""
     scene, ball = _start(spec)
     with Pitch(
-        scene, spec.seed, spec.engine, lambda robot: identity_of(robot, 1, waits=False)
+        scene, spec.seed, spec.engine, spec.plant, lambda robot: identity_of(robot, 1, waits=False)
     ) as pitch:
         pitch.world.put_ball(*ball)
         return _Trial(spec, pitch).run()
@@ -122,7 +127,7 @@ def _start(spec: SoloSpec) -> tuple[Scene, Point2]:
     """The scene with its only robot, and where the ball is put."""
     scene = load_scene(spec.scene)
     field, _ = field_of(scene)
-    random = np.random.default_rng([2323, spec.seed])
+    random = np.random.default_rng([2323, spec.draw, spec.seed + 1])
     half = np.array((field.length, field.width)) / 2.0 - MARGIN
     while True:
         place, ball = random.uniform(-half, half), random.uniform(-half, half)

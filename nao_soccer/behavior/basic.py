@@ -12,6 +12,8 @@ BALL_ROUND = 0.24
 """[m] that the robot keeps from the ball on its way around it."""
 BEHIND = 0.13
 """[m] behind the place from which it kicks, where the robot comes to face the ball."""
+KEEP_FACING = (0.7, 1.2)
+"""[m] A nearer place is taken by steps backwards and to the side, with the ball in sight."""
 BALL_FREE_DISTANCE = 0.75
 """[m] that the other team keeps from the ball of a kick-off or set play."""
 
@@ -169,7 +171,7 @@ def _walk_and_stay(s: Situation, pose: Pose2, *obstacles: Round) -> Action:
     near, turned = (0.25, 0.5) if stands else (0.1, 0.2)
     if math.hypot(*target[:2]) < near and abs(target[2]) < turned:
         return Action(VelocityCommand())
-    return Action(walk_to(target, s.limits, s.obstacles(*obstacles)))
+    return Action(walk_to(target, s.limits, s.obstacles(*obstacles), facing=KEEP_FACING))
 
 
 def _on_field(s: Situation, place: Point2) -> Point2:

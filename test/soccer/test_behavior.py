@@ -1,0 +1,294 @@
+"""Kicks, plans and walking: the decisions of a player, without a simulation."""
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import compose
+from nao_lipm_gait.motion.library import shipped_library
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.types import GaitState, PoseCovariance, VelocityCommand
+from nao_soccer.behavior.ball_plan import DRIBBLE, Planner
+from nao_soccer.behavior.kicks import load_kicks
+from nao_soccer.behavior.mind import Mind
+from nao_soccer.behavior.situation import Body, Role
+from nao_soccer.behavior.walking import Round, WalkLimits, walk_to
+from nao_soccer.field import Goals
+from nao_soccer.game_state import GameState, Phase
+from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, WorldState
+
+SCENE = settings_of_scene("pitch_small")
+GOALS = SCENE.goals or Goals()
+LIMITS = WalkLimits()
+TABLE = load_kicks("nao_h21")
+VARIANCE = (0.0004, 0.0, 0.0004)
+
+
+def planner() -> Planner:
+    return Planner(TABLE, LIMITS, SCENE.field, GOALS)
+
+
+def world(
+    own: tuple[float, float, float],
+    ball: tuple[float, float] | None,
+    *,
+    time: float = 0.0,
+    valid: bool = True,
+    upright: bool = True,
+    velocity: tuple[float, float] = (0.0, 0.0),
+    robots: tuple[tuple[float, float], ...] = (),
+) -> WorldState:
+    """A world model without errors; ball and robots are in the field."""
+
+    def seen(place: tuple[float, float]) -> tuple[float, float]:
+        dx, dy = place[0] - own[0], place[1] - own[1]
+        c, s = math.cos(own[2]), math.sin(own[2])
+        return c * dx + s * dy, -s * dx + c * dy
+
+    estimate = None
+    if ball is not None:
+        estimate = BallEstimate(
+            seen(ball), velocity, VARIANCE, VARIANCE, ball, velocity, VARIANCE, 0.1, True
+        )
+    obstacles = tuple(
+        Obstacle(seen(each), each, VARIANCE, (0.0, 0.0), None, False, 0.1) for each in robots
+    )
+    pose = PoseEstimate(own, PoseCovariance(xx=0.001, yy=0.001, yaw=0.001), valid)
+    return WorldState(round(time * 1e9), pose, estimate, obstacles, upright=upright)
+
+
+# -- kicks -----------------------------------------------------------------------------------------
+
+
+def test_the_table_agrees_with_the_motions() -> None:
+    motions = shipped_library(load_robot("nao_h21_v33")).motions
+    for kick in TABLE.kicks:
+        motion = motions[kick.motion].kick
+        assert motion is not None
+        assert math.dist(kick.spot, (motion.x, motion.y)) < 0.03
+        assert abs(math.remainder(kick.direction - motion.direction, math.tau)) < 0.1
+
+
+@pytest.mark.parametrize("kick", TABLE.kicks, ids=lambda kick: kick.motion)
+def test_at_its_pose_the_ball_lies_on_the_spot_and_goes_the_way(kick) -> None:
+    pose = kick.robot_pose((0.4, -0.3), 0.7)
+    x, y, _ = compose(pose, (*kick.spot, 0.0))
+    assert (x, y) == pytest.approx((0.4, -0.3))
+    assert math.remainder(pose[2] + kick.direction - 0.7, math.tau) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_kick_table_that_misses_a_field_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "kicks.yaml"
+    file.write_text("kicks:\n  - {motion: kick_front_left, x: 0.16, y: 0.06}\n")
+    with pytest.raises(NaoGaitError, match="direction") as error:
+        load_kicks(file)
+    assert "\n" not in str(error.value)
+    row = {field: 0.5 for field in ("x", "y", "direction", "direction_spread", "distance")}
+    row |= {"distance_spread": 0.1, "speed": 1.0, "seconds": 3.0}
+    line = "  - {motion: hop, " + ", ".join(f"{k}: {v}" for k, v in row.items()) + "}\n"
+    file2 = tmp_path / "twice.yaml"
+    file2.write_text("kicks:\n" + line + line)
+    with pytest.raises(NaoGaitError, match="twice"):
+        load_kicks(file2)
+
+
+# -- plans -----------------------------------------------------------------------------------------
+
+
+def test_with_the_ball_at_its_heel_and_the_goal_behind_the_robot_kicks_back() -> None:
+    """Fig. 10 of Friedmann et al.: it does not see the goal, but knows where it is."""
+    own = (1.75, 0.0, math.pi)
+    ball = (own[0] + 0.1, own[1] - 0.06)
+    plan = planner().choose(own, ball)
+    assert plan.name == "kick_backheel_left"
+    assert math.cos(plan.direction) > 0.9
+    assert planner().choose(own, ball, valid=False).name == DRIBBLE
+
+
+def test_far_from_the_goal_the_ball_is_dribbled_towards_it() -> None:
+    plan = planner().choose((-1.5, 0.3, 0.0), (-1.2, 0.3))
+    assert plan.name == DRIBBLE
+    assert abs(plan.direction) < 0.2
+
+
+def test_a_robot_in_the_way_changes_the_direction() -> None:
+    free = planner().choose((0.5, 0.0, 0.0), (0.8, 0.0))
+    blocked = planner().choose((0.5, 0.0, 0.0), (0.8, 0.0), [(1.6, 0.0)])
+    assert abs(free.direction) < 0.05
+    assert abs(blocked.direction) > 0.1
+
+
+def test_a_ball_at_a_post_is_not_sent_into_the_post() -> None:
+    ball = (2.14, -0.57)
+    plan = planner().choose((1.9, -0.7, 0.8), ball)
+    post = (2.25, -0.55)
+    dx, dy = math.cos(plan.direction), math.sin(plan.direction)
+    across = abs((post[0] - ball[0]) * dy - (post[1] - ball[1]) * dx)
+    along = (post[0] - ball[0]) * dx + (post[1] - ball[1]) * dy
+    assert along < 0.0 or across > 0.1
+
+
+def test_a_plan_is_kept_unless_another_one_is_clearly_better() -> None:
+    own, ball = (1.0, 0.3, -0.9), (1.3, 0.05)
+    plans = {planner().choose(own, ball).name}
+    before = planner().choose((own[0], own[1], own[2] - 0.4), ball)
+    kept = planner().choose(own, ball, before=before)
+    best = planner().choose(own, ball)
+    assert kept.name == before.name or kept.seconds < before.seconds - 2.0 or kept.name in plans
+    assert kept.seconds <= best.seconds + 2.0
+
+
+places = st.tuples(st.floats(-2.2, 2.2), st.floats(-1.4, 1.4))
+
+
+@given(places, st.floats(-3.1, 3.1), places, st.lists(places, max_size=3))
+@settings(max_examples=100)
+def test_there_is_always_a_plan(
+    place: tuple[float, float], yaw: float, ball: tuple[float, float], robots: list
+) -> None:
+    plan = planner().choose((*place, yaw), ball, robots)
+    assert math.isfinite(plan.seconds)
+    assert plan.approach >= 0.0
+    # No kick back into the own goal: away from it, or across the field in front of a goal.
+    assert math.cos(plan.direction) > -0.2 or ball[0] > 1.5
+
+
+# -- walking ---------------------------------------------------------------------------------------
+
+
+def arrive(
+    start: tuple[float, float, float], obstacles: tuple[Round, ...] = (), seconds: float = 30.0
+) -> tuple[tuple[float, float, float], float]:
+    """Walk ideally from a pose to the origin; where the robot is then, and its nearest approach."""
+    pose, nearest = start, math.inf
+    for _ in range(round(seconds / 0.05)):
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+
+        def inner(point: tuple[float, float]) -> tuple[float, float]:
+            dx, dy = point[0] - pose[0], point[1] - pose[1]  # noqa: B023
+            return c * dx + s * dy, -s * dx + c * dy  # noqa: B023
+
+        target = (*inner((0.0, 0.0)), math.remainder(-pose[2], math.tau))
+        around = [Round(inner(each.position), each.radius, each.influence) for each in obstacles]
+        command = walk_to(target, LIMITS, around)
+        assert math.hypot(command.x / LIMITS.forward, command.y / LIMITS.side) < 3.0
+        pose = compose(pose, (0.05 * command.x, 0.05 * command.y, 0.05 * command.yaw))
+        for each in obstacles:
+            nearest = min(nearest, math.dist(pose[:2], each.position) - each.radius)
+    return pose, nearest
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+@settings(max_examples=25, deadline=None)
+def test_the_robot_arrives_from_everywhere(x: float, y: float, yaw: float) -> None:
+    pose, _ = arrive((x, y, yaw))
+    assert math.hypot(*pose[:2]) < 0.02
+    assert abs(math.remainder(pose[2], math.tau)) < 0.05
+
+
+@pytest.mark.parametrize("y", [-0.1, 0.0, 0.05])
+def test_the_robot_walks_around_an_obstacle_in_its_way(y: float) -> None:
+    pose, nearest = arrive((-2.0, y, 0.0), (Round((-1.0, 0.0), 0.3),), 40.0)
+    assert math.hypot(*pose[:2]) < 0.05
+    assert nearest > -0.12
+
+
+def test_commands_stay_inside_the_limits_and_keep_their_direction() -> None:
+    command = LIMITS.command(1.0, 0.5, 2.0)
+    load = math.hypot(
+        command.x / LIMITS.forward, command.y / LIMITS.side, command.yaw / LIMITS.turn
+    )
+    assert load == pytest.approx(1.0)
+    assert command.y / command.x == pytest.approx(0.5)
+    assert LIMITS.command(0.1, 0.0, 0.0) == VelocityCommand(0.1, 0.0, 0.0)
+
+
+# -- the tree --------------------------------------------------------------------------------------
+
+
+def states(mind: Mind, state: WorldState, **more) -> list[str]:
+    body = more.pop("body", Body())
+    return [each.state for each in mind.update(state, body, **more).path]
+
+
+def new_mind() -> Mind:
+    return Mind(1, TABLE, SCENE.field, GOALS)
+
+
+def test_the_referee_is_obeyed_whatever_the_ball_does() -> None:
+    mind = new_mind()
+    state = world((-1.0, 0.0, 0.0), (0.0, 0.0))
+    assert states(mind, state)[-1] == "walk behind ball"
+    for phase in (Phase.INITIAL, Phase.SET, Phase.FINISHED):
+        decision = mind.update(state, Body(), GameState(phase=phase))
+        assert decision.path[-1].state == "stand still"
+        assert decision.action.walk.is_zero
+    penalized = mind.update(state, Body(), GameState(penalized=True))
+    assert penalized.action.walk.is_zero
+
+
+def test_a_fallen_robot_gets_up_before_anything_else() -> None:
+    mind = new_mind()
+    down = mind.update(world((0.0, 0.0, 0.0), (0.5, 0.0), upright=False), Body(GaitState.FALLEN))
+    assert down.action.motion == "get_up"
+    assert down.action.walk.is_zero
+    assert states(mind, world((0.0, 0.0, 0.0), (0.5, 0.0), time=0.1))[0] == "upright"
+
+
+def test_a_ball_that_nobody_knows_is_searched() -> None:
+    mind = new_mind()
+    seen = [states(mind, world((0.0, 0.0, 0.0), None, time=0.1 * i))[-1] for i in range(200)]
+    assert list(dict.fromkeys(seen)) == ["look", "turn", "walk"]
+
+
+def test_of_two_who_see_the_ball_one_goes_on_and_the_other_steps_back() -> None:
+    """Fig. 11 of Friedmann et al.: striker and supporter, both near the ball."""
+    ball = (0.5, 0.1)
+    striker, supporter = new_mind(), new_mind()
+    near = striker.update(world((0.2, 0.1, 0.0), ball), Body(), role=Role.STRIKER)
+    back = supporter.update(world((0.1, -0.4, 0.8), ball), Body(), role=Role.SUPPORTER)
+    assert near.path[2].state == "striker"
+    assert near.action.walk.x >= 0.0
+    assert back.path[-1].state == "support"
+    x, *_ = compose((0.0, 0.0, 0.8), (back.action.walk.x, back.action.walk.y, 0.0))
+    assert x < 0.0  # away from the opponents' goal
+
+
+def test_during_a_kick_off_of_the_others_the_robot_keeps_its_distance() -> None:
+    mind = new_mind()
+    game = GameState(own_kick=False, ball_free=False)
+    path = states(mind, world((-0.9, 0.0, 0.0), (0.0, 0.0)), game=game)
+    path = states(mind, world((-0.9, 0.0, 0.0), (0.0, 0.0), time=0.1), game=game)
+    path = states(mind, world((-0.9, 0.0, 0.0), (0.0, 0.0), time=0.2), game=game)
+    assert path[-1] == "wait"
+
+
+def test_a_keeper_blocks_a_shot_and_not_a_ball_that_misses() -> None:
+    for velocity, moves in (((-1.0, 0.0), True), ((-1.0, 0.9), False), ((0.0, 0.0), False)):
+        mind = new_mind()
+        state = world((-2.0, 0.0, 0.0), (-1.2, 0.0), velocity=velocity)
+        mind.update(state, Body(), role=Role.KEEPER)
+        late = world((-2.0, 0.0, 0.0), (-1.2, 0.0), velocity=velocity, time=0.1)
+        decision = mind.update(late, Body(), role=Role.KEEPER)
+        assert (decision.action.motion == "block") is moves
+
+
+def test_a_robot_that_stands_on_the_spot_kicks_once() -> None:
+    """With the ball at its heel; the kick is requested until it runs, and not again after it."""
+    mind, motions = new_mind(), []
+    ball, kick = (1.85, -0.06), TABLE.find("kick_backheel_left")
+    own = kick.robot_pose(
+        ball, mind.update(world((1.75, 0.0, math.pi), ball), Body()).plan.direction
+    )
+    body = Body()
+    for i in range(30):
+        decision = mind.update(world(own, ball, time=0.1 * (i + 1)), body)
+        motions.append(decision.action.motion)
+        body = Body(GaitState.MOTION if decision.action.motion else body.state)
+    assert motions.count(kick.motion) == 1
+    assert set(motions) == {"", kick.motion}
