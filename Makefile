@@ -15,7 +15,7 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench results compiled lint urdf install clean
+.PHONY: help demo match test test-slow bench results compiled lint urdf install clean
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/:.*## /|/' \
@@ -23,6 +23,9 @@ help:  ## this list
 
 demo: $(READY)  ## watch the NAO walk a tour over ROS 2 (options: make demo ARGS="--gui")
 	@$(BIN)/nao_gait demo $(ARGS)
+
+match: compiled  ## two teams play soccer over ROS 2 (options: make match ARGS="--minutes 1")
+	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait match $(ARGS)
 
 test: $(READY)  ## the tests (those marked slow: make test-slow)
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup -m "not slow" $(ARGS)

@@ -1,5 +1,7 @@
 """The engine of options: transitions, times, paths, and what it refuses."""
 
+from pathlib import Path
+
 import pytest
 
 from nao_lipm_gait.errors import NaoGaitError
@@ -110,3 +112,8 @@ def test_the_picture_shows_every_state_and_transition_of_the_player() -> None:
     for text in ("play the ball__dribble", "striker__search", "keeper__block", "after 1.5 s"):
         assert text.replace(" ", "_") in picture.replace(" ", "_")
     assert picture.count("{\n") == picture.count("  }\n")
+
+
+def test_the_picture_in_the_docs_is_that_of_the_code() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "soccer.md").read_text(encoding="utf-8")
+    assert mermaid(PLAYER) in text

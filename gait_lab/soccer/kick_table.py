@@ -1,0 +1,82 @@
+"""Writes the table of a robot's kicks from kicks of several simulated robots.
+
+python -m gait_lab.soccer.kick_table --robot bruno --robots 10 > config/kicks/bruno.yaml
+"""
+
+import argparse
+import math
+import statistics
+import sys
+from collections.abc import Sequence
+
+from gait_lab.bench.suites.kick import kicks_of
+from gait_lab.trials.kick import KickResult, KickSpec, kick
+from gait_lab.trials.parallel import parallel_map
+from gait_lab.trials.trial import loaded_robot
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.motion.library import shipped_library
+
+STANDS = 0.95
+"""Share of the robots that have to stand after a kick of the table."""
+
+
+def measured(urdf: str, robots: int, engine: str, jobs: int | None) -> list[KickResult]:
+    """One attempt of each kick with each robot."""
+    specs = [
+        KickSpec(name, robot_seed=seed, urdf=urdf, engine=engine)
+        for name in kicks_of(urdf)
+        for seed in range(robots)
+    ]
+    results: list[KickResult] = parallel_map(kick, specs, jobs=jobs, label="kicks")
+    return results
+
+
+def table(urdf: str, results: Sequence[KickResult]) -> str:
+    """The text of the file; kicks after which too many robots fall are left out."""
+    motions = shipped_library(loaded_robot(urdf)).motions
+    lines = [
+        f"# Kicks of {len({each.spec.robot_seed for each in results})} simulated robots each; "
+        "written by gait_lab.soccer.kick_table.",
+        "kicks:",
+    ]
+    for name in dict.fromkeys(each.spec.motion for each in results):
+        mine = [each for each in results if each.spec.motion == name]
+        spot = motions[name].kick
+        if spot is None or sum(each.stood for each in mine) < STANDS * len(mine):
+            continue
+        errors = [math.remainder(each.direction - spot.direction, math.tau) for each in mine]
+        direction = math.remainder(spot.direction + statistics.fmean(errors), math.tau)
+        values = {
+            "x": spot.x,
+            "y": spot.y,
+            "direction": direction,
+            "direction_spread": statistics.pstdev(errors),
+            "distance": statistics.fmean(each.distance for each in mine),
+            "distance_spread": statistics.pstdev([each.distance for each in mine]),
+            "speed": statistics.fmean(each.speed for each in mine),
+            "seconds": statistics.fmean(each.seconds for each in mine),
+        }
+        row = ", ".join(f"{key}: {value:.3g}" for key, value in values.items())
+        lines.append(f"  - {{motion: {name}, {row}}}")
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the table; the exit status."""
+    parser = argparse.ArgumentParser(prog="kick_table", description=__doc__)
+    parser.add_argument("--robot", default="nao_h21_v33", metavar="NAME")
+    parser.add_argument("--robots", type=int, default=10, metavar="N")
+    parser.add_argument("--engine", default="mujoco", metavar="E")
+    parser.add_argument("--jobs", type=int, default=None, metavar="N")
+    given = parser.parse_args(arguments)
+    try:
+        results = measured(given.robot, given.robots, given.engine, given.jobs)
+        sys.stdout.write(table(given.robot, results))
+    except NaoGaitError as error:
+        sys.stderr.write(f"kick_table: {error}\n")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
