@@ -13,6 +13,7 @@ from gait_lab.ros_session import ros_node
 from gait_lab.view.pitch import PitchScene
 from gait_lab.view.robot_link import COMMAND_PERIOD, RobotLink, RobotState
 from gait_lab.view.scene import RobotScene
+from gait_lab.view.world_scene import WorldScene
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.process import stop_on_signal
@@ -145,12 +146,14 @@ class ShownRobot:
         server: The viser server of the page.
         name: Of a robot out of several; "" for the only one.
         color: Of its torso; None for that of the URDF.
+        team: Its team; None for a robot that does not play.
         stamped: Whether to publish TwistStamped.
 
     Attributes:
         name: Its name.
         link: Connection to the robot.
         scene: What is drawn of it; None until joint states arrive.
+        world: What it believes, if it plays.
     """
 
     def __init__(
@@ -159,10 +162,12 @@ class ShownRobot:
         server: Any,
         name: str = "",
         color: Color | None = None,
+        team: str | None = None,
         *,
         stamped: bool = False,
     ) -> None:
         self.name = name
+        self.world = None if team is None else WorldScene(node, server, name, team)
         self.link = RobotLink(node, name, stamped=stamped)
         self.scene: RobotScene | None = None
         self._server, self._color = server, color
@@ -249,6 +254,8 @@ class Viewer:
                     if robot.scene is not None:
                         robot.scene.update(robot.link.state)
                         robot.scene.see_through(self.panel.through.value)
+                    if robot.world is not None:
+                        robot.world.update()
             if self.panel.follow.value and chosen.scene is not None:
                 self._follow(chosen.scene.base)
         state = chosen.link.state
@@ -281,7 +288,12 @@ class Viewer:
         self.pitch = PitchScene(self._server, scene)
         self.robots = [
             ShownRobot(
-                self._node, self._server, robot.name, COLORS[robot.team], stamped=self._stamped
+                self._node,
+                self._server,
+                robot.name,
+                COLORS[robot.team],
+                robot.team,
+                stamped=self._stamped,
             )
             for robot in scene.robots
         ]

@@ -18,9 +18,14 @@ pytest.importorskip("mujoco")
 
 from geometry_msgs.msg import PointStamped, Twist, WrenchStamped
 from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
 
 from gait_lab.view.viewer import HOST, Viewer, serve
+from gait_lab.view.world_scene import WorldScene
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.types import PoseCovariance
+from nao_soccer.ros import player_messages
+from nao_soccer.world.state import PoseEstimate
 from ros_probe import ROOT, Probe
 from sim_bridge.scene import load_scene
 
@@ -126,6 +131,39 @@ def test_all_robots_of_a_scene_are_shown_and_the_chosen_one_is_driven(
     viewer.panel.x.value = 10.0
     shown(lambda: any(c.linear.x == 0.1 for c in commands["blue2"]), "a command for blue2")
     assert not any(c.linear.x for c in commands["red1"])
+
+
+class Subscriptions:
+    """A node that only keeps what is subscribed to."""
+
+    def __init__(self) -> None:
+        self.receive: dict[str, Any] = {}
+
+    def create_subscription(self, kind: type, topic: str, callback: Any, qos: Any) -> None:
+        self.receive[topic] = callback
+
+
+def test_what_a_player_believes_is_drawn_in_the_world(server: Any) -> None:
+    estimate = PoseEstimate((1.0, 0.5, 0.0), PoseCovariance(xx=0.04, yy=0.01, yaw=0.01), True)
+    particles = np.array(((1.0, 0.5, 0.0), (0.8, 0.4, 0.1)))
+    for team, side in (("red", 1.0), ("blue", -1.0)):
+        node = Subscriptions()
+        scene = WorldScene(node, server, f"{team}1", team)
+        scene.update()
+        assert not scene.lines
+        node.receive[f"{team}1/pose_valid"](Bool(data=True))
+        node.receive[f"{team}1/pose"](player_messages.pose(0, estimate))
+        node.receive[f"{team}1/particles"](player_messages.particles(0, particles))
+        ball = Odometry()
+        ball.pose.pose.position.x = 2.0
+        node.receive[f"{team}1/ball"](ball)
+        scene.update()
+        corners = np.asarray(scene.lines["pose"].points)[:-1, 0]
+        assert corners.mean(axis=0)[:2] == pytest.approx((side * 1.0, side * 0.5), abs=1e-6)
+        assert np.ptp(corners, axis=0)[:2] == pytest.approx((4 * 0.2, 4 * 0.1), rel=1e-2)
+        places = np.asarray(scene.lines["particles"].points)[:, 0, :2]
+        assert places == pytest.approx(side * particles[:, :2])
+        assert scene.ball.position[0] == pytest.approx(side * 2.0)
 
 
 def test_the_tool_serves_on_this_machine_alone(probe: Probe, tmp_path: Path) -> None:
