@@ -54,7 +54,7 @@ ARGUMENTS = (
     ("command_interface", str, ("gait",),
      "joint_state, forward_command or joint_trajectory (joint_state)"),
     ("enable_stamped_cmd_vel", bool, ("gait",), "cmd_vel is a TwistStamped (false)"),
-    ("bias_wait", float, ("gait",), "longest stand until the gyro's bias is known [s] (5.0)"),
+    ("bias_wait", float, ("gait",), "longest stand until the gyro's bias is known [s] (20.0)"),
     ("cmd_vel_timeout", float, ("gait",), "an older velocity command means stop [s] (0.5)"),
 )  # fmt: skip
 

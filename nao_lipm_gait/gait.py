@@ -471,6 +471,11 @@ class Gait:
         return self._estimator.gyro_bias_sigma
 
     @property
+    def heading_drift_sigma(self) -> float:
+        """Standard deviation [rad/s] by which a held heading drifts because of the gyro's bias."""
+        return self._estimator.heading_drift_sigma
+
+    @property
     def torso_pose(self) -> Pose6:
         """The torso in base_footprint: x, y, z [m], roll, pitch, yaw [rad]; after a tick only."""
         return self._estimator.torso_place.in_footprint()

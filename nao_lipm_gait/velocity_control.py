@@ -8,18 +8,25 @@ SETTLING_TIME = 0.5
 """Time [s] after the last commanded turn in which its steps still turn the robot."""
 YAW_RATE_MAX = 0.3
 """Largest yaw rate [rad/s] that the heading hold commands."""
+INTEGRAL_TIME = 4.0
+"""Time [s] in which a constant heading error doubles the commanded yaw rate."""
 
 
 class HeadingHold:
-    """Keeps straight walks straight: holds the heading while no turn is commanded."""
+    """Keeps straight walks straight: holds the heading while no turn is commanded.
+
+    A PI controller: feet that slip the same way in each step turn the robot at a constant rate,
+    against which a gain alone would leave an error of that rate divided by the gain.
+    """
 
     def __init__(self) -> None:
+        self._since_turn = SETTLING_TIME
         self.release()
 
     def release(self) -> None:
         """Forget the heading; hold the one at which the robot next walks straight."""
         self._heading: float | None = None
-        self._straight_time = 0.0
+        self._integral = 0.0
 
     @property
     def holds(self) -> bool:
@@ -37,16 +44,19 @@ class HeadingHold:
             gain: Yaw rate per heading error [1/s]; 0 leaves the command unchanged.
             dt: Time [s] since the last tick.
         """
+        self._since_turn = 0.0 if command.yaw != 0.0 else self._since_turn + dt
         if gain <= 0.0 or command.yaw != 0.0 or command.is_zero:
             self.release()
             return command
-        self._straight_time += dt
         if self._heading is None:
-            if self._straight_time < SETTLING_TIME:
+            if self._since_turn < SETTLING_TIME:
                 return command
             self._heading = heading
-        rate = gain * remainder(self._heading - heading, tau)
+        error = remainder(self._heading - heading, tau)
+        rate = gain * (error + self._integral)
         limited = min(max(rate, -YAW_RATE_MAX), YAW_RATE_MAX)
+        if limited == rate:
+            self._integral += error * dt / INTEGRAL_TIME
         return VelocityCommand(command.x, command.y, limited)
 
 

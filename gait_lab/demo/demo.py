@@ -32,6 +32,8 @@ from nao_lipm_gait.types import VelocityCommand
 EXIT_FAILED = 1
 REST_SPEED = 0.02
 """Speed [m/s] above which a robot does not stand."""
+BIAS_WAIT = 5.0
+"""Longest stand [s] for the gyro: a tour is short, and its heading need not be exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +137,8 @@ def _walk(
             f"{options.robot_seed}) and gait, in ROS domain {domain.domain} of this machine"
         )
         nodes.start("sim_bridge", _bridge_parameters(options))
-        nodes.start("gait", {"preset": options.preset, "urdf": options.urdf})
+        gait = {"preset": options.preset, "urdf": options.urdf, "bias_wait": BIAS_WAIT}
+        nodes.start("gait", gait)
         with ros_node("nao_gait_demo") as node, BagWriter(out / "bag") as writer:
             driver = TourDriver(node, TOURS[options.tour], writer, stop, nodes)
             try:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 START = 6.0
 """[s] of simulated time before the referee begins: the nodes find each other."""
+BIAS_WAIT = 5.0
+"""Longest stand [s] for the gyro: players see where they are, so their heading is corrected."""
 START_TIMEOUT = 120.0
 """[s] until the nodes have to be up."""
 STALL_TIMEOUT = 60.0
@@ -114,7 +116,7 @@ def _start(
     )
     common = {"control_port": ports, "return_port": ports + 1}
     for robot in scene.robots:
-        nodes.start("gait", {"urdf": robot.urdf}, robot.name)
+        nodes.start("gait", {"urdf": robot.urdf, "bias_wait": BIAS_WAIT}, robot.name)
         nodes.start("vision", {"urdf": robot.urdf, "scene": file}, robot.name)
         x, y, heading = in_field(robot.pose, robot.team)
         nodes.start(

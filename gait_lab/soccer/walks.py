@@ -125,7 +125,7 @@ class RandomWalk(Policy):
         """The command of this time; None at the end."""
         if tick is None:
             return STANDSTILL
-        known = None if tick.status is None else self._gait.gyro_bias_sigma
+        known = None if tick.status is None else self._gait.heading_drift_sigma
         if self._wait.update(round(time * 1e9), self._gait.state, known):
             return STANDSTILL
         if self._end is None:

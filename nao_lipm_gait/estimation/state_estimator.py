@@ -4,7 +4,7 @@ SensorFrame -> soles and CoM in the torso frame -> torso orientation -> measured
 -> odometry; and whether the robot falls, tips, or on which side it lies.
 """
 
-from math import hypot
+from math import hypot, sin
 
 from nao_lipm_gait.estimation.com_measurement import (
     level_frame,
@@ -19,7 +19,7 @@ from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
 from nao_lipm_gait.estimation.yaw_slip import UnseenYawSlip, YawOverSole, YawSlipFromYawGyro
-from nao_lipm_gait.estimation.yaw_slip_from_lean import YawSlipFromLean
+from nao_lipm_gait.estimation.yaw_slip_from_lean import LEAN_SIGMA, YawSlipFromLean
 from nao_lipm_gait.geometry import as_point
 from nao_lipm_gait.head.head_control import TorsoPlace
 from nao_lipm_gait.motion.keyframes import Posture
@@ -221,6 +221,14 @@ class StateEstimator:
         """Standard deviation [rad/s] of the gyro's bias; 0 where the odometry does not use it."""
         slip = self._yaw_slip
         return 0.0 if isinstance(slip, UnseenYawSlip) else slip.bias_sigma
+
+    @property
+    def heading_drift_sigma(self) -> float:
+        """Standard deviation [rad/s] of the drift by the gyro's bias of a heading that is held."""
+        sigma, p = self.gyro_bias_sigma, self._p
+        if p.yaw_gyro:
+            return sigma
+        return sigma / max(sin(p.torso_pitch + p.heading_lean), LEAN_SIGMA)
 
     def _mean_rate(self, rate: Point3) -> Point3:
         """Gyro [rad/s] since the last frame; the mean of both ends if frames were lost."""

@@ -53,6 +53,9 @@ GATE = 3.0
 """Deviations beyond which a measurement is an outlier: the robot tips or is moved."""
 SPEED_MIN = 0.05
 """Speed [m/s] from which on a walk has a direction."""
+SCRUB_SPEED, SWING_SPEED = 0.25, 0.45
+"""Speed [m/s] up to which the feet slip only when the support changes, and from which on the swing
+leg turns the support foot in the whole step, by simulated robots."""
 MAIN_AXIS_RATIO = 1.5
 """The walking direction changes its axis once the other one is faster by this factor."""
 
@@ -166,7 +169,9 @@ class YawSlipFromLean:
             if self._seen:
                 steady = float(self._state[_SLIP]) * speed * dt
             self._start_time += dt
-            self._stride.add(roll_rate, over_sole, -x, -up[0], speed * dt, steady, roll, dt)
+            self._stride.add(
+                changed, roll_rate, over_sole, -x, -up[0], speed * dt, steady, roll, dt
+            )
         limit = RELEASE_RATE * dt
         late = min(max(float(self._state[_YAW]), -limit), limit)
         self._state[_YAW] -= late
@@ -232,18 +237,18 @@ class YawSlipFromLean:
         whole, self._whole_stride = self._whole_stride, True
         if stride.time == 0.0:
             return
-        lean = stride.lean
         turned = abs(stride.turned)
         # While a heading is held, the joints turn against the slip and the torso does not turn.
         turns = min(turned, abs(stride.turned + stride.steady_slip))
-        self._seen = LEAN_SIGMA * turns < YAW_RATE_ERROR_MAX * lean * stride.time
+        self._seen = LEAN_SIGMA * turns < YAW_RATE_ERROR_MAX * stride.lean * stride.time
         if whole and self._seen:
             self._measure(stride)
-        leaned, walked = (stride.leaned, stride.walked) if self._seen else (0.0, 0.0)
+        lean = stride.slip_lean
+        walked = stride.walked if self._seen else 0.0
         state, covariance = self._state, self._covariance
         change = np.array(
             (
-                (1.0, leaned, -stride.time, 0.0),
+                (1.0, walked * lean, -stride.time, 0.0),
                 (0.0, 1.0, 0.0, 0.0),
                 (0.0, 0.0, 1.0, 0.0),
                 (0.0, walked, 0.0, 1.0),
@@ -264,8 +269,8 @@ class YawSlipFromLean:
 
     def _measure(self, stride: "_Stride") -> None:
         """Correct by the mean roll; a single outlier counts less."""
-        rolled, leaned, time, roll = stride.means()
-        row = np.array((1.0, leaned, -time, 0.0))
+        rolled, walked, time, roll = stride.means()
+        row = np.array((1.0, walked * stride.slip_lean, -time, 0.0))
         sigma = ROLL_SIGMA
         if self._start_time < START_TIME:
             sigma = hypot(sigma, START_SIGMA)
@@ -334,30 +339,32 @@ class _Stride:
     """Sums over a stride, from one step on the left foot to the next.
 
     The lean within a stride is that of the torso against gravity, because the sole tilts on the
-    ground while the torso turns over it; its mean is the lean over the soles.
+    ground while the torso turns over it; its mean is the lean over the soles. Slow feet slip when
+    the support changes and both carry the robot; the lean at that moment is less than the mean.
 
     Attributes:
         time: Time [s] since the stride began.
         walked: Walked distance [m].
-        leaned: The same times the sine of the lean [m].
         turned: Rotation [rad] of the torso over its support soles.
         steady_slip: Yaw slip [rad] that the odometry was turned by.
     """
 
     __slots__ = (
-        "_leaned_sum", "_roll_sum", "_rolled", "_rolled_sum", "_sole_lean", "_ticks", "_time_sum",
-        "_turned_sum", "_up_lean", "leaned", "steady_slip", "time", "turned", "walked",
+        "_change_lean", "_changes", "_roll_sum", "_rolled", "_rolled_sum", "_sole_lean", "_ticks",
+        "_time_sum", "_turned_sum", "_up_lean", "_walked_sum", "steady_slip", "time", "turned",
+        "walked",
     )  # fmt: skip
 
     def __init__(self) -> None:
-        self.time = self.walked = self.leaned = self.steady_slip = 0.0
+        self.time = self.walked = self.steady_slip = 0.0
         self._rolled = self.turned = self._sole_lean = self._up_lean = 0.0
-        self._rolled_sum = self._turned_sum = self._leaned_sum = 0.0
-        self._time_sum = self._roll_sum = 0.0
-        self._ticks = 0
+        self._rolled_sum = self._turned_sum = self._walked_sum = 0.0
+        self._time_sum = self._roll_sum = self._change_lean = 0.0
+        self._ticks = self._changes = 0
 
     def add(
         self,
+        changed: bool,
         roll_rate: float,
         turned: float,
         sole_lean: float,
@@ -370,6 +377,7 @@ class _Stride:
         """One tick.
 
         Args:
+            changed: The support leg has changed since the last tick.
             roll_rate: Gyro [rad/s] about the torso's x axis.
             turned: The torso's rotation [rad] over its support sole.
             sole_lean: Sine of the torso's pitch over the support sole.
@@ -381,7 +389,6 @@ class _Stride:
         """
         self.time += dt
         self.walked += walked
-        self.leaned += walked * sole_lean
         self.steady_slip += steady_slip
         self._rolled += roll_rate * dt + turned * up_lean
         self.turned += turned
@@ -389,10 +396,13 @@ class _Stride:
         self._up_lean += up_lean
         self._rolled_sum += self._rolled
         self._turned_sum += self.turned
-        self._leaned_sum += self.leaned
+        self._walked_sum += self.walked
         self._time_sum += self.time
         self._roll_sum += roll
         self._ticks += 1
+        if changed:
+            self._change_lean += up_lean
+            self._changes += 1
 
     @property
     def lean(self) -> float:
@@ -400,16 +410,26 @@ class _Stride:
         return self._sole_lean / self._ticks
 
     @property
+    def slip_lean(self) -> float:
+        """Mean sine of the lean while the feet slip."""
+        if self._changes == 0:
+            return self.lean
+        fast = (self.walked / self.time - SCRUB_SPEED) / (SWING_SPEED - SCRUB_SPEED)
+        share = min(max(1.0 - fast, 0.0), 1.0)
+        at_change = self._change_lean / self._changes + self._lean_offset
+        return self.lean + share * (at_change - self.lean)
+
+    @property
     def rolled(self) -> float:
         """Roll [rad] since the stride began by gyro and joint angles, without bias and slip."""
         return self._rolled + self._lean_offset * self.turned
 
     def means(self) -> tuple[float, float, float, float]:
-        """Means over the ticks of rolled, leaned, time and the roll by the joint angles."""
+        """Means over the ticks of rolled, walked, time and the roll by the joint angles."""
         rolled = self._rolled_sum + self._lean_offset * self._turned_sum
-        sums = (rolled, self._leaned_sum, self._time_sum, self._roll_sum)
-        rolled, leaned, time, roll = (total / self._ticks for total in sums)
-        return rolled, leaned, time, roll
+        sums = (rolled, self._walked_sum, self._time_sum, self._roll_sum)
+        rolled, walked, time, roll = (total / self._ticks for total in sums)
+        return rolled, walked, time, roll
 
     @property
     def _lean_offset(self) -> float:

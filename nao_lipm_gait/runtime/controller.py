@@ -37,7 +37,7 @@ from nao_lipm_gait.runtime.motion_requests import MotionRequests
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
 from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
-from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
+from nao_lipm_gait.runtime.stamp_monitor import LONGEST_GAP, NEW_TIME, StampMonitor, Step
 from nao_lipm_gait.runtime.target_guard import TargetGuard
 from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
@@ -166,6 +166,7 @@ class GaitController:
         self._motion_results: list[str] = []
         self._logged_state = GaitState.STAND
         self._timed_out = self._logged_timeout = False
+        self._doubtful: NaoGaitError | None = None
         self._bias_wait = BiasWait(settings.bias_wait)
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
@@ -270,7 +271,9 @@ class GaitController:
         before, arrived = self._arrived_at, now - message.waited
         self._arrived_at = arrived
         self._diagnostics.end("silence", "joint_states arrive")
+        last = self._stamps.last
         self._stamps.accept(stamp, step)
+        self._judge_doubtful(step)
         if step is Step.REPEATED:
             self._answer_again(stamp, asked=arrived - before > ASKED_AGAIN)
             return
@@ -280,12 +283,16 @@ class GaitController:
             self._diagnostics.event(WALK, Level.WARN, "late ticks", text)
         if step is Step.EARLY:
             self._answer_early(stamp)
-        elif step in (Step.LATE, Step.DOUBTFUL):
-            self._refuse(step, stamp)
+        elif step is Step.LATE:
+            raise self._unexpected_stamp(step, stamp)
+        elif step is Step.DOUBTFUL:
+            self._diagnostics.rejected["joint_states"] += 1
+            self._doubtful = self._unexpected_stamp(step, stamp)
+            return
         elif step is Step.FIRST:
             self._validation.restart(sample, steady=True)
         elif step in NEW_TIME:
-            self._restart(step, sample, now)
+            self._restart(step, sample, now, stamp - (last or 0))
         self._continued_at = now
         self._last_position = sample.position
         self._check_rate()
@@ -340,33 +347,48 @@ class GaitController:
             f"steps of control_period, {self._settings.control_period:g} s",
         )
 
-    def _refuse(self, step: Step, stamp: int) -> None:
-        """Do not answer: if this is a new time base, the next message proves it.
+    def _judge_doubtful(self, step: Step) -> None:
+        """Report a doubtful stamp, unless this message continues from it and so proves it."""
+        error, self._doubtful = self._doubtful, None
+        if error is not None and step not in NEW_TIME:
+            text = f"{error}; message ignored"
+            self._diagnostics.event(SENSORS, Level.WARN, error.field, text, burst=5)
 
-        Raises:
-            NaoGaitError: Always.
-        """
+    def _unexpected_stamp(self, step: Step, stamp: int) -> NaoGaitError:
+        """A stamp that is not answered: if this is a new time base, the next message proves it."""
         last = self._stamps.last or 0
-        raise NaoGaitError(
+        return NaoGaitError(
             "joint_states header.stamp",
             f"{stamp * 1e-9:.3f} s, {step.value}",
             f"a stamp that follows {last * 1e-9:.3f} s, or more stamps of the new time",
         )
 
-    def _restart(self, step: Step, sample: JointSample, now: float) -> None:
-        """Continue on a new time base, from a stand; if only the clock has jumped, stop first."""
+    def _restart(self, step: Step, sample: JointSample, now: float, gap: int) -> None:
+        """Continue on a new time base, from a stand; if only the clock has jumped, stop first.
+
+        A robot that was silent for longer than any outage that is bridged was paused or reset,
+        which is no fault.
+
+        Args:
+            step: BACKWARDS or JUMP.
+            sample: The joint state.
+            now: Its arrival [s].
+            gap: Time [ns] since the last stamp.
+        """
         last, stamp = self._last_position, sample.stamp
         near = last is not None and float(np.abs(sample.position - last).max()) < STEADY_ANGLE
         steady = now - self._continued_at < STEADY_TIME and near
-        longest = self._stamps.longest_gap * 1e-9
-        self._diagnostics.event(
-            WALK,
-            Level.WARN,
-            f"stamp {step.value}",
-            f"joint_states header.stamp: {step.value} to {stamp * 1e-9:.3f} s; allowed: steps of "
-            f"{self._settings.control_period:g} s and no gap over {longest:.3g} s; "
-            + ("stopping" if steady else "restarting from a stand"),
-        )
+        if gap > LONGEST_GAP and not steady:
+            text = f"joint_states after a pause of {gap * 1e-9:.2f} s: restarting from a stand"
+            self._diagnostics.event(WALK, Level.OK, "pause", text)
+        else:
+            longest = self._stamps.longest_gap * 1e-9
+            text = (
+                f"joint_states header.stamp: {step.value} to {stamp * 1e-9:.3f} s; allowed: steps "
+                f"of {self._settings.control_period:g} s and no gap over {longest:.3g} s; "
+                + ("stopping" if steady else "restarting from a stand")
+            )
+            self._diagnostics.event(WALK, Level.WARN, f"stamp {step.value}", text)
         self._sync.restart(stamp)
         self._validation.restart(sample, steady)
         self._velocity.clear()
@@ -426,7 +448,7 @@ class GaitController:
     def _must_wait(self, stamp: int, command: VelocityCommand) -> bool:
         """Whether the robot must still stand until the gyro's bias is known; ends for good."""
         wait, ticked = self._bias_wait, self.last_status is not None
-        sigma = self._gait.gyro_bias_sigma if ticked else None
+        sigma = self._gait.heading_drift_sigma if ticked else None
         stands = wait.update(stamp, self._gait.state, sigma)
         if wait.known:
             self._diagnostics.end("gyro bias", "the gyro's bias is known")

@@ -7,7 +7,7 @@ from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Level, Re
 from nao_lipm_gait.runtime.tick_times import TickSummary
 from nao_lipm_gait.types import GaitState, GaitStatus
 
-SILENCE = 0.5
+SILENCE = 1.0
 """[s] without joint states that is an error."""
 IDLE = 10.0
 """[s] after the last velocity command, after which its absence is no warning any more."""

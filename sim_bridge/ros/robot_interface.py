@@ -102,7 +102,9 @@ class RobotInterface:
     def restart(self, now: int) -> None:
         """Forget what was before a reset at `now` [ns]; no sensors for a while."""
         self._commands.reset(now)
-        self._sent = self.awaited = self._answered = None
+        if self.awaited is not None:
+            self._answered = self.awaited  # its answer may be on the way, and comes too late
+        self._sent = self.awaited = None
         self._silent_until = now + round(RESET_SILENCE * 1e9)
 
     def missing_answer(self, waited: float) -> str:

@@ -62,6 +62,27 @@ def test_a_commanded_turn_and_a_stand_are_not_corrected() -> None:
     assert settled(0.0).correct(FORWARD, 1.0, 0.0, DT) == FORWARD
 
 
+def test_a_constant_slip_leaves_no_error() -> None:
+    """A gain alone would leave the slip rate divided by the gain: 3.8 deg."""
+    hold, heading, slip = settled(), 0.0, 0.1
+    for _ in range(round(30.0 / DT)):
+        heading += (hold.correct(FORWARD, heading, 1.5, DT).yaw + slip) * DT
+    assert abs(heading) < math.radians(0.1)
+
+
+def test_a_heading_that_cannot_be_held_does_not_wind_up_the_hold() -> None:
+    hold = settled()
+    for _ in range(round(30.0 / DT)):
+        assert hold.correct(FORWARD, 1.0, 1.0, DT).yaw == -YAW_RATE_MAX
+    assert hold.correct(FORWARD, 0.0, 1.0, DT).yaw == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_walk_from_a_stand_holds_the_heading_of_the_stand() -> None:
+    hold = HeadingHold()
+    assert hold.correct(FORWARD, 0.3, 1.0, DT) == FORWARD
+    assert hold.correct(FORWARD, 0.4, 1.0, DT).yaw == pytest.approx(-0.1)
+
+
 def test_a_heading_is_held_until_a_turn_is_commanded() -> None:
     assert not HeadingHold().holds
     hold = settled()

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import signal
 import time
 from pathlib import Path
@@ -130,8 +131,8 @@ def test_walks_on_under_a_flood_of_bad_messages(probe: Probe):
 def test_reset_after_a_fall_and_the_gait_stands_again(probe: Probe):
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     support = probe.subscribe(String, "gait/support", LATCHED)
-    probe.start("gait")
-    probe.start("sim_bridge", **LOCKSTEP)
+    gait = probe.start("gait")
+    bridge = probe.start("sim_bridge", **LOCKSTEP)
     push = probe.publisher(WrenchStamped, "push")
     probe.wait(lambda: truth and stamp(truth[-1]) > 2_000_000_000, "2 s of simulated time")
     probe.wait(lambda: support, "the gait's state")
@@ -140,11 +141,17 @@ def test_reset_after_a_fall_and_the_gait_stands_again(probe: Probe):
     push.publish(message)
     probe.wait(lambda: support and support[-1].data.startswith("fallen"), "a fall")
     probe.wait(lambda: truth[-1].pose.pose.position.z < 0.2, "a robot on the floor")
+    said = len(gait.log), len(bridge.log)
     assert probe.call(Trigger, "sim_bridge/reset", Trigger.Request()).success
     again = stamp(truth[-1])
     probe.wait(lambda: stamp(truth[-1]) > again + 4_000_000_000, "4 s after the reset")
     assert support[-1].data.startswith("stand")
     assert truth[-1].pose.pose.position.z > 0.26
+    after = gait.log[said[0] :]
+    assert re.search(r"INFO.*joint_states after a pause of 0.6. s: restarting from a stand", after)
+    assert not re.search(r"WARN.*joint_states", after)
+    (line,) = bridge.log[said[1] :].splitlines()
+    assert re.search(r"INFO.*reset$", line)
 
 
 def _run(folder: Path, seed: int, until: int) -> dict[int, bytes]:

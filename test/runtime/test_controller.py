@@ -263,6 +263,35 @@ def test_a_rate_that_is_not_the_control_period_is_named() -> None:
     assert len(robot.log) == 2
 
 
+def test_a_reset_of_the_robot_is_one_line() -> None:
+    robot = Robot()
+    robot.tick(100)
+    robot.drive(0.1)
+    robot.tick(30)
+    robot.now += 0.6
+    robot.stamp += 600 * MS
+    robot.pose = ROBOT.stand_pose.tolist()
+    robot.take(robot.controller.watch())
+    robot.tick(100)
+    robot.take(robot.controller.watch())
+    assert robot.log == ["joint_states after a pause of 0.62 s: restarting from a stand"]
+    assert robot.controller.state is GaitState.STAND
+
+
+def test_a_stamp_from_which_nothing_continues_is_reported() -> None:
+    robot = Robot()
+    robot.tick(100)
+    right = robot.stamp
+    robot.stamp += 900 * MS
+    robot.send()
+    assert robot.controller.rejected["joint_states"] == 1
+    robot.stamp = right
+    robot.tick(100)
+    assert len(robot.log) == 1
+    assert "got '2.900 s, doubtful'" in robot.log[0]
+    assert robot.log[0].endswith("message ignored")
+
+
 @pytest.mark.parametrize("silent", [0.0, 1.0])
 @pytest.mark.parametrize("jump", [1_000, -500, 5_000, 250, 4])
 def test_a_relaxed_robot_stays_relaxed_whatever_the_clock_does(jump: int, silent: float) -> None:
@@ -383,7 +412,7 @@ def test_silent_sensors_are_logged_when_they_fall_silent_and_when_they_return() 
     robot.tick(10)
     assert robot.log[1:] == [
         "joint_states arrive",
-        "no joint_states for over 0.5 s: the robot holds its last targets",
+        "no joint_states for over 1 s: the robot holds its last targets",
         "joint_states arrive",
     ]
 
@@ -515,11 +544,11 @@ def test_a_robot_that_is_driven_from_the_start_first_learns_the_bias_of_its_gyro
         raise AssertionError("does not walk")
 
     logs: list[list[str]] = []
-    at_once, learned = ticks_until_it_walks(0.0), ticks_until_it_walks(5.0)
-    assert at_once + 30 < learned < 500
+    at_once, learned = ticks_until_it_walks(0.0), ticks_until_it_walks(10.0)
+    assert at_once + 30 < learned < 1000
     assert logs == [
         [],
-        ["standing until the gyro's bias is known, for 5 s at most",
+        ["standing until the gyro's bias is known, for 10 s at most",
          "the gyro's bias is known"],
     ]  # fmt: skip
 
@@ -527,7 +556,7 @@ def test_a_robot_that_is_driven_from_the_start_first_learns_the_bias_of_its_gyro
 def test_the_wait_for_the_bias_is_bounded() -> None:
     robot = Robot(Settings(bias_wait=2.0))
     robot.gyro_noise = 0.1  # never at rest
-    for _ in range(500):
+    for _ in range(300):
         robot.drive(0.1)
         robot.tick()
     assert robot.controller.state is GaitState.WALK

@@ -92,7 +92,7 @@ class CourseResult:
         fell: The robot fell.
         stood: [s] that it stood before the walk.
         way: [m] that it walked.
-        turned: [rad] by which it turned, by the truth.
+        turned: [rad] by which it had turned at the last command, by the truth.
         heading_error: [rad] odometry minus truth at the end.
         place_error: [m] distance of the odometry's place from the truth at the end.
         heading_sigma: [rad] deviation of the heading by the odometry's covariance.
@@ -122,7 +122,7 @@ class _AfterBiasWait(Policy):
 
     def command(self, time: float, tick: Tick | None) -> Action:
         """Standstill, then the command of the course."""
-        sigma = None if tick is None or tick.status is None else self._gait.gyro_bias_sigma
+        sigma = None if tick is None or tick.status is None else self._gait.heading_drift_sigma
         if self._wait.update(round(time * 1e9), self._gait.state, sigma):
             return STANDSTILL
         if self.began is None:
@@ -163,13 +163,14 @@ def evaluate(trace: Trace, stood: float, *, fell: bool, heading_sigma: float) ->
     yaw = np.unwrap(trace.sole_yaw, axis=0).mean(axis=1)
     truth = np.column_stack([trace.sole_position[:, :, :2].mean(axis=1), yaw])[rows]
     walked, seen = _from_start(truth), _from_start(odometry)
+    driven = np.flatnonzero(trace.command[rows].any(axis=1))
     error = seen[-1] - walked[-1]
     pieces = np.diff(truth[::PIECE, :2], axis=0)
     return CourseResult(
         fell=fell,
         stood=stood,
         way=float(np.linalg.norm(pieces, axis=1).sum()),
-        turned=float(walked[-1, 2]),
+        turned=float(walked[driven[-1], 2]) if len(driven) else 0.0,
         heading_error=float(error[2]),
         place_error=math.hypot(error[0], error[1]),
         heading_sigma=heading_sigma,
@@ -212,8 +213,8 @@ def odometry(options: Options) -> SuiteResult:
     notes = (
         "Odometry against the truth at the end of each course, of the robots that stayed upright. "
         "Place: in percent of the way. sigma: deviation of the heading by the odometry's own "
-        "covariance, median. turned: by the truth, where no turn is commanded. Each robot has its "
-        "own sensor noise.",
+        "covariance, median. turned: by the truth before the stop, where no turn is commanded. "
+        "Each robot has its own sensor noise.",
     )
     return SuiteResult(tuple(rows), f"Odometry, {options.title}", (Table(columns, lines),), notes)
 
