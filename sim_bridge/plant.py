@@ -228,6 +228,9 @@ class CameraPlant(Settings):
     vignette: tuple[float, float] = schema.field(
         Interval(Number(0.0, 0.9)), (0.1, 0.3), "Share of the light that a corner loses."
     )
+    mounting: float = number(
+        0.0, 0.0, 0.2, "rad", "Standard deviation of a camera's mounting about each of its axes."
+    )
 
 
 @attrs.frozen

@@ -28,7 +28,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for
 
 ROOT = Path(gait_lab.__file__).resolve().parents[1]
-CODE = ("config", "gait_lab", "nao_lipm_gait", "sim_bridge", "urdf")
+CODE = ("config", "gait_lab", "nao_lipm_gait", "nao_soccer", "sim_bridge", "urdf")
 """What the figures depend on; other files may change without making a result old."""
 REPORTED = {"robots": 20, "seed": 40, "engine": "mujoco"}
 """Robots 40 to 59. The parameters were chosen on robots 0 to 39."""
@@ -129,6 +129,9 @@ SECTIONS = (
     Section("rough", "Rough ground", "rough", quick={"robots": 8, **_ONE_LOOP},
             picture=("rough_fast.png", _cross_a_field), caption="The walk bruno fast of robot 50.",
             walks=("mujoco/walk/rough_fast", "mujoco/walk/rough_slow", "mujoco/walk/bruno", WALK)),
+    Section("vision", "Vision", "vision", {"robots": 8}, {"robots": 1, "window": 1.5}),
+    Section("vision_pybullet", "Vision in PyBullet", "vision", {"robots": 8, "engine": "pybullet"},
+            {"robots": 1, "window": 1.0}, ("pybullet/walk/default",)),
     Section("compute", "Cost of control", "compute", {}, {"window": 10.0},
             of_this_machine=True),
     Section("peers", "Other walks on the same robots", "peers", {},

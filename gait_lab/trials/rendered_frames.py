@@ -31,6 +31,8 @@ from sim_bridge.robot import GroundTruth, SimulatedRobot
 from sim_bridge.scene import Scene, load_scene
 from sim_bridge.world import World
 
+BALL_TIME = 400_000_000
+"""[ns] until the ball is moved again."""
 HISTORY = 200
 """Number of samples that go with an image: 2 s."""
 
@@ -69,6 +71,7 @@ class RenderSpec:
         noise_seed: Seed of all noise.
         pose: Its start; None for that of the scene.
         ball: Place of the ball at the start [m]; None for that of the scene.
+        balls: Places to which the ball is moved one after the other, every `BALL_TIME`.
         command: Velocity of the robot, from second 1 on.
         others: Velocity of the other robots; standstill leaves them without a gait.
         head: Where the head looks; None leaves it to the gait.
@@ -86,12 +89,19 @@ class RenderSpec:
     noise_seed: int = 0
     pose: Pose2 | None = None
     ball: Point2 | None = None
+    balls: tuple[Point2, ...] = ()
     command: VelocityCommand = STANDSTILL
     others: VelocityCommand = STANDSTILL
     head: Goal | HeadSweep | None = None
     seconds: float = 5.0
     cameras: tuple[str, ...] = ()
     settings: CameraSettings = field(default_factory=CameraSettings)
+
+    @property
+    def teams(self) -> dict[str, str]:
+        """Team of each robot of the scene by its name."""
+        scene = load_scene(self.scene) if isinstance(self.scene, str) else self.scene
+        return {robot.name: robot.team for robot in scene.robots}
 
 
 class BodySample(NamedTuple):
@@ -234,7 +244,12 @@ def _run(world: World, index: int, spec: RenderSpec) -> Iterator[RenderedFrame]:
     truths: dict[int, dict[str, FrameTruth]] = {}
     sent: dict[str, int] = {}
     end = world.time + round(spec.seconds * 1e9)
-    for _ in run_controllers(world, controllers, lambda *_: None, past_falls=True):
+
+    def move_ball(*_: object) -> None:
+        if spec.balls and world.time % BALL_TIME == 0:
+            world.put_ball(*spec.balls[world.time // BALL_TIME % len(spec.balls)])
+
+    for _ in run_controllers(world, controllers, move_ball, past_falls=True):
         status, frame = controllers[index].status, robot.sense()
         if status is not None and frame is not None:
             samples.append(

@@ -24,16 +24,21 @@ RESIDUAL_MAX = 0.075
 """Largest deviation of the edge from a circle, of the radius; plus half a pixel."""
 FILLED_MIN = 0.6
 """Least share of the circle that has the ball's colour."""
-AROUND_MIN = 0.4
+AROUND_MIN = 0.3
 """Least share of the field in what surrounds the lower half of the ball."""
 GROUND_MIN = 0.6
 """Least share of field and lines in it."""
 SAME_MAX = 0.12
 """Largest share of the ball's colour in what surrounds it."""
 BELOW_MIN = 0.2
-"""Least share of the field just below the ball; a line is narrower than the ball."""
+"""Least share of the field just below the ball, in a flat view: there a line is narrower."""
+STEEP = 0.4
+"""Least downward component of a unit ray in a steep view, where a line fills what is below."""
 SIZE_MIN = 2.5
 """[px] Smallest radius."""
+INSIDE_MIN = 0.6
+"""Least part of the radius that is to be in the image on either side: of a robot's orange parts
+that the image cuts off, one half looks like a ball."""
 FEET_SHARE = 0.18
 """Height of a robot's feet in the image, of the whole robot; a ball may lie in front of them."""
 RANGE_MAX = 5.0
@@ -99,6 +104,9 @@ def _measured(
     if residual > RESIDUAL_MAX * size + 0.5 or kept < EDGES_MIN:
         return None
     spot = geometry.view.project((geometry.camera + axis)[None])[0]
+    cut = spot + INSIDE_MIN * size * np.array(((-1.0, 0.0), (1.0, 0.0)))
+    if not frame.inside(cut).all():
+        return None
     if not frame.on_field(spot[None] + (0.0, 0.8 * size))[0]:
         return None
     if not _looks_round(frame, mask, spot, axis, sine):
@@ -216,7 +224,7 @@ def _looks_round(
     if np.isin(around, (FIELD, WHITE)).mean() < GROUND_MIN:
         return False
     below = np.abs(u[ring] - spot[0]) < v[ring] - spot[1]
-    if below.sum() >= 4 and (around[below] == FIELD).mean() < BELOW_MIN:
+    if below.sum() >= 4 and axis[2] > -STEEP and (around[below] == FIELD).mean() < BELOW_MIN:
         return False
     return bool((around == FIELD).mean() >= AROUND_MIN)
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nao_lipm_gait.types import FloatArray, Point2
+from nao_soccer.vision.circle import Circle
 from nao_soccer.vision.colors import FIELD
 from nao_soccer.vision.frame import Frame
-from nao_soccer.vision.lines import Circle
 from nao_soccer.vision.percepts import Kind, LineSegment, Percept
 
 ANGLE_MIN = np.radians(65.0)
@@ -31,7 +31,7 @@ SIDE = 0.11
 """[m] To either side of an arm, where it is to be green."""
 BESIDE_MIN = 0.5
 """Least share of places with green on both sides for an arm that is there."""
-RANGE_MAX = 4.5
+RANGE_MAX = 3.6
 """[m] Largest distance."""
 
 

@@ -1,15 +1,18 @@
 """Percepts of one image after the other: the detectors in a straight line."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from nao_lipm_gait.robot.camera import CameraView
 from nao_soccer.vision.ball import find_ball
+from nao_soccer.vision.circle import find_circle
 from nao_soccer.vision.colors import ColorClassifier, ColorTable, Image
 from nao_soccer.vision.crossings import find_crossings
 from nao_soccer.vision.frame import Frame, make_frame
 from nao_soccer.vision.image_geometry import ImageGeometry
-from nao_soccer.vision.lines import find_circle, find_segments
+from nao_soccer.vision.lines import find_segments
 from nao_soccer.vision.percepts import Box, Kind, Percept, Percepts
 from nao_soccer.vision.posts import find_uprights, uprights_of
 from nao_soccer.vision.robots import find_robots, find_torsos
@@ -72,20 +75,25 @@ class Vision:
         uprights = find_uprights(frame, self._uprights, near)
         mask = bright(frame, self._edge)
         boxes = [each.box for each in (*uprights, *robots) if each.box is not None]
+        boxes += [each.reach for each in torsos]
         free = _free(mask.shape, boxes)
         points = find_line_points(frame, mask, free, self._edge, settings.field.line_width)
         circle = find_circle(frame, mask, points, 0.5 * settings.field.circle_diameter, random)
         straight = points
         objects = [*uprights, *robots]
         if circle is not None:
+            # Its shape has shown the tilt of this image: the lines are placed with it.
+            geometry = geometry.lowered(circle.tilt.angle)
+            frame = self.frame = replace(frame, geometry=geometry)
+            points = LinePoints(points.pixels, geometry.ground(points.pixels)[0])
             straight = LinePoints(points.pixels[~circle.on], points.places[~circle.on])
             a, b, c = geometry.covariance(np.array([circle.centre]))[0].tolist()
             objects.append(Percept(Kind.CENTRE_CIRCLE, circle.centre, (a, b, c)))
         segments = find_segments(frame, straight, random)
         objects += find_crossings(frame, mask, segments, circle)
         if calibration is not None:
-            for each in uprights if ball is None else (ball, *uprights):
-                if each.tilt is not None:
+            for each in (ball, circle, *uprights):
+                if each is not None and each.tilt is not None:
                     calibration.learn(each.tilt)
         return Percepts(
             stamp,

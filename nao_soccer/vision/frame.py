@@ -16,6 +16,10 @@ RUN = 5
 """Rows of a column that are looked at together for the field boundary."""
 RUN_GREEN = 4
 """Least number of green rows among them."""
+STEEP = 0.5
+"""Slope of the boundary's first or last piece from which on it is a post at the image's edge."""
+STEEP_WIDTH = 0.15
+"""Greatest width of such a piece, of the image's."""
 HORIZON_SLACK = 6
 """Rows by which the field may seem to rise over the horizon, for errors of the camera's pose."""
 
@@ -99,7 +103,21 @@ def _boundary(classes: Image, horizon: FloatArray) -> FloatArray:
         while len(hull) > 1 and _cross(hull[-2], hull[-1], point) <= 0.0:
             hull.pop()
         hull.append(point)
-    return np.array(hull)
+    line = np.array(hull)
+    for end in (line, line[::-1]):
+        _flatten(end, STEEP_WIDTH * width)
+    return line
+
+
+def _flatten(line: FloatArray, reach: float) -> None:
+    """Continue a boundary (m, 2) over its steep first piece, where a post hides it; in place."""
+    if len(line) < 3:
+        return
+    end, first, second = line[:3]
+    run, rise = first - end
+    if abs(run) < reach and abs(rise) > STEEP * abs(run):
+        along, across = second - first
+        end[1] = first[1] - across / along * run
 
 
 def _cross(a: FloatArray, b: FloatArray, c: FloatArray) -> float:

@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.robot.camera import CameraView
+from nao_lipm_gait.robot.camera import CameraPose, CameraView
 from nao_lipm_gait.schema import Settings, number
 from nao_lipm_gait.types import FloatArray, Point2
 
@@ -67,6 +67,22 @@ class Place(NamedTuple):
     tilt: Tilt | None
 
 
+def bearing_of(view: CameraView) -> float:
+    """[rad] of a camera's line of sight in base_footprint."""
+    rotation = view.pose.rotation
+    return float(np.arctan2(rotation[1, 2], rotation[0, 2]))
+
+
+def lowered(view: CameraView, angle: float) -> CameraView:
+    """A camera whose line of sight is lower by an angle [rad]."""
+    bearing = bearing_of(view)
+    # Rodrigues, about the horizontal axis to the left of the line of sight.
+    x, y = -np.sin(bearing), np.cos(bearing)
+    skew = np.array(((0.0, 0.0, y), (0.0, 0.0, -x), (-y, x, 0.0)))
+    turn = np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew
+    return CameraView(view.intrinsics, CameraPose(view.pose.position, turn @ view.pose.rotation))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ImageGeometry:
     """A camera at the time of its image.
@@ -98,6 +114,10 @@ class ImageGeometry:
     def camera(self) -> FloatArray:
         """(3,) [m] Position of the camera in base_footprint."""
         return self.view.pose.position
+
+    def lowered(self, angle: float) -> "ImageGeometry":
+        """The same with the line of sight lower by an angle [rad]."""
+        return ImageGeometry(lowered(self.view, angle), self.error)
 
     def rays(self, pixels: FloatArray) -> FloatArray:
         """Unit rays (n, 3) in base_footprint through pixels (n, 2)."""

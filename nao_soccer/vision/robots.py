@@ -13,7 +13,7 @@ from nao_soccer.vision.percepts import Box, Kind, Percept
 
 TORSO_AREA = 20
 """[px] Smallest region of a team's colour."""
-TORSO = (0.06, 0.35)
+TORSO = (0.04, 0.35)
 """[m] Least and largest width of a torso."""
 TORSO_HEIGHT = (0.05, 0.4)
 """[m] Least and largest height of a torso."""
@@ -23,8 +23,13 @@ TORSO_TOP = (0.25, 0.6)
 """[m] Least and largest height of the upper edge of a torso over the ground."""
 ASIDE = 0.55
 """Width that is looked at below a torso to either side of its middle, of the torso's height."""
-HEAD, FEET = 0.6, 2.2
-"""Height of the head over a torso's upper edge, and of that edge over the feet, of its height."""
+HEAD, FEET, FEET_MAX = 0.6, 2.2, 2.7
+"""Height of the head over a torso's upper edge, and usual and largest height of that edge over the
+feet, of its height."""
+ARMS = 0.95
+"""Width of the arms to either side of a torso's middle, of its height."""
+SPLIT_MAX = 0.4
+"""Largest gap between two parts of one torso that an arm divides, of their height."""
 LEGS = 1.4
 """Where legs are searched below the upper edge of a torso, of its height: lower than a slim waist,
 beside which there is green."""
@@ -46,12 +51,14 @@ class Torso(NamedTuple):
     Attributes:
         kind: Robot of which team.
         stats: Left, top, width, height and area [px].
-        box: About where its robot is in the image.
+        box: About where body and legs of its robot are in the image.
+        reach: The same with the arms.
     """
 
     kind: Kind
     stats: NDArray[np.int32]
     box: Box
+    reach: Box
 
 
 def find_torsos(frame: Frame) -> list[Torso]:
@@ -62,21 +69,44 @@ def find_torsos(frame: Frame) -> list[Torso]:
         if cv2.countNonZero(mask) < TORSO_AREA:
             continue
         mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)))
-        count, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-        for index in range(1, count):
-            area = int(stats[index, cv2.CC_STAT_AREA])
-            if area >= TORSO_AREA:
-                regions.append((area, stats[index], kind))
+        stats = cv2.connectedComponentsWithStats(mask, connectivity=8)[2]
+        parts = [each for each in stats[1:] if each[cv2.CC_STAT_AREA] >= TORSO_AREA]
+        regions += [(int(each[cv2.CC_STAT_AREA]), each, kind) for each in _joined(parts)]
     found: list[Torso] = []
     for _, stats, kind in sorted(regions, key=lambda each: -each[0]):
         left, top, across, tall, _ = stats.tolist()
         size, middle = max(tall, across), left + 0.5 * across
         if any(each.box.left < middle < each.box.right for each in found):
             continue  # an arm hides the middle of its torso
-        aside = ASIDE * size
-        box = Box(middle - aside, top - HEAD * size, middle + aside, top + FEET * size)
-        found.append(Torso(kind, stats, box))
+        box, reach = (
+            Box(middle - side * size, top - HEAD * size, middle + side * size, top + FEET * size)
+            for side in (ASIDE, ARMS)
+        )
+        found.append(Torso(kind, stats, box, reach))
     return found
+
+
+def _joined(parts: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
+    """Regions of one colour, in which those beside each other are one; see `Torso.stats`."""
+    joined: list[NDArray[np.int32]] = []
+    for part in sorted(parts, key=lambda each: int(each[cv2.CC_STAT_LEFT])):
+        left, top, across, tall, area = part.tolist()
+        for index, other in enumerate(joined):
+            o_left, o_top, o_across, o_tall, o_area = other.tolist()
+            low, high = max(top, o_top), min(top + tall, o_top + o_tall)
+            lower = min(tall, o_tall)
+            gap = left - (o_left + o_across)
+            if high - low >= 0.5 * max(tall, o_tall) and gap <= SPLIT_MAX * lower:
+                right = max(left + across, o_left + o_across)
+                bottom = max(top + tall, o_top + o_tall)
+                first = min(top, o_top)
+                joined[index] = np.array(
+                    (o_left, first, right - o_left, bottom - first, area + o_area), dtype=np.int32
+                )
+                break
+        else:
+            joined.append(part)
+    return joined
 
 
 def find_robots(frame: Frame, torsos: list[Torso], ball: Percept | None) -> list[Percept]:
@@ -108,6 +138,8 @@ def _below(
     centre = left + 0.5 * (across - 1)
     first = max(int(centre - ASIDE * size), 0)
     last = min(int(centre + ASIDE * size) + 1, width)
+    if left <= 0 or left + across >= width:
+        return None  # cut off: neither its size nor its middle is seen
     start = top + int(LEGS * tall)
     green = ground[start:, first:last]
     if green.shape[0] <= GAP + 1:
@@ -124,6 +156,8 @@ def _below(
     feet = np.nonzero(bottoms >= foot_depth - max(tall // 5, 1))[0]
     centre = 0.5 * (centre + first + float(feet.mean()))
     foot = start + foot_depth - 1
+    if foot - top > FEET_MAX * size:
+        return None  # it goes on in a line
     (place,), (meets,) = geometry.ground(np.array([[centre, foot + 0.5]]))
     if not meets:
         return None

@@ -13,9 +13,9 @@ from math import cos, sin
 
 import numpy as np
 
-from nao_lipm_gait.robot.camera import CameraPose, CameraView
+from nao_lipm_gait.robot.camera import CameraView
 from nao_lipm_gait.types import FloatArray
-from nao_soccer.vision.image_geometry import PoseError, Tilt
+from nao_soccer.vision.image_geometry import PoseError, Tilt, bearing_of, lowered
 
 DRIFT = 1e-5
 """[rad] Standard deviation by which each angle changes from one observation to the next."""
@@ -35,16 +35,11 @@ class TiltCalibration:
 
     def correct(self, view: CameraView) -> CameraView:
         """The camera with what is known of its tilt taken out."""
-        rotation = view.pose.rotation
-        axis = _axis(rotation)
-        tilt = float(_design(_bearing(rotation)) @ self._angles)
-        return CameraView(
-            view.intrinsics, CameraPose(view.pose.position, _turn(axis, tilt) @ rotation)
-        )
+        return lowered(view, float(_design(bearing_of(view)) @ self._angles))
 
     def error_at(self, view: CameraView) -> PoseError:
         """Standard deviations of the corrected camera."""
-        design = _design(_bearing(view.pose.rotation))
+        design = _design(bearing_of(view))
         lasting = float(design @ self._covariance @ design)
         return self._error.replace(tilt=float(np.sqrt(self._error.tilt**2 + lasting)))
 
@@ -60,21 +55,3 @@ class TiltCalibration:
 
 def _design(bearing: float) -> FloatArray:
     return np.array((1.0, cos(bearing), -sin(bearing)))
-
-
-def _bearing(rotation: FloatArray) -> float:
-    """[rad] of the line of sight in base_footprint."""
-    return float(np.arctan2(rotation[1, 2], rotation[0, 2]))
-
-
-def _axis(rotation: FloatArray) -> FloatArray:
-    """(3,) Horizontal axis to the left of the line of sight; a turn about it lowers the view."""
-    bearing = _bearing(rotation)
-    return np.array((-sin(bearing), cos(bearing), 0.0))
-
-
-def _turn(axis: FloatArray, angle: float) -> FloatArray:
-    """(3, 3) Rotation about a unit axis (Rodrigues)."""
-    x, y, z = axis.tolist()
-    skew = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
-    return np.eye(3) + sin(angle) * skew + (1.0 - cos(angle)) * skew @ skew

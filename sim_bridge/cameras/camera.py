@@ -7,11 +7,12 @@ import attrs
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics, RgbImage
+from nao_lipm_gait.robot.camera import CameraModel, CameraPose, CameraView, Intrinsics, RgbImage
 from nao_lipm_gait.schema import Settings, number
+from nao_lipm_gait.types import FloatArray
 from sim_bridge.cameras.effects import ImageEffects
 from sim_bridge.delay_line import DelayLine
-from sim_bridge.individual import rotation_from_vector
+from sim_bridge.individual import NOMINAL, rotation_from_vector, stream
 from sim_bridge.plant import Plant
 from sim_bridge.state import TrueState
 
@@ -90,6 +91,10 @@ class SimulatedCamera:
         self._effects = ImageEffects(errors, name, seed, noise_seed, intrinsics)
         self._delay_line: DelayLine[CameraImage] = DelayLine(round(delay * _SECOND))
         self._shutter = errors.shutter
+        self._mounting: FloatArray | None = None
+        if errors.mounting and seed != NOMINAL:
+            turn = stream(seed, f"camera/{name}/mounting").normal(0.0, errors.mounting, 3)
+            self._mounting = rotation_from_vector(turn)
         self._period = round(_SECOND / settings.rate)
         self._lead = round(phase * self._period)
         self._due = 0
@@ -116,14 +121,23 @@ class SimulatedCamera:
 
     def view(self, state: TrueState) -> CameraView:
         """Where the camera truly is, in the world."""
-        return self.model.view(state.joint_position, state.torso_position, state.torso_matrix)
+        return self._view(state.joint_position, state.torso_position, state.torso_matrix)
+
+    def _view(
+        self, joint_position: FloatArray, torso_position: FloatArray, torso_rotation: FloatArray
+    ) -> CameraView:
+        view = self.model.view(joint_position, torso_position, torso_rotation)
+        if self._mounting is None:
+            return view
+        position, rotation = view.pose
+        return CameraView(view.intrinsics, CameraPose(position, rotation @ self._mounting))
 
     def _motion(self, view: CameraView, state: TrueState) -> tuple[float, float]:
         """U, v [px] by which what is ahead moves in the image during the exposure."""
         if not self._shutter:
             return 0.0, 0.0
         turn = rotation_from_vector(self._shutter * state.torso_angular_velocity)
-        later = self.model.view(
+        later = self._view(
             state.joint_position + self._shutter * state.joint_velocity,
             state.torso_position + self._shutter * state.torso_linear_velocity,
             state.torso_matrix @ turn,

@@ -293,6 +293,25 @@ def test_each_camera_of_each_robot_has_its_own_exposure_and_white_balance() -> N
     assert abs(np.corrcoef(means[::2, 1], means[1::2, 1])[0, 1]) < 0.3
 
 
+def test_mounting_turns_each_camera_and_moves_none() -> None:
+    robot = load_robot("nao_h21_v33")
+    loose = with_options(REFERENCE, (("camera.mounting", 0.01),))
+    with make_world("pybullet") as world:
+        state = world.robots[0].state
+    body = state.joint_position, state.torso_position, state.torso_matrix
+    turns = []
+    for seed in range(40):
+        for camera in make_cameras(robot, loose, SETTINGS, seed=seed, noise_seed=0):
+            nominal = camera.model.view(*body).pose
+            seen = camera.view(state).pose
+            assert np.array_equal(seen.position, nominal.position)
+            relative = nominal.rotation.T @ seen.rotation
+            turns.append((relative[2, 1], relative[0, 2], relative[1, 0]))
+    assert np.std(turns, axis=0) == pytest.approx(0.01, rel=0.3)
+    (exact, *_) = make_cameras(robot, REFERENCE, SETTINGS, seed=3, noise_seed=0)
+    assert np.array_equal(exact.view(state).pose.rotation, exact.model.view(*body).pose.rotation)
+
+
 def test_white_stays_white() -> None:
     bright = effects(REFERENCE.camera.replace(noise=60.0))
     image = bright.apply(np.full_like(GREY, 255), 0)
