@@ -13,7 +13,7 @@ import attrs
 from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import rotate_planar
-from nao_lipm_gait.resources import find
+from nao_lipm_gait.resources import find, names
 from nao_lipm_gait.schema import NAME, Group, Sequence, Settings, number
 from nao_lipm_gait.types import Point2, Pose2
 
@@ -81,6 +81,11 @@ class KickTable:
             if kick.motion == motion:
                 return kick
         raise NaoGaitError("kick", motion, ", ".join(kick.motion for kick in self.kicks))
+
+
+def kicks_of(robot: str) -> KickTable:
+    """The shipped table of a kind of robot; an empty one if there is none: it only dribbles."""
+    return load_kicks(robot) if robot in names("kicks") else KickTable(())
 
 
 @cache

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from nao_lipm_gait.types import Point2
-from nao_soccer.behavior.kicks import load_kicks
+from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body, Role
 from nao_soccer.behavior.walking import WalkLimits
@@ -76,7 +76,7 @@ class PlayerBehavior:
         self.link = TeamLink(identity.team, identity.player, field, identity.players)
         self.role = Role.SUPPORTER
         self.game = GameState(phase=Phase.INITIAL if identity.waits else Phase.PLAYING)
-        self._mind = Mind(identity.player, load_kicks(robot), field, goals, limits)
+        self._mind = Mind(identity.player, kicks_of(robot), field, goals, limits)
         self._roles = RoleChoice(identity.player)
         self._decision: Decision | None = None
         self._state: WorldState | None = None
