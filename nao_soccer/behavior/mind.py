@@ -1,6 +1,7 @@
 """From the world model to an action, at every update."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from nao_lipm_gait.types import Point2
@@ -9,7 +10,7 @@ from nao_soccer.behavior.engine import Activation, Engine
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.options import PLAYER
 from nao_soccer.behavior.situation import Action, Body, Role, Situation
-from nao_soccer.behavior.walking import WalkLimits
+from nao_soccer.behavior.walking import WalkLimits, kept_apart
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState
 from nao_soccer.world.state import TeamMate, WorldState
@@ -98,6 +99,8 @@ class Mind:
             striker,
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
+        others = [each.position for each in world.obstacles]
+        action = replace(action, walk=kept_apart(action.walk, others, self._limits))
         return Decision(action, path, self._plan)
 
     def _planned(self, world: WorldState) -> BallPlan | None:

@@ -51,6 +51,16 @@ class WalkLimits(Settings):
         return far / (0.8 * self.forward) + abs(target[2]) / (0.8 * self.turn)
 
 
+APART = 0.33
+"""[m] between the middles of two robots that do not touch, with a ball between them."""
+APART_FROM = 0.8
+"""[m] from which on another robot limits the speed."""
+APART_GAIN = 0.8
+"""[1/s] Speed towards another robot over the room that is left."""
+APART_RETREAT = 0.05
+"""[m/s] Speed away from a robot that is too near."""
+
+
 class Round(NamedTuple):
     """What the robot walks around.
 
@@ -138,6 +148,33 @@ def _around(target: Point2, obstacles: Sequence[Round]) -> Point2:
             fx -= push * ox
             fy -= push * oy
     return fx, fy
+
+
+def kept_apart(
+    command: VelocityCommand, robots: Sequence[Point2], limits: WalkLimits
+) -> VelocityCommand:
+    """The command without what would lead into another robot.
+
+    The nearer a robot, the slower this one walks towards it; from one that is too near it walks
+    away.
+
+    Args:
+        command: The velocity.
+        robots: x, y [m] of the other robots in base_footprint.
+        limits: Largest speeds.
+    """
+    if command.is_zero:
+        return command
+    x, y = command.x, command.y
+    for place in robots:
+        gap = math.hypot(*place)
+        if not 0.0 < gap < APART_FROM:
+            continue
+        ox, oy = place[0] / gap, place[1] / gap
+        too_fast = x * ox + y * oy - max(APART_GAIN * (gap - APART), -APART_RETREAT)
+        if too_fast > 0.0:
+            x, y = x - too_fast * ox, y - too_fast * oy
+    return limits.command(x, y, command.yaw)
 
 
 def turn_by(angle: float, limits: WalkLimits) -> VelocityCommand:

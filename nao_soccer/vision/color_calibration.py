@@ -171,9 +171,7 @@ def _contains(colors: ColorRange, hsv: FloatArray) -> NDArray[np.bool_]:
 # -- field and lines -------------------------------------------------------------------------------
 
 
-def _with_field(
-    images: Sequence[Image], base: ColorTable, samples: Sequence[Sample]
-) -> ColorTable:
+def _with_field(images: Sequence[Image], base: ColorTable, samples: Sequence[Sample]) -> ColorTable:
     """The base table with the colour of the field of these images as they are."""
     lower = np.concatenate([image[len(image) // 2 :].reshape(-1, 3) for image in images])
     marked = [sample for sample in samples if sample.name == "field"]

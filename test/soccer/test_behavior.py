@@ -16,7 +16,7 @@ from nao_soccer.behavior.ball_plan import DRIBBLE, Planner
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.situation import Body, Role
-from nao_soccer.behavior.walking import Round, WalkLimits, walk_to
+from nao_soccer.behavior.walking import Round, WalkLimits, kept_apart, walk_to
 from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.vision.settings import settings_of_scene
@@ -206,6 +206,28 @@ def test_commands_stay_inside_the_limits_and_keep_their_direction() -> None:
     assert load == pytest.approx(1.0)
     assert command.y / command.x == pytest.approx(0.5)
     assert LIMITS.command(0.1, 0.0, 0.0) == VelocityCommand(0.1, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.4, -0.9])
+def test_two_robots_that_walk_into_each_other_stop_before_they_touch(heading: float) -> None:
+    ahead = VelocityCommand(0.35, 0.0, 0.0)
+    poses = [(-1.0, 0.0, 0.0), (1.0, 0.05, math.pi + heading)]
+    nearest = math.inf
+    for _ in range(200):
+        moves = []
+        for own, other in (poses, poses[::-1]):
+            c, s = math.cos(own[2]), math.sin(own[2])
+            dx, dy = other[0] - own[0], other[1] - own[1]
+            command = kept_apart(ahead, [(c * dx + s * dy, -s * dx + c * dy)], LIMITS)
+            moves.append(compose(own, (0.05 * command.x, 0.05 * command.y, 0.0)))
+        poses = moves
+        nearest = min(nearest, math.dist(poses[0][:2], poses[1][:2]))
+    assert nearest > 0.3
+
+
+def test_a_robot_far_away_or_behind_changes_nothing() -> None:
+    command = VelocityCommand(0.3, 0.0, 0.2)
+    assert kept_apart(command, [(2.0, 0.0), (-0.5, 0.1)], LIMITS) == command
 
 
 # -- the tree --------------------------------------------------------------------------------------

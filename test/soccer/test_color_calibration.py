@@ -100,9 +100,7 @@ def test_images_that_cannot_be_used_are_one_line(
     assert "\n" not in str(refusal.value)
 
 
-def test_the_tool_writes_a_table_and_a_picture(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
+def test_the_tool_writes_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     folder, out = tmp_path / "images", tmp_path / "colors.yaml"
     folder.mkdir()
     for index, image in enumerate(images(0.8)):
