@@ -15,6 +15,8 @@ DISTANCE = (0.4, 2.0)
 """[m] From the robot at which it is put down."""
 BEARING = math.radians(60.0)
 """[rad] Largest bearing at which it is put down."""
+CLEAR = 0.25
+"""[m] A ball that comes nearer to the robot is put somewhere else."""
 SPEED = (0.3, 1.2)
 """[m/s] At which it begins to roll."""
 
@@ -51,7 +53,7 @@ class BallCourse:
 
     def at(self, time: float, robot: Pose2) -> BallTruth:
         """The ball at a time [s]; times rise. `robot` is the true base_footprint."""
-        if time - self._put >= LASTS:
+        if time - self._put >= LASTS or math.dist(self._position, robot[:2]) < CLEAR:
             self._position, self._velocity = self._beside(robot), (0.0, 0.0)
             self._put = self._time = time
             self._rolls = False

@@ -162,16 +162,27 @@ def record(spec: WalkSpec) -> Walk:
     Raises:
         NaoGaitError: The scene has no field.
     """
+    scene = scene_of(spec)
+    return _run(attrs.evolve(scene, ball=None), spec, half_of(scene))
+
+
+def scene_of(spec: WalkSpec) -> Scene:
+    """The scene with this robot alone, at a random start; NaoGaitError if it has no field."""
     scene = load_scene(spec.scene)
     if scene.field is None:
         raise NaoGaitError("scene", spec.scene, "a scene with a field")
-    half = scene.field.length / 2.0, scene.field.width / 2.0
+    half = half_of(scene)
     random = np.random.default_rng((spec.seed, 0))
     start = [random.uniform(-1.0, 1.0) * (each - START_MARGIN) for each in half]
     pose = (start[0], start[1], random.uniform(-math.pi, math.pi))
     robot = SceneRobot(name="red1", team="red", number=1, urdf=spec.urdf, pose=pose, seed=spec.seed)
-    alone = attrs.evolve(scene, robots=(robot,), ball=None)
-    return _run(alone, spec, half)
+    return attrs.evolve(scene, robots=(robot,))
+
+
+def half_of(scene: Scene) -> tuple[float, float]:
+    """Half length and half width [m] of the field."""
+    field = scene.field
+    return (0.0, 0.0) if field is None else (field.length / 2.0, field.width / 2.0)
 
 
 def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> Walk:

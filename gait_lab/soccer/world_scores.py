@@ -3,12 +3,14 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gait_lab.bench.options import BenchOptions, option
+from gait_lab.soccer.rendered_trial import run_rendered
 from gait_lab.soccer.walks import Walk, WalkSpec, walks
 from gait_lab.soccer.world_trial import (
     Gap,
@@ -20,7 +22,7 @@ from gait_lab.soccer.world_trial import (
 )
 from gait_lab.trials.parallel import parallel_map
 from nao_lipm_gait.types import FloatArray
-from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.state import HeadMode
 
 SETTLED = 2.0
 """[s] From the start on that do not count: the filters begin."""
@@ -55,6 +57,10 @@ class WorldOptions(BenchOptions):
     )  # fmt: skip
     scene: str = option("pitch_small", "field and goals: a shipped scene or a file", "NAME")
     ablation: bool = option(True, "the measured delay only", flags=("--no-ablation",))
+    vision: str = option(
+        "model", "percepts by the measured model, or from rendered images", "KIND",
+        choices=("model", "camera"),
+    )  # fmt: skip
     walks: Path | None = option(
         None, "keep recorded walks in this folder, and use those that are there", "DIR", parse=Path
     )
@@ -77,20 +83,37 @@ class Job:
 
 
 def walks_of(options: WorldOptions) -> list[Walk]:
-    """A walk of each robot of the options.
+    """A recorded walk of each robot, for percepts by the model; none for rendered images.
 
     Raises:
         NaoGaitError: The scene has no field.
     """
-    settings_of_scene(options.scene)
-    specs = [
+    if options.vision == "camera":
+        return []
+    return walks(specs_of(options), options.walks, jobs=options.jobs, show=options.show)
+
+
+def specs_of(options: WorldOptions) -> list[WalkSpec]:
+    """What each robot of the options walks."""
+    return [
         WalkSpec(
             options.scene, options.seed + number, options.window, options.urdf,
             options.engine, options.plant,
         )
         for number in range(options.robots)
     ]  # fmt: skip
-    return walks(specs, options.walks, jobs=options.jobs, show=options.show)
+
+
+def first_trials(
+    options: WorldOptions, walked: Sequence[Walk], head: HeadMode = HeadMode.AUTO
+) -> list[WorldTrace]:
+    """A trial of each robot from a known start: over these walks, or with rendered images."""
+    if options.vision == "model":
+        return trials(options, walked, head=head)
+    run = partial(run_rendered, head=head)
+    return parallel_map(
+        run, specs_of(options), jobs=options.jobs, label="rendered", show=options.show
+    )
 
 
 def trials(
@@ -109,8 +132,13 @@ def trials(
     return parallel_map(run_job, jobs, jobs=options.jobs, label=kind, show=options.show)
 
 
+def percepts_title(options: WorldOptions) -> str:
+    """Where the percepts of the options come from, for titles."""
+    return "rendered images" if options.vision == "camera" else "percepts by the measured model"
+
+
 def run_job(job: Job) -> WorldTrace:
-    """The trace of one trial."""
+    """The trace of one trial; one with a gap ends when the pose should have been found."""
     walk, other = job.walks
     spec, start = job.spec, float(walk.stamp[0]) * 1e-9 + GAP_TIME
     if job.kind == "carried":

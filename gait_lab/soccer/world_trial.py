@@ -188,12 +188,13 @@ class Arrival(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Rows:
-    """What becomes a `WorldTrace`."""
+class TraceRows:
+    """What becomes a `WorldTrace`; one row for each image that was used."""
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
 
     def add(self, state: WorldState, truth: Pose2, ball: BallTruth, cost: float) -> None:
+        """Add the state after an image, the truth at its time, and the time [s] it took."""
         x, y, _ = relative((*ball.position, 0.0), truth)
         estimate: tuple[float, ...] = (math.nan,) * 8
         if state.ball is not None:
@@ -221,6 +222,7 @@ class _Rows:
         )
 
     def trace(self) -> WorldTrace:
+        """All rows."""
         t = np.array(self.rows)
         return WorldTrace(
             t[:, 0], t[:, 1:4], t[:, 4:7], t[:, 7:13], t[:, 13] > 0.5, t[:, 14:18],
@@ -252,7 +254,7 @@ def run_trial(
     head = Head(robot)
     arrivals: deque[Arrival] = deque()
     period = round(1e9 / RATE / head.camera_count)
-    rows, exposures, before, cost = _Rows(), 0, int(walk.stamp[0]), 0.0
+    rows, exposures, before, cost = TraceRows(), 0, int(walk.stamp[0]), 0.0
     _start(player, spec, _pose(walk.truth[0]))
     table = zip(
         walk.stamp.tolist(), walk.odometry.tolist(), walk.torso.tolist(), walk.truth.tolist(),

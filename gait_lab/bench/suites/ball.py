@@ -10,6 +10,8 @@ from gait_lab.soccer.world_scores import (
     BallScore,
     WorldOptions,
     ball_score,
+    first_trials,
+    percepts_title,
     trials,
     walks_of,
 )
@@ -28,9 +30,8 @@ class Options(WorldOptions):
 
 def ball(options: Options) -> SuiteResult:
     """A ball that rests, rolls and is put elsewhere, seen by a robot that walks."""
-    walks = walks_of(options)
-    head = HeadMode.BALL
-    scores = {"as measured": ball_score(trials(options, walks, head=head))}
+    walks, head = walks_of(options), HeadMode.BALL
+    scores = {"as measured": ball_score(first_trials(options, walks, head))}
     measured = scores["as measured"]
     rows = [
         Measurement("ball_position_error_median", "cm", measured.median),
@@ -41,7 +42,7 @@ def ball(options: Options) -> SuiteResult:
         Measurement("ball_known_share", "%", measured.known),
         Measurement("ball_inside_ellipse_share", "%", measured.inside),
     ]
-    if options.ablation:
+    if walks and options.ablation:
         for delay in DELAYS:
             scores[f"{1e3 * delay:.0f} ms"] = ball_score(
                 trials(options, walks, delay=delay, head=head)
@@ -61,7 +62,7 @@ def ball(options: Options) -> SuiteResult:
     return SuiteResult(
         tuple(rows),
         f"A ball within {NEAR:g} m of robots that walk for {options.window:g} s on "
-        f"{options.scene}, percepts by the measured model; {options.title}",
+        f"{options.scene}, {percepts_title(options)}; {options.title}",
         (Table(columns, [_line(name, score) for name, score in scores.items()]),),
         (
             "known: the ball was seen within the last second. Errors are those of a known ball, "

@@ -7,6 +7,7 @@ import numpy as np
 
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
+from gait_lab.soccer.walks import Walk
 from gait_lab.soccer.world_scores import (
     CARRY,
     FALL_TURN,
@@ -17,6 +18,8 @@ from gait_lab.soccer.world_scores import (
     WRONG,
     PoseScore,
     WorldOptions,
+    first_trials,
+    percepts_title,
     pose_score,
     right_again,
     trials,
@@ -37,7 +40,7 @@ class Options(WorldOptions):
 def localization(options: Options) -> SuiteResult:
     """Known starts, robots that are carried away, falls, and delays."""
     walks = walks_of(options)
-    measured = pose_score(trials(options, walks))
+    measured = pose_score(first_trials(options, walks))
     scores = {"as measured": measured}
     rows = [
         Measurement("pose_error_median", "cm", measured.median),
@@ -49,9 +52,9 @@ def localization(options: Options) -> SuiteResult:
         Measurement("inside_ellipse_share", "%", measured.inside),
         Measurement("wrong_half", "trials", measured.wrong_half),
     ]
-    if options.window > GAP_TIME:
+    if walks and options.window > GAP_TIME:
         rows += _found_again(options, walks)
-    if options.ablation:
+    if walks and options.ablation:
         for delay in DELAYS:
             scores[f"{1e3 * delay:.0f} ms"] = pose_score(trials(options, walks, delay=delay))
         ignored = pose_score(trials(options, walks, delay=IGNORED, knows_delay=False))
@@ -69,8 +72,8 @@ def localization(options: Options) -> SuiteResult:
     table = Table(columns, [_line(name, score) for name, score in scores.items()])
     return SuiteResult(
         tuple(rows),
-        f"Random walks of {options.window:g} s on {options.scene} from a known start, percepts by "
-        f"the measured model; {options.title}",
+        f"Random walks of {options.window:g} s on {options.scene} from a known start, "
+        f"{percepts_title(options)}; {options.title}",
         (table, *_again_table(rows)),
         (
             f"valid but wrong: of the valid time, with an error over {WRONG:g} m. in ellipse: of "
@@ -83,7 +86,7 @@ def localization(options: Options) -> SuiteResult:
     )
 
 
-def _found_again(options: Options, walks: list) -> list[Measurement]:
+def _found_again(options: Options, walks: list[Walk]) -> list[Measurement]:
     carried = [right_again(t, GAP_TIME + CARRY) for t in trials(options, walks, "carried")]
     fallen = [right_again(t, GAP_TIME + LIE) for t in trials(options, walks, "fall")]
     found = float(np.mean([each <= FOUND_AFTER for each in fallen]))

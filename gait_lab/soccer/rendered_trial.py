@@ -1,0 +1,100 @@
+"""The world model with rendered images: one robot walks random commands on a field and sees."""
+
+import time as clock
+
+import numpy as np
+
+from gait_lab.soccer.ball_course import BallCourse, BallTruth
+from gait_lab.soccer.walks import RandomWalk, WalkSpec, half_of, scene_of
+from gait_lab.soccer.world_trial import TraceRows, WorldTrace
+from gait_lab.trials.rendered_frames import footprint_of
+from gait_lab.trials.several import make_gaits
+from gait_lab.trials.trial import CONTROL_PERIOD, WalkerController, run_controller
+from nao_lipm_gait.geometry import rotation_from_rpy
+from nao_lipm_gait.types import Pose2
+from nao_soccer.player import Player
+from nao_soccer.vision.colors import load_color_table
+from nao_soccer.vision.controller import ImageInput, VisionController
+from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.settings import WorldSettings
+from nao_soccer.world.state import HeadMode
+from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.plant import load_plant
+from sim_bridge.world import World
+
+
+def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
+    """Walk, render, see and estimate, all in one loop.
+
+    Args:
+        spec: The walk.
+        head: What the head does.
+
+    Raises:
+        NaoGaitError: The scene has no field, or its images cannot be rendered.
+    """
+    scene, settings = scene_of(spec), settings_of_scene(spec.scene)
+    with World.of_scene(
+        scene,
+        load_plant(spec.plant),
+        engine=spec.engine,
+        noise_seed=spec.seed,
+        control_period=CONTROL_PERIOD,
+        cameras=CameraSettings(),
+    ) as world:
+        robot = world.robot
+        (gait,) = make_gaits(world)
+        vision = VisionController(robot.description, load_color_table("pitch"), settings)
+        for camera in robot.cameras:
+            vision.set_camera(camera.name, camera.model.intrinsics)
+        player = Player(
+            WorldSettings(
+                field=settings.field, goals=settings.goals, poles=settings.poles, seed=spec.seed
+            )
+        )
+        player.world.start((footprint_of(robot.truth()),))
+        half = half_of(scene)
+        course = BallCourse((half[0] + 0.2, half[1] + 0.2), spec.seed)
+        policy = RandomWalk(half, spec.seed, gait, spec.seconds)
+        controller = WalkerController(world, robot, gait, policy)
+        names = list(robot.description.joint_names)
+        truths: dict[int, tuple[Pose2, BallTruth]] = {}
+        seen: dict[str, int] = {}
+        rows = TraceRows()
+        for tick in run_controller(world, controller, lambda *_: None, past_falls=True):
+            place = footprint_of(tick.truth)
+            ball = course.at(world.time * 1e-9, place)
+            world.put_ball(*ball.position, ball.velocity)
+            truths[world.time] = place, ball
+            status, frame = tick.status, robot.sense()
+            if status is None or frame is None or status.stamp != frame.stamp:
+                continue
+            torso = gait.torso_pose
+            vision.add_joints(frame.stamp, names, frame.joint_position)
+            rotation = np.array(rotation_from_rpy(*torso[3:]))
+            vision.add_torso(frame.stamp, np.array(torso[:3]), rotation)
+            player.world.add_odometry(status.stamp, status.base_footprint_in_odom)
+            for camera in robot.cameras:
+                image = camera.newest(world.time)
+                if image is not None and seen.get(camera.name) != image.stamp:
+                    seen[camera.name] = image.stamp
+                    height, width, _ = image.pixels.shape
+                    vision.add_image(
+                        camera.name,
+                        ImageInput(
+                            image.stamp, width, height, "rgb8", 3 * width, image.pixels.tobytes()
+                        ),
+                    )
+                percepts = vision.see(camera.name)
+                if percepts is None:
+                    continue
+                began = clock.perf_counter()
+                player.world.add_percepts(percepts)
+                state = player.state()
+                cost = clock.perf_counter() - began
+                if state is not None and state.stamp in truths:
+                    gait.request_look(player.look(head))
+                    rows.add(state, *truths[state.stamp], cost)
+            for old in [stamp for stamp in truths if stamp < status.stamp]:
+                del truths[old]
+    return rows.trace()

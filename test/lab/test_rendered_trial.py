@@ -1,0 +1,21 @@
+"""The world model on rendered images: a robot sees where it is."""
+
+import pytest
+
+from gait_lab.soccer.walks import WalkSpec
+
+pytest.importorskip("cv2")
+pytest.importorskip("mujoco")
+
+
+@pytest.mark.slow
+def test_a_robot_that_sees_a_rendered_pitch_knows_where_it_is():
+    from gait_lab.soccer.rendered_trial import run_rendered
+    from gait_lab.soccer.world_scores import pose_score
+
+    trace = run_rendered(WalkSpec(seed=1, seconds=1.0))
+    score = pose_score([trace])
+    assert len(trace.time) > 60
+    assert score.median < 8.0
+    assert score.heading < 4.0
+    assert score.valid > 80.0
