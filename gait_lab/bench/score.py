@@ -104,6 +104,13 @@ class Score:
         """Median of the speeds; None where no robot stayed upright."""
         return float(statistics.median(self.speeds)) if self.speeds else None
 
+    @property
+    def speed_error(self) -> float | None:
+        """Mean |speed - commanded speed| of the robots that stayed upright; None for none."""
+        if self.asked is None or not self.speeds:
+            return None
+        return statistics.fmean(abs(speed - self.asked) for speed in self.speeds)
+
     def speed_rows(self, name: str) -> list[Measurement]:
         """The worst and the median speed, null where they do not count."""
         counts = not self.faults

@@ -92,11 +92,14 @@ def paper(options: Options) -> SuiteResult:
     rows, tables = [], []
     for prefix, outcomes in found.items():
         rows += [row for outcome in outcomes for row in outcome_rows(outcome, prefix)]
-        tables += [_speeds(outcomes, prefix), _errors(outcomes, prefix)]
+        tables += [
+            _speeds(outcomes, prefix), _accuracy(outcomes, prefix), _errors(outcomes, prefix)
+        ]
         tables += [_pushes(outcomes, prefix)] if options.push else []
     notes = [
         "paper: the published figure of a real NAO. Speeds in the torso's own heading, of the "
-        "robots that stayed upright. CoM y: mean over the robots of the mean |expected - measured| "
+        "robots that stayed upright. Speed error: mean over them of |speed - commanded speed|; "
+        "slip: of the worst robot. CoM y: mean over the robots of the mean |expected - measured| "
         "as in the paper, and of |expected - true|. Pushes: survivors of "
         f"{options.robots * options.phases} while stepping on the spot.",
         "as drawn: robots with joint zero errors, IMU mounting and sensor biases of the plant. "
@@ -126,9 +129,12 @@ def outcome_rows(outcome: Outcome, prefix: str) -> list[Measurement]:
                 metric, published = f"{base}{task}_{statistic}", PAPER_SPEED.get(task)
                 rows.append(Measurement(metric, score.unit, value if counts else None, published))
                 rows.append(Measurement(f"{metric}_of_upright", score.unit, value, published))
+            rows.append(Measurement(f"{base}{task}_speed_error", score.unit, score.speed_error))
         else:
             drift = finite(_drift(score))
             rows.append(Measurement(f"{base}{task}_drift_worst", "cm/s", drift))
+        slip = finite(score.worst_of("slip_speed", 100.0))
+        rows.append(Measurement(f"{base}{task}_slip_worst", "cm/s", slip))
         if task in ERRORS:
             name = ERRORS[task]
             for metric, attribute in (("com_error", "com_error_y_measured"),
@@ -172,6 +178,20 @@ def _speed_cells(score: Score) -> tuple[TableCell, TableCell]:
     if score.task.axis:
         return score.worst, score.median
     return _drift(score), ""
+
+
+def _accuracy(outcomes: Sequence[Outcome], prefix: str) -> Table:
+    columns = [Column(_kind(prefix))]
+    for outcome in outcomes:
+        columns += [Column(outcome.name.replace("_", " "), "speed error", 2),
+                    Column("", "slip, cm/s")]  # fmt: skip
+    rows = []
+    for scores in zip(*(outcome.scores for outcome in outcomes), strict=True):
+        row: list[TableCell] = [f"{scores[0].task.name} {scores[0].unit}".rstrip()]
+        for score in scores:
+            row += [score.speed_error, score.worst_of("slip_speed", 100.0)]
+        rows.append(row)
+    return Table(columns, rows)
 
 
 def _errors(outcomes: Sequence[Outcome], prefix: str) -> Table:

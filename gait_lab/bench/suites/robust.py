@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from gait_lab.bench.options import BenchOptions
+from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
 from gait_lab.bench.score import RULES, LoopDetection, Score, Variant, labelled_tasks, walk_all
 from gait_lab.bench.suite import Suite
@@ -41,19 +41,24 @@ class Options(BenchOptions):
 
     robots: int = 20
     tasks: tuple[str, ...] = ("forward=30",)
+    changes: tuple[str, ...] = option(
+        tuple(PLANTS), "only this change of the plant", "NAME", flags=("--change",),
+        choices=tuple(PLANTS),
+    )  # fmt: skip
 
 
 def robust(options: Options) -> SuiteResult:
     """The same robots on each of the plants."""
     tasks = labelled_tasks(options)
-    found = dict(zip(PLANTS, walk_all(options, list(PLANTS.values()), tasks), strict=True))
+    plants = {name: PLANTS[name] for name in options.changes}
+    found = dict(zip(plants, walk_all(options, list(plants.values()), tasks), strict=True))
     rows = [
         replace(row, plant=PLANTS[plant].plant_title(options))
         for plant, scores in found.items() for score in scores for row in plant_rows(plant, score)
     ]  # fmt: skip
     detection = LoopDetection(score for scores in found.values() for score in scores)
     notes = (
-        "; ".join(f"{plant.replace('_', ' ')}: {text}" for plant, text in MEANING.items()) + ".",
+        "; ".join(f"{plant.replace('_', ' ')}: {MEANING[plant]}" for plant in plants) + ".",
         f"Speeds of the robots that stayed upright. {RULES}",
         *detection.notes,
     )
