@@ -33,7 +33,7 @@ TINY: dict[str, dict[str, Any]] = {
     "endurance": {"metres": 0.3},
     "delay": {"tasks": ("forward=10",), "window": 0.5, "open_loop": "off"},
     "robust": {"tasks": ("forward=10",), "window": 0.5, "open_loop": "off",
-               "changes": ("stiff_floor", "joint_zeros")},
+               "only": ("stiff_floor", "joint_zeros")},
     "odometry": {"courses": ("curve",), "bias_wait": 1.0},
     "soles": {"tasks": ("spot", "forward=10"), "window": 2.0},
     "paper": {"tasks": ("forward=10",), "window": 0.5, "drawn": "off", "open_loop": "off",

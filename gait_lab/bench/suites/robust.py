@@ -41,16 +41,15 @@ class Options(BenchOptions):
 
     robots: int = 20
     tasks: tuple[str, ...] = ("forward=30",)
-    changes: tuple[str, ...] = option(
-        tuple(PLANTS), "only this change of the plant", "NAME", flags=("--change",),
-        choices=tuple(PLANTS),
+    only: tuple[str, ...] = option(
+        tuple(PLANTS), "only this change of the plant", "NAME", choices=tuple(PLANTS)
     )  # fmt: skip
 
 
 def robust(options: Options) -> SuiteResult:
     """The same robots on each of the plants."""
     tasks = labelled_tasks(options)
-    plants = {name: PLANTS[name] for name in options.changes}
+    plants = {name: PLANTS[name] for name in options.only}
     found = dict(zip(plants, walk_all(options, list(plants.values()), tasks), strict=True))
     rows = [
         replace(row, plant=PLANTS[plant].plant_title(options))
