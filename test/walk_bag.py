@@ -1,6 +1,6 @@
 """A rollout as a bag: what both nodes would publish in lockstep, without the nodes."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -63,7 +63,9 @@ class _Out:
     def write(self, topic: str, stamp: int, message: Any) -> None:
         if topic in self._without:
             return
-        name = topic if topic == "/clock" else self._prefix + topic
+        self.write_absolute(topic if topic == "/clock" else self._prefix + topic, stamp, message)
+
+    def write_absolute(self, name: str, stamp: int, message: Any) -> None:
         if name not in self._known:
             self._known.add(name)
             self._writer.add_topic(name, message_type(message))
@@ -77,6 +79,7 @@ def write_walk(
     without: Collection[str] = (),
     prefix: str = "",
     storage: str = "mcap",
+    also: Iterable[tuple[str, int, Any]] = (),
 ) -> WrittenWalk:
     """Walk the task of a specification and write the topics of both nodes.
 
@@ -86,6 +89,7 @@ def write_walk(
         without: Topics to leave out.
         prefix: Namespace of the topics.
         storage: `mcap` or `sqlite3`.
+        also: Other messages: full name of the topic, time [ns], message.
 
     Returns:
         The bag, and the metrics of the same walk.
@@ -128,6 +132,8 @@ def write_walk(
                 for side, topic in enumerate(("/l_sole/wrench", "/r_sole/wrench")):
                     out.write(topic, now, readings.wrench(reading, side))
                 gait_out.write(now, tick.status, walker.targets)
+            for topic, stamp, message in also:
+                out.write_absolute(topic, stamp, message)
     finally:
         world.close()
     return WrittenWalk(folder, measure(recorder.trace(), task.start, task.end))

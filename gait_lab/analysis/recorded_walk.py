@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gait_lab.analysis.bag import BagContents, TopicSummary, open_bag
 from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import FloatArray
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -58,7 +59,40 @@ PARTS: Mapping[str, Part] = {
     "push": Part("/push", (WRENCH,), "pushes", optional=True),
     "clock": Part("/clock", ("rosgraph_msgs/msg/Clock",), "the simulated clock", optional=True),
     "description": Part("/robot_description", (STRING,), "the robot's own URDF", optional=True),
+    "percepts": Part("/vision/percepts", ("sensor_msgs/msg/PointCloud2",), "percepts",
+                     optional=True),
+    "ball": Part("/ground_truth/ball", (POINT,), "the error of the seen ball", optional=True),
+    "scene": Part("/scene_description", (STRING,), "the errors of percepts", optional=True),
 }  # fmt: skip
+
+
+def robots_in(topics: Mapping[str, TopicSummary]) -> dict[str, str]:
+    """Prefix of the topics, `/red1`, by the name of each robot that has a namespace."""
+    end = PARTS["joints"].topic
+    prefixes = [name[: -len(end)] for name in sorted(topics) if name.endswith(end)]
+    return {prefix.rsplit("/", 1)[1]: prefix for prefix in prefixes if prefix}
+
+
+def topics_of(
+    topics: Mapping[str, TopicSummary], robot: str
+) -> tuple[str, dict[str, TopicSummary]]:
+    """Prefix and topics of one robot out of a bag: its own and those of the world.
+
+    Args:
+        topics: All topics of the bag.
+        robot: Name of the robot; "" for the only one.
+
+    Raises:
+        NaoGaitError: There is no such robot, or it is not said which of several.
+    """
+    robots = robots_in(topics)
+    if (robot and robot not in robots) or (not robot and len(robots) > 1):
+        allowed = f"one of {', '.join(robots)}" if robots else "nothing: no robot has a name"
+        raise NaoGaitError("--robot", robot or "nothing", allowed)
+    prefix = robots[robot] if robot else next(iter(robots.values()), "")
+    others = tuple(f"{each}/" for each in robots.values() if each != prefix)
+    own = {name: each for name, each in topics.items() if not name.startswith(others)}
+    return prefix, own
 
 
 def find_parts(topics: Mapping[str, TopicSummary]) -> dict[str, str]:
@@ -191,6 +225,10 @@ class RecordedWalk:
         footsteps: What the gait drew.
         diagnostics: (arrival [ns], values by name).
         urdf: The robot_description; None without one.
+        seen: (stamp [ns] of the image, `vision/percepts`), in order.
+        ball: (t, 3) [m] true centre of the ball in world.
+        scene: The scene_description; None without one.
+        others: The other robots of the bag by name: as `truth`.
     """
 
     name: str
@@ -219,6 +257,10 @@ class RecordedWalk:
     footsteps: Footsteps
     diagnostics: tuple[tuple[int, dict[str, str]], ...]
     urdf: str | None
+    seen: tuple[tuple[int, Any], ...]
+    ball: Table
+    scene: str | None
+    others: Mapping[str, Table]
 
     @property
     def duration(self) -> float:
@@ -240,21 +282,23 @@ class RecordedWalk:
         return (np.asarray(stamp) - self.origin) * _NANO
 
 
-def read_walk(path: Path) -> RecordedWalk:
+def read_walk(path: Path, robot: str = "") -> RecordedWalk:
     """Read a bag.
 
     Args:
         path: A rosbag2 folder, or an .mcap or .db3 file.
+        robot: Name of a robot out of several; "" for the only one.
 
     Returns:
         The walk; what the bag lacks is empty and listed in `missing`.
 
     Raises:
-        NaoGaitError: The path is no bag.
+        NaoGaitError: The path is no bag, or the bag has no such robot.
     """
     # The topics are only known once the bag is open.
     bag = open_bag(path)
-    parts = find_parts(bag.topics)
+    prefix, topics = topics_of(bag.topics, robot)
+    parts = find_parts(topics)
 
     def messages(part: str) -> Messages:
         return bag.messages.get(parts[part], ()) if part in parts else ()
@@ -263,12 +307,17 @@ def read_walk(path: Path) -> RecordedWalk:
     remarks = list(bag.remarks)
 
     def table(part: str, width: int, values: Callable[[Any], Any], stamped: bool = True) -> Table:
+        return of_topic(parts.get(part, part), messages(part), width, values, stamped)
+
+    def of_topic(
+        name: str, found: Messages, width: int, values: Callable[[Any], Any], stamped: bool = True
+    ) -> Table:
         rows = []
-        for log, message in messages(part):
+        for log, message in found:
             arrived = clock.at(log)
             stamp = _stamp(message) if stamped else arrived
             rows.append((stamp or arrived, arrived, values(message)))
-        return _rising(rows, width, parts.get(part, part), remarks)
+        return _rising(rows, width, name, remarks)
 
     names = _names(messages("joints"))
     joints = [_by_name(names, field) for field in ("position", "velocity", "effort")]
@@ -288,7 +337,12 @@ def read_walk(path: Path) -> RecordedWalk:
         "push": table("push", 3, _force, stamped=False),
     }
     firsts = [int(each.stamp[0]) for each in tables.values() if len(each)]
-    descriptions = messages("description")
+    descriptions, scenes = messages("description"), messages("scene")
+    others = {
+        name: f"{other}{PARTS['truth'].topic}"
+        for name, other in robots_in(bag.topics).items()
+        if other != prefix
+    }
     return RecordedWalk(
         name=path.name if path.name != "bag" else path.resolve().parent.name,
         bag=bag,
@@ -303,10 +357,18 @@ def read_walk(path: Path) -> RecordedWalk:
         support=tuple((clock.at(log), str(m.data)) for log, m in messages("support")),
         footsteps=_footsteps(messages("footsteps")),
         diagnostics=tuple(
-            (clock.at(log), {v.key: v.value for status in m.status for v in status.values})
+            (clock.at(log), values)
             for log, m in messages("diagnostics")
+            if (values := _diagnosed(m, prefix))
         ),
         urdf=str(descriptions[-1][1].data) if descriptions else None,
+        seen=tuple(sorted(((_stamp(m), m) for _, m in messages("percepts")), key=_first)),
+        ball=table("ball", 3, _point),
+        scene=str(scenes[-1][1].data) if scenes else None,
+        others={
+            name: of_topic(topic, bag.messages.get(topic, ()), 10, _odometry3)
+            for name, topic in others.items()
+        },
         **tables,
     )
 
@@ -365,6 +427,21 @@ def _nanoseconds(time: Any) -> int:
 
 def _stamp(message: Any) -> int:
     return _nanoseconds(message.header.stamp)
+
+
+def _first(pair: tuple[int, Any]) -> int:
+    return pair[0]
+
+
+def _diagnosed(message: Any, prefix: str) -> dict[str, str]:
+    """Values of the statuses of one robot; /diagnostics has those of all."""
+    own = f"{prefix.lstrip('/')}/" if prefix else ""
+    return {
+        value.key: value.value
+        for status in message.status
+        if status.name.lstrip("/").startswith(own)
+        for value in status.values
+    }
 
 
 def _names(messages: Messages) -> tuple[str, ...]:

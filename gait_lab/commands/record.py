@@ -15,6 +15,7 @@ def run(arguments: argparse.Namespace) -> int:
         topics=tuple(arguments.topics),
         duration=arguments.duration,
         storage=arguments.storage,
+        images=arguments.images,
         say=say,
     )
     return EXIT_OK if messages else EXIT_FAILED
@@ -28,6 +29,8 @@ def add(parser: argparse.ArgumentParser) -> None:
                         help="a new folder for the bag; the same as --out")  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, default=Path("out/bag"), metavar="DIR",
                         help="a new folder for the bag (out/bag)")  # fmt: skip
+    parser.add_argument("--images", action="store_true",
+                        help="images, too: they are rendered only for a listener")  # fmt: skip
     parser.add_argument("--duration", type=float, metavar="S", help="seconds of wall time")
     parser.add_argument("--storage", default="mcap", metavar="S", help="mcap (default) or sqlite3")
     parser.set_defaults(run=run)

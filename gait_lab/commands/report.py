@@ -11,10 +11,10 @@ def run(arguments: argparse.Namespace) -> int:
     from gait_lab.report import command
 
     if arguments.after is None:
-        whole = command.write_report(arguments.bag, arguments.out, say)
+        whole = command.write_report(arguments.bag, arguments.out, say, arguments.robot)
     else:
         whole = command.write_comparison(
-            arguments.bag, arguments.after, arguments.out, say
+            arguments.bag, arguments.after, arguments.out, say, arguments.robot
         )
     return EXIT_OK if whole else EXIT_FAILED
 
@@ -25,6 +25,8 @@ def add(parser: argparse.ArgumentParser) -> None:
                         help="a rosbag2 folder, or an .mcap or .db3 file")  # fmt: skip
     parser.add_argument("after", type=Path, nargs="?", metavar="BAG2",
                         help="a second bag to compare the first with")  # fmt: skip
+    parser.add_argument("--robot", default="", metavar="NAME",
+                        help="one robot of a bag with several")  # fmt: skip
     parser.add_argument("-o", "--out", "--output", dest="out", type=Path, metavar="FILE",
                         default=Path("report.html"),
                         help="the page, complete in one file (report.html)")  # fmt: skip

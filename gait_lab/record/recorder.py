@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 CLOCK = "rosgraph_msgs/msg/Clock"
+IMAGE = "sensor_msgs/msg/Image"
 DISCOVERY_PERIOD = 0.5
 """[s] of wall time between two searches for new topics."""
 CLOCK_TIMEOUT = 5.0
@@ -195,11 +196,14 @@ class TopicRecorder:
             self._node.create_subscription(cls, name, handler, qos, raw=True), handler
         )  # fmt: skip
 
-    def add_new_topics(self, wanted: set[str] | None = None) -> list[tuple[str, str]]:
+    def add_new_topics(
+        self, wanted: set[str] | None = None, *, images: bool = True
+    ) -> list[tuple[str, str]]:
         """Subscribe to the topics that have appeared.
 
         Args:
             wanted: Only these; None for all.
+            images: Whether images are recorded that are not in `wanted`.
 
         Returns:
             (topic, reason) for each topic that cannot be recorded; each one once.
@@ -211,6 +215,10 @@ class TopicRecorder:
             if name in self._subscriptions or name in self._refused:
                 continue
             if wanted is not None and name not in wanted:
+                continue
+            if wanted is None and not images and types[0] == IMAGE:
+                self._refused.add(name)
+                refused.append((name, "an image; --images records them"))
                 continue
             offers = [offer.qos_profile for offer in self._node.get_publishers_info_by_topic(name)]
             if not offers:
@@ -260,6 +268,7 @@ def record(
     duration: float | None = None,
     simulated_time: bool | None = None,
     storage: str = "mcap",
+    images: bool = False,
     say: Callable[[str], None] = print,
 ) -> int:
     """Record until Ctrl-C or for a duration: `nao_gait record`.
@@ -270,6 +279,7 @@ def record(
         duration: [s] of wall time; None for no limit.
         simulated_time: Whether to use the time of /clock; None to use it if it is published.
         storage: `mcap` or `sqlite3`.
+        images: Images are recorded, too.
         say: Prints a line.
 
     Returns:
@@ -311,7 +321,7 @@ def record(
                     end = now + duration
                 if now >= search:
                     search = now + DISCOVERY_PERIOD
-                    for topic, reason in recorder.add_new_topics(wanted):
+                    for topic, reason in recorder.add_new_topics(wanted, images=images):
                         say(f"not recorded: {topic}: {reason}")
                 executor.spin_once(timeout_sec=min(0.2, end - now))
                 writer.sync()

@@ -8,6 +8,7 @@ import numpy as np
 
 from gait_lab.analysis.body import BodyTrack, follow_body, robot_of, yaw_of_pose
 from gait_lab.analysis.metrics import Metrics, fall_tick, measure
+from gait_lab.analysis.recorded_percepts import RecordedPercepts, find_percepts
 from gait_lab.analysis.recorded_trace import (
     Step,
     SupportPhase,
@@ -259,6 +260,7 @@ class Analysis:
         motors: Torques and speeds.
         timing: Timing of sensors and answers.
         paths: Odometry and truth.
+        percepts: What vision has seen.
     """
 
     walk: RecordedWalk
@@ -276,6 +278,7 @@ class Analysis:
     motors: MotorUse | None
     timing: Timing | None
     paths: Paths | None
+    percepts: RecordedPercepts | None
 
     @property
     def fall(self) -> float | None:
@@ -296,16 +299,24 @@ class Analysis:
         return any(len(table) > 1 for table in tables)
 
 
-def analyse(path: Path) -> Analysis:
-    """Read and measure a bag; NaoGaitError for what is none."""
-    walk = read_walk(path)
-    robot, remark = robot_of(walk)
-    body = follow_body(walk, robot) if robot is not None and len(walk.position) > 1 else None
+def analyse(path: Path, robot: str = "") -> Analysis:
+    """Read and measure a bag.
+
+    Args:
+        path: A rosbag2 folder, or an .mcap or .db3 file.
+        robot: Name of a robot out of several; "" for the only one.
+
+    Raises:
+        NaoGaitError: The path is no bag, or the bag has no such robot.
+    """
+    walk = read_walk(path, robot)
+    model, remark = robot_of(walk)
+    body = follow_body(walk, model) if model is not None and len(walk.position) > 1 else None
     phases = find_phases(walk)
     trace = make_trace(walk, phases, body)
     return Analysis(
         walk=walk,
-        robot=robot,
+        robot=model,
         robot_remark=remark,
         body=body,
         phases=phases,
@@ -319,9 +330,10 @@ def analyse(path: Path) -> Analysis:
         walking=_measure_walking(walk, phases, trace),
         events=find_events(walk, trace),
         innovation=find_innovation(walk, phases),
-        motors=motor_use(walk, robot) if robot is not None and len(walk.effort) > 1 else None,
+        motors=motor_use(walk, model) if model is not None and len(walk.effort) > 1 else None,
         timing=find_timing(walk),
         paths=find_paths(walk, body),
+        percepts=find_percepts(walk, body),
     )
 
 

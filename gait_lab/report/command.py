@@ -19,24 +19,37 @@ from gait_lab.report.page import (
 from gait_lab.report.replay import replay
 from gait_lab.report.signal_figures import all_figures
 from gait_lab.report.verdict import findings, headline, joint_table, key_numbers, stretch_table
+from gait_lab.report.vision_figures import percept_table
 from nao_lipm_gait.errors import NaoGaitError
 
-ORDER = ("stretches", "speeds", "com", "path", "odometry", "steps", "origins", "innovation",
-         "whiteness", "joints", "torques", "motors", "jointtable", "torso", "loads",
+ORDER = ("stretches", "seen", "percepts", "speeds", "com", "path", "odometry", "steps", "origins",
+         "innovation", "whiteness", "joints", "torques", "motors", "jointtable", "torso", "loads",
          "timing")  # fmt: skip
 """Of the blocks on a page."""
 
 
-def write_report(bag: Path, out: Path, say: Callable[[str], None]) -> bool:
-    """Write the page of one bag; False if the bag holds no walk."""
-    analysis = analyse(bag)
+def write_report(bag: Path, out: Path, say: Callable[[str], None], robot: str = "") -> bool:
+    """Write the page of one bag.
+
+    Args:
+        bag: The bag.
+        out: The page.
+        say: Prints a line.
+        robot: Name of a robot out of several; "" for the only one.
+
+    Returns:
+        False if the bag holds no walk.
+    """
+    analysis = analyse(bag, robot)
     write(out, report_page(analysis))
     tell(analysis, say)
     say(f"{out}: {out.stat().st_size / 1e6:.1f} MB")
     return analysis.has_motion
 
 
-def write_comparison(before: Path, after: Path, out: Path, say: Callable[[str], None]) -> bool:
+def write_comparison(
+    before: Path, after: Path, out: Path, say: Callable[[str], None], robot: str = ""
+) -> bool:
     """Write the page that compares two bags.
 
     Args:
@@ -44,11 +57,12 @@ def write_comparison(before: Path, after: Path, out: Path, say: Callable[[str], 
         after: Bag B.
         out: The page.
         say: Prints a line.
+        robot: Name of a robot out of several in each bag; "" for the only one.
 
     Returns:
         False if one of the bags holds no walk.
     """
-    analyses = analyse(before), analyse(after)
+    analyses = analyse(before, robot), analyse(after, robot)
     write(out, compare_page(*analyses))
     head, found = summary(compared(*analyses), *analyses)
     for name, analysis in zip("AB", analyses, strict=True):
@@ -91,7 +105,7 @@ def report_page(analysis: Analysis) -> str:
     figures = all_figures(analysis, store) if analysis.has_motion else []
     scene = replay(analysis, store) if analysis.has_motion else None
     blocks = {figure.identity: figure_block(figure) for figure in figures}
-    for table in (stretch_table(analysis), joint_table(analysis)):
+    for table in (stretch_table(analysis), percept_table(analysis), joint_table(analysis)):
         if table is not None:
             blocks[table.identity] = table_block(table)
     verdict = f'<div class="card verdict">{verdict_html(headline(analysis), findings(analysis))}'

@@ -233,7 +233,7 @@ SHORT = {
     "origins": "Origins", "innovation": "Innovation", "whiteness": "Whiteness", "joints": "Joints",
     "torques": "Torque", "motors": "Saturation", "jointtable": "Joint table", "torso": "Torso",
     "loads": "Load", "timing": "Timing", "speeds": "Speeds", "reached": "Reached",
-    "durations": "Durations", "numbers": "Numbers",
+    "durations": "Durations", "numbers": "Numbers", "seen": "Percepts", "percepts": "Seen",
 }  # fmt: skip
 """Titles in the navigation."""
 
