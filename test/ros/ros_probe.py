@@ -24,6 +24,8 @@ MODULES = {
     "gait": "nao_lipm_gait.ros.main",
     "sim_bridge": "sim_bridge.ros.main",
     "vision": "nao_soccer.ros.vision_main",
+    "player": "nao_soccer.ros.player_main",
+    "referee": "nao_soccer.ros.referee_main",
     "lola_bridge": "lola_bridge.ros.main",
     "lola_server": "sim_bridge.lola.main",
 }

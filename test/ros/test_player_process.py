@@ -1,0 +1,193 @@
+"""`player` and `referee` as processes: obedience over UDP; foreign packets are ignored."""
+
+import math
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PointStamped, PolygonStamped, Twist
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
+
+from nao_soccer.game_state import Phase
+from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo, decode_return
+from nao_soccer.ros import vision_messages
+from nao_soccer.team.udp import UdpLink
+from nao_soccer.vision.percepts import Kind, Percept, Percepts
+from ros_probe import Probe, set_stamp
+
+MS = 1_000_000
+PERIOD = 20 * MS
+
+
+def ports(probe: Probe) -> dict[str, int]:
+    """UDP ports that no other run of this machine has."""
+    first = 33000 + 10 * probe.domain.domain
+    return {"control_port": first, "return_port": first + 1}
+
+
+def values(message: DiagnosticArray) -> dict[str, str]:
+    return {pair.key: pair.value for status in message.status for pair in status.values}
+
+
+def control(phase: Phase, version: int, penalty: Penalty = Penalty.NONE, packet: int = 0) -> bytes:
+    """What a GameController would say to team 7, whose player 2 has the penalty."""
+    players = (PlayerInfo(), PlayerInfo(penalty, 10))
+    teams = (TeamInfo(7, players=players), TeamInfo(4, players=(PlayerInfo(), PlayerInfo())))
+    return ControlMessage(teams, phase, packet=packet, players_per_team=2, version=version).encode()
+
+
+class StandingRobot:
+    """What gait and vision of a robot would send that stands a metre before the ball."""
+
+    def __init__(self, probe: Probe) -> None:
+        self.stamp = 0
+        self._odometry = probe.publisher(Odometry, "odom")
+        self._parts = [
+            (probe.publisher(kind, f"vision/{topic}"), convert)
+            for kind, topic, convert in (
+                (PointCloud2, "lines", vision_messages.lines),
+                (PointCloud2, "percepts", vision_messages.objects),
+                (PolygonStamped, "view", vision_messages.view),
+            )
+        ]
+
+    def step(self) -> None:
+        """The next period: odometry, and now and then an image."""
+        self.stamp += PERIOD
+        message = set_stamp(Odometry(), self.stamp)
+        message.pose.pose.orientation.w = 1.0
+        self._odometry.publish(message)
+        if self.stamp % (5 * PERIOD) == 0:
+            ball = Percept(Kind.BALL, (1.0, 0.1), (1e-4, 0.0, 1e-4))
+            view = np.array(((0.2, -1.0), (3.0, -2.0), (3.0, 2.0), (0.2, 1.0)))
+            none = np.zeros((0, 2))
+            percepts = Percepts(self.stamp, ball, (), none, np.zeros((0, 3)), (), none, view)
+            for publisher, convert in self._parts:
+                publisher.publish(convert(percepts))
+
+
+def test_a_player_obeys_a_game_controller_of_each_version(probe: Probe) -> None:
+    numbers = ports(probe)
+    player = probe.start(
+        "player", scene="pitch_small", number=2, team_number=7, start="'-1.5 0.0 0.0'", **numbers
+    )
+    reports = probe.subscribe(DiagnosticArray, "behavior")
+    walks = probe.subscribe(Twist, "cmd_vel")
+    robot = StandingRobot(probe)
+    referee = UdpLink(numbers["control_port"])
+    listener = UdpLink(numbers["return_port"])
+    heard = []
+    packet = 0
+
+    def say(phase: Phase, version: int, penalty: Penalty = Penalty.NONE) -> None:
+        nonlocal packet
+        for _ in range(3):
+            robot.step()
+        packet += 1
+        referee.send(control(phase, version, penalty, packet % 256))
+        heard.extend(data for data, _ in listener.received())
+
+    def walks_now() -> bool:
+        return bool(walks) and any(
+            math.hypot(each.linear.x, each.linear.y) + abs(each.angular.z) > 0.05
+            for each in walks[-3:]
+        )
+
+    try:
+        # Without a referee it stands.
+        probe.wait(lambda: reports and len(walks) > 5, "a first report", every=robot.step)
+        assert values(reports[-1])["phase"] == "initial"
+        assert not walks_now()
+        for version in (18, 19, 20):
+            probe.wait(walks_now, "walking", every=lambda v=version: say(Phase.PLAYING, v))
+            probe.wait(
+                lambda: not walks_now(),
+                "standing in a penalty",
+                every=lambda v=version: say(Phase.PLAYING, v, Penalty.PUSHING),
+            )
+        path = values(reports[-1])
+        assert path["option_0"].startswith("player: upright (")
+        # Foreign, truncated and wrong packets change nothing and are one line each.
+        good = control(Phase.PLAYING, 18)
+        for bad in (b"", b"hello", good[:50], good[:4] + b"\x63" + good[5:]):
+            referee.send(bad)
+        probe.wait(
+            lambda: player.says("control message"), "a warning",
+            every=lambda: say(Phase.SET, 18),
+        )  # fmt: skip
+        probe.wait(lambda: values(reports[-1])["phase"] == "set", "set",
+                   every=lambda: say(Phase.SET, 18))  # fmt: skip
+        probe.wait(lambda: heard, "a return message", every=lambda: say(Phase.SET, 18))
+        message = decode_return(heard[-1])
+        assert (message.player, message.team) == (2, 7)
+    finally:
+        referee.close()
+        listener.close()
+
+
+def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
+    numbers = ports(probe)
+    probe.start("referee", scene="pitch_small", minutes=1.0, **numbers)
+    states = probe.subscribe(DiagnosticArray, "game_state")
+    puts = probe.subscribe(PointStamped, "put_ball")
+    balls = probe.publisher(PointStamped, "ground_truth/ball")
+    link = UdpLink(numbers["control_port"])
+    sent: list[bytes] = []
+    now, place = 0, (0.0, 0.0)
+
+    def step() -> None:
+        nonlocal now
+        for _ in range(20):
+            now += 100 * MS
+            message = set_stamp(PointStamped(), now)
+            message.point.x, message.point.y = place
+            message.point.z = 0.05
+            balls.publish(message)
+            sent.extend(data for data, _ in link.received())
+
+    def state(key: str) -> str:
+        return values(states[-1]).get(key, "") if states else ""
+
+    try:
+        probe.wait(lambda: state("state") == "playing", "the kick-off", every=step)
+        place = (2.4, 0.0)
+        probe.wait(lambda: state("red") == "1", "a goal", every=step)
+        assert state("goal_1").split()[1] == "red"
+        place = (0.0, 0.0)
+        probe.wait(lambda: len(puts) >= 2, "the ball in the middle", every=step)
+        assert (puts[-1].point.x, puts[-1].point.y) == (0.0, 0.0)
+        assert sent
+        assert all(len(data) == 118 for data in sent)
+    finally:
+        link.close()
+
+
+def test_a_parameter_that_cannot_be_used_is_one_line(probe: Probe) -> None:
+    for name, parameters in (
+        ("player", {"start": "here"}),
+        ("referee", {"minutes": 0.0}),
+    ):
+        process = probe.start(name, **parameters)
+        assert process.wait() == 2
+        assert process.log.startswith(f"{name}: ")
+        assert process.log.count("\n") == 1
+        probe.processes.remove(process)
+
+
+def test_gait_state_is_followed(probe: Probe) -> None:
+    """A robot on the ground asks the gait to get it up."""
+    numbers = ports(probe)
+    probe.start("player", scene="pitch_small", referee=False, start="'-1.5 0.0 0.0'", **numbers)
+    motions = probe.subscribe(String, "gait/motion")
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    support = probe.node.create_publisher(String, "gait/support", latched)
+    robot = StandingRobot(probe)
+
+    def fallen() -> None:
+        support.publish(String(data="fallen double"))
+        robot.step()
+
+    probe.wait(lambda: motions, "a request", every=fallen)
+    assert motions[-1].data == "get_up"
