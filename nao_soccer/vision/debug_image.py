@@ -19,15 +19,19 @@ _TEXT = 0.35
 """Height of the font, of OpenCV's."""
 
 
-def draw_debug_image(frame: Frame, percepts: Percepts, scale: int = 2) -> Image:
+def draw_debug_image(
+    frame: Frame, percepts: Percepts, scale: int = 2, image: Image | None = None
+) -> Image:
     """The image (scale height, scale width, 3), red, green, blue, with all percepts.
 
     Args:
-        frame: The image.
+        frame: The image, balanced.
         percepts: What was found in it.
         scale: Enlargement.
+        image: (height, width, 3) The image as it came, to be drawn on; None = the balanced one.
     """
-    picture = cv2.resize(frame.image, None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)
+    picture = frame.image if image is None else image
+    picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)
     geometry = frame.geometry
 
     def at(pixel: np.ndarray) -> tuple[int, int]:

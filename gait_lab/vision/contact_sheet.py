@@ -1,0 +1,126 @@
+"""Draws what vision finds in images of both engines with several brightnesses.
+
+python -m gait_lab.vision.contact_sheet --out docs/images/vision.jpg
+"""
+
+import argparse
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from gait_lab.vision.evaluate import BRIGHTNESS
+from gait_lab.vision.observations import Observation, observations
+from gait_lab.vision.walks import random_walk
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import load_robot
+from nao_soccer.vision.colors import Image, load_color_table
+from nao_soccer.vision.debug_image import draw_debug_image
+from nao_soccer.vision.detector import Vision
+from nao_soccer.vision.percepts import Percepts
+from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.vision.tilt_calibration import TiltCalibration
+
+URDF = "nao_h21_v33"
+SECONDS = 3.0
+"""[s] of each walk, of which one image is shown."""
+TILE = (480, 360)
+"""[px] Width and height of an image on the sheet."""
+QUALITY = 80
+"""Of the JPEG."""
+
+
+class Tile(NamedTuple):
+    """An image of the sheet.
+
+    Attributes:
+        engine: Of physics and images.
+        seed: Number of the robot.
+        kind: How it walks; see `walks.KINDS`.
+        brightness: Factor on the images.
+    """
+
+    engine: str
+    seed: int
+    kind: str
+    brightness: float
+
+
+DARK, USUAL, LIGHT = BRIGHTNESS
+TILES = (
+    Tile("mujoco", 5, "stand", USUAL), Tile("mujoco", 4, "stand", DARK),
+    Tile("mujoco", 2, "walk", LIGHT), Tile("pybullet", 3, "walk", USUAL),
+    Tile("pybullet", 1, "sweep", LIGHT), Tile("pybullet", 2, "walk", DARK),
+)  # fmt: skip
+
+
+def draw(tile: Tile, seen: Iterable[Observation]) -> Image:
+    """The image of a walk in which most kinds of objects are found, with all percepts.
+
+    Args:
+        tile: What is shown.
+        seen: The images of the walk.
+    """
+    settings, table = settings_of_scene("pitch"), load_color_table("pitch")
+    calibration = TiltCalibration(settings.error)
+    visions: dict[str, Vision] = {}
+    best, picture = -1, np.zeros((TILE[1], TILE[0], 3), dtype=np.uint8)
+    for each in seen:
+        vision = visions.setdefault(each.camera, Vision(table, settings, calibration))
+        image = np.clip(each.image * tile.brightness, 0, 255).astype(np.uint8)
+        percepts = vision.see(each.stamp, image, each.view)
+        value = _value(percepts)
+        if value > best and vision.frame is not None:
+            # The image as it came, not as vision has balanced it.
+            frame = vision.frame
+            best, picture = value, draw_debug_image(frame, percepts, image=image)
+    picture = np.asarray(cv2.resize(picture, TILE, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    text = f"{tile.engine}, {tile.kind}, brightness x {tile.brightness:g}"
+    place, white = (6, TILE[1] - 8), (255, 255, 255)
+    cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, white, 1, cv2.LINE_AA)
+    return picture
+
+
+def _value(percepts: Percepts) -> int:
+    """Kinds of objects in an image, and their number to decide between equal ones."""
+    kinds = {each.kind for each in percepts.objects}
+    return 20 * (len(kinds) + (percepts.ball is not None)) + len(percepts.objects)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Render all walks and write the sheet; the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m gait_lab.vision.contact_sheet",
+        description="Draw what vision finds in images of both engines.",
+    )
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE")
+    options = parser.parse_args(args)
+    robot = load_robot(URDF)
+    try:
+        tiles = [
+            draw(
+                tile,
+                observations(random_walk(tile.seed, tile.kind, tile.engine, SECONDS, URDF), robot),
+            )
+            for tile in TILES
+        ]
+    except NaoGaitError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    write(tiles, options.out)
+    return 0
+
+
+def write(tiles: Sequence[Image], path: Path) -> None:
+    """Write images (h, w, 3) in rows of three."""
+    rows = [np.hstack(tiles[first : first + 3]) for first in range(0, len(tiles), 3)]
+    sheet = cv2.cvtColor(np.vstack(rows), cv2.COLOR_RGB2BGR)
+    if not cv2.imwrite(str(path), sheet, (cv2.IMWRITE_JPEG_QUALITY, QUALITY)):
+        raise NaoGaitError("out", str(path), "a file that can be written")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
