@@ -1,6 +1,6 @@
 """Holds heading and speed: small corrections of the velocity command from the odometry."""
 
-from math import remainder, tau
+from math import copysign, remainder, tau
 
 from nao_lipm_gait.types import Pose2, VelocityCommand
 
@@ -68,6 +68,8 @@ ERROR_MAX = 0.05
 """Largest speed error [m/s] that is learned from: a push is no error of the walk."""
 OFFSET_MAX = 0.04
 """Largest correction [m/s] per axis."""
+STEADY_TURN_DIFFERENCE, TURN_ERROR_MAX, TURN_OFFSET_MAX = 0.15, 0.3, 0.15
+"""The same for a turn on the spot [rad/s]; each step turns the robot faster in its middle."""
 RESERVE_MIN = 0.25
 """Share of the step limits below which the correction fades: the longest steps have no reserve."""
 
@@ -79,21 +81,28 @@ class SpeedHold:
     steps that are a little shorter or longer than planned: some cm/s, nearly the same at every
     speed. The error is therefore learned as an offset of the velocity, and only while the walk has
     had time to follow the command.
+
+    A turn falls short by a few percent to either side alike, so its offset is learned along the
+    direction of the turn. In curves it is neither learned nor used: their odometry is less certain.
     """
 
     def __init__(self) -> None:
-        self._x = _AxisHold()
-        self._y = _AxisHold()
+        self._x = _AxisHold(STEADY_DIFFERENCE, ERROR_MAX, OFFSET_MAX)
+        self._y = _AxisHold(STEADY_DIFFERENCE, ERROR_MAX, OFFSET_MAX)
+        self._turn = _AxisHold(STEADY_TURN_DIFFERENCE, TURN_ERROR_MAX, TURN_OFFSET_MAX)
 
     def begin(self) -> None:
         """Begin a walk; the learned offset stays."""
         self._x.begin()
         self._y.begin()
+        self._turn.begin()
 
     def correct(
         self, command: VelocityCommand, walked: Pose2, reserve: float, time: float, dt: float
     ) -> VelocityCommand:
-        """The command with the learned correction; turns on the spot are left unchanged.
+        """The command with the learned correction.
+
+        A turn on the spot is corrected in its rate alone, a curve in its speed alone.
 
         Args:
             command: Commanded velocity.
@@ -106,12 +115,18 @@ class SpeedHold:
         if time <= 0.0 or (wanted_x == 0.0 and wanted_y == 0.0 and yaw == 0.0):
             self.begin()
             return command
-        x, y, share = self._x, self._y, min(1.0, dt / RESPONSE_TIME)
-        # Both axes are updated, whatever the result of the first.
+        x, y, turn, share = self._x, self._y, self._turn, min(1.0, dt / RESPONSE_TIME)
+        # Every axis is updated, whatever the results of the others.
         steady = x.follow(wanted_x, share) & y.follow(wanted_y, share)
+        turn_steady = turn.follow(abs(yaw), share)
         room = min(max(reserve / RESERVE_MIN, 0.0), 1.0)
         step = dt / time if steady else 0.0
         turns = yaw != 0.0
+        if wanted_x == 0.0 and wanted_y == 0.0:
+            side = copysign(1.0, yaw)
+            turn_step = step if turn_steady else 0.0
+            rate = turn.correct(side * yaw, side * walked[2], room, turn_step)
+            return VelocityCommand(0.0, 0.0, side * rate)
         return VelocityCommand(
             wanted_x if turns and wanted_x == 0.0 else x.correct(wanted_x, walked[0], room, step),
             wanted_y if turns and wanted_y == 0.0 else y.correct(wanted_y, walked[1], room, step),
@@ -120,15 +135,21 @@ class SpeedHold:
 
 
 class _AxisHold:
-    """Speed hold of one axis.
+    """Speed hold of one axis; all values in m/s, or rad/s.
+
+    Args:
+        difference: Largest difference between the command and its lagged value in a steady walk.
+        error_max: Largest speed error that is learned from.
+        offset_max: Largest correction.
 
     Attributes:
-        offset: Learned correction [m/s].
+        offset: Learned correction.
     """
 
-    __slots__ = ("_expected", "_steps", "offset")
+    __slots__ = ("_difference", "_error_max", "_expected", "_offset_max", "_steps", "offset")
 
-    def __init__(self) -> None:
+    def __init__(self, difference: float, error_max: float, offset_max: float) -> None:
+        self._difference, self._error_max, self._offset_max = difference, error_max, offset_max
         self.offset = 0.0
         self.begin()
 
@@ -140,26 +161,27 @@ class _AxisHold:
         """Update the expected speed; returns whether the walk has had time to reach the command.
 
         Args:
-            wanted: Commanded speed [m/s].
+            wanted: Commanded speed.
             share: Time since the last tick as a share of `RESPONSE_TIME`.
         """
         self._steps += share * (wanted - self._steps)
         self._expected += share * (self._steps - self._expected)
-        return abs(wanted - self._expected) < STEADY_DIFFERENCE
+        return abs(wanted - self._expected) < self._difference
 
     def correct(self, wanted: float, walked: float, room: float, step: float) -> float:
-        """The corrected speed [m/s].
+        """The corrected speed.
 
         Args:
-            wanted: Commanded speed [m/s].
-            walked: Speed [m/s] by odometry.
+            wanted: Commanded speed.
+            walked: Speed by odometry.
             room: Share of the correction for which the steps have room.
             step: Share of the error to learn in this tick.
         """
         lengthens = wanted * self.offset >= 0.0
         if step > 0.0:
-            error = min(max(wanted - walked, -ERROR_MAX), ERROR_MAX)
+            error = min(max(wanted - walked, -self._error_max), self._error_max)
             # A correction for which there is no room must not grow.
             if not (lengthens and room < 1.0 and error * self.offset > 0.0):
-                self.offset = min(max(self.offset + step * error, -OFFSET_MAX), OFFSET_MAX)
+                offset = self.offset + step * error
+                self.offset = min(max(offset, -self._offset_max), self._offset_max)
         return wanted + self.offset * (room if lengthens else 1.0)

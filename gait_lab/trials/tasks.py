@@ -143,11 +143,11 @@ TASKS = {
     task.name: task
     for task in (
         walk("forward", x=0.46, axis="x"),
-        walk("back", x=-0.41, axis="x"),
+        walk("back", x=-0.40, axis="x"),
         walk("side", y=0.255, axis="y"),
         walk("side_right", y=-0.255, axis="y"),
-        walk("turn", yaw=math.radians(132.0), axis="yaw"),
-        walk("turn_right", yaw=-math.radians(132.0), axis="yaw"),
+        walk("turn", yaw=math.radians(128.0), axis="yaw"),
+        walk("turn_right", yaw=-math.radians(128.0), axis="yaw"),
         walk("spot", yaw=SPOT_TURN),
         walk("curve", x=0.15, yaw=math.radians(20.0), axis="x"),
         walk("diagonal", x=0.12, y=0.05, axis="x"),

@@ -6,7 +6,13 @@ from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import VelocityCommand
-from nao_lipm_gait.velocity_control import ERROR_MAX, OFFSET_MAX, RESERVE_MIN, SpeedHold
+from nao_lipm_gait.velocity_control import (
+    ERROR_MAX,
+    OFFSET_MAX,
+    RESERVE_MIN,
+    TURN_OFFSET_MAX,
+    SpeedHold,
+)
 
 DT = 0.01
 TIME = 2.0
@@ -77,11 +83,30 @@ def test_the_longest_steps_are_not_made_longer_but_may_be_made_shorter() -> None
     assert half.x == pytest.approx(0.21, abs=1e-3)
 
 
-def test_a_turn_on_the_spot_is_not_corrected() -> None:
+def turned(hold: SpeedHold, seconds: float, rate: float, lack: float) -> VelocityCommand:
+    """The last command for a robot that turns on the spot by `lack` [rad/s] slower."""
+    turn = given = VelocityCommand(0.0, 0.0, rate)
+    for _ in range(round(seconds / DT)):
+        given = hold.correct(turn, (0.01, 0.01, given.yaw - lack), 1.0, TIME, DT)
+    return given
+
+
+@pytest.mark.parametrize("rate", [0.8, -0.8])
+def test_a_turn_that_falls_short_is_corrected_to_either_side(rate: float) -> None:
+    short = 0.03 * rate
+    hold = SpeedHold()
+    assert turned(hold, 20.0, rate, short).yaw == pytest.approx(rate + short, abs=1e-4)
+    mirrored = turned(hold, DT, -rate, -short)
+    assert mirrored.yaw == pytest.approx(-rate - short, abs=2e-4), "to the other side"
+    assert abs(turned(hold, 60.0, rate, 9.0 * rate).yaw - rate) == pytest.approx(TURN_OFFSET_MAX)
+
+
+def test_a_turn_does_not_move_the_robot_and_a_curve_is_not_turned_more() -> None:
     hold = SpeedHold()
     follow(hold, 20.0, (0.02, 0.01))
-    turn = VelocityCommand(0.0, 0.0, 0.5)
-    assert follow(hold, 5.0, (0.02, 0.01), command=turn) == turn
+    on_the_spot = turned(hold, 20.0, 0.5, 0.05)
+    assert (on_the_spot.x, on_the_spot.y) == (0.0, 0.0)
+    assert follow(hold, 5.0, (0.02, 0.01)).yaw == COMMAND.yaw
     side = follow(hold, 20.0, (0.02, 0.01), command=VelocityCommand(0.0, 0.1, 0.0))
     assert side.x == pytest.approx(0.02, abs=1e-4), "the robot must not drift forward"
 
