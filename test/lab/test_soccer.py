@@ -8,11 +8,14 @@ import pytest
 
 from gait_lab.soccer.frames import Frame, RobotFrame
 from gait_lab.soccer.match import Match, MatchSpec, match_scene
+from gait_lab.soccer.pitch import Pitch, identity_of
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.solo import SoloSpec, solo
 from nao_lipm_gait.errors import NaoGaitError
+from nao_soccer.behavior.situation import Role
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal
+from sim_bridge.scene import load_scene
 
 pytest.importorskip("mujoco")
 
@@ -39,6 +42,34 @@ def test_a_match_begins_and_each_team_has_one_striker() -> None:
         assert player.decision is not None
         assert player.decision.path[1].state == "take place"
     assert match.pitch.messages > 8
+
+
+def test_of_two_robots_at_the_ball_the_nearer_goes_on_and_the_other_steps_back() -> None:
+    """Fig. 11 of Friedmann et al."""
+    scene = load_scene("pitch_small")
+    ball = (0.1, 0.0)
+    red = [
+        robot.replace(pose=pose, seed=4 + index)
+        for index, (robot, pose) in enumerate(
+            zip(scene.robots, [(-0.35, 0.0, 0.0), (-0.3, 0.55, -0.9)], strict=False)
+        )
+    ]
+    two = scene.replace(robots=tuple(red))
+    with Pitch(
+        two, 4, "mujoco", "reference", lambda robot: identity_of(robot, 2, waits=False)
+    ) as pitch:
+        pitch.world.put_ball(*ball)
+        for _ in pitch.run(lambda ticks: None):
+            if pitch.count >= 450:
+                break
+        near, far = (math.dist(pose[:2], ball) for pose in pitch.poses)
+        roles = [player.behavior.role for player in pitch.players]
+        paths = [player.decision.path for player in pitch.players if player.decision]
+    assert roles == [Role.STRIKER, Role.SUPPORTER]
+    assert near < 0.36
+    assert far > 0.75
+    assert paths[0][3].state == "play"
+    assert paths[1][3].state == "support"
 
 
 @pytest.mark.parametrize(
