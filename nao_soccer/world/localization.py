@@ -62,6 +62,7 @@ class Validity:
         AGE: [s] Longest time without evidence.
         ODDS: Smallest log-odds of the half of the field.
         IMAGES: Images in a row that fulfil all this before a pose becomes valid again.
+        PATIENCE: Images in a row that do not, after which it is not valid any more.
     """
 
     MASS = 0.7
@@ -71,6 +72,7 @@ class Validity:
     AGE = 10.0
     ODDS = 2.0
     IMAGES = 15
+    PATIENCE = 8
 
 
 def mirrored(poses: FloatArray) -> FloatArray:
@@ -101,7 +103,7 @@ class Localization:
         self._mass = 0.0
         self._odds = 0.0
         self._fast = self._usual = USUAL
-        self._good = 0
+        self._good = self._bad = 0
         self._unseen = math.inf
         self._lost = True
         self._reference, self._slack = np.zeros(3), SAME_PLACE
@@ -146,7 +148,7 @@ class Localization:
         self.particles = particles
         self.weights = np.full(self._count, 1.0 / self._count)
         self._reference, self._slack = _mean(particles, self.weights), SAME_PLACE
-        self._good, self._fast = 0, self._usual
+        self._good, self._bad, self._fast = 0, 0, self._usual
         self._find_cluster()
 
     # -- filter ------------------------------------------------------------------------------------
@@ -183,7 +185,8 @@ class Localization:
             self._resample()
         self._find_cluster()
         self._unseen = 0.0
-        self._good = self._good + 1 if self._is_good() else 0
+        good = self._is_good()
+        self._good, self._bad = (self._good + 1, 0) if good else (0, self._bad + 1)
         self._compare_with_history()
         if not self._lost and self._good:
             step = SLOW * strength * (share - self._usual)
@@ -297,7 +300,7 @@ class Localization:
         """The covariance describes the error of the pose."""
         return (
             not self._lost
-            and self._good > 0
+            and self._bad < Validity.PATIENCE
             and self._odds >= Validity.ODDS
             and self._unseen < Validity.AGE
         )
