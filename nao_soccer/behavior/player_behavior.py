@@ -122,6 +122,7 @@ class PlayerBehavior:
                 claims,
                 ball=self._ball(state),
                 goalkeeper=self.game.goalkeeper,
+                playing=self.game.phase is Phase.PLAYING,
             )
         else:
             self.role = Role.KEEPER if self.game.goalkeeper else Role.STRIKER

@@ -70,6 +70,7 @@ class RoleChoice:
         *,
         ball: Point2 | None = None,
         goalkeeper: bool = False,
+        playing: bool = True,
     ) -> Role:
         """Choose.
 
@@ -79,6 +80,8 @@ class RoleChoice:
             mates: What the team mates who can be heard have told.
             ball: x, y [m] of the ball in the field, as this player sees it.
             goalkeeper: The referee says that this player is the goalkeeper.
+            playing: The ball is in play. Before a kick-off a team keeps its striker, so that
+                players who walk to their places do not cross.
 
         Returns:
             The role.
@@ -93,7 +96,7 @@ class RoleChoice:
         if self._role is Role.STRIKER:
             if any(each.rank < own.rank for each in strikers):
                 self._role, self._stepped_back = Role.SUPPORTER, time
-        elif self._claims(own, field, strikers, stalled, time):
+        elif self._claims(own, field, strikers, time, stalled=stalled, playing=playing):
             self._role = Role.STRIKER
             self._ball_moved = time
         else:
@@ -105,10 +108,14 @@ class RoleChoice:
         own: Claim,
         field: Sequence[Claim],
         strikers: Sequence[Claim],
-        stalled: bool,
         time: float,
+        *,
+        stalled: bool,
+        playing: bool,
     ) -> bool:
         if time - self._stepped_back < REST:
+            return False
+        if strikers and not playing:
             return False
         if strikers:
             soonest = min(each.seconds for each in strikers)

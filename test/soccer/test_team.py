@@ -150,6 +150,14 @@ def test_the_nearer_one_goes_to_the_ball_and_stays_the_striker() -> None:
     assert near.update(1.2, 2.0, [Claim(2, Role.STRIKER, beyond)]) is Role.SUPPORTER
 
 
+def test_before_a_kick_off_a_team_keeps_its_striker() -> None:
+    other = [Claim(1, Role.STRIKER, 8.0)]
+    choice = RoleChoice(2)
+    assert choice.update(0.0, 0.5, other, playing=False) is Role.SUPPORTER
+    assert choice.update(0.1, 0.5, other) is Role.STRIKER
+    assert RoleChoice(2).update(0.0, 0.5, [], playing=False) is Role.STRIKER
+
+
 def test_a_player_alone_is_the_striker_and_a_goalkeeper_never() -> None:
     assert RoleChoice(2).update(0.0, NEVER, []) is Role.STRIKER
     assert RoleChoice(1).update(0.0, 0.1, [], goalkeeper=True) is Role.KEEPER
