@@ -37,6 +37,8 @@ PUSH_DURATION = 0.1
 """Duration of a push of the simulated robot [s]."""
 CAMERA = (0.75, -0.75, 0.5)
 """Initial position of the camera relative to the robot [m]."""
+OVERLOOK = (0.0, -0.8, 0.6)
+"""Initial position of the camera over a pitch, of the pitch's length."""
 
 
 class Panel:
@@ -298,6 +300,17 @@ class Viewer:
             for robot in scene.robots
         ]
         self.panel.offer_robots(tuple(robot.name for robot in scene.robots))
+        if scene.field is not None:
+            self._overlook(scene.field.length)
+
+    def _overlook(self, length: float) -> None:
+        """Show all of a pitch of this length [m]; the user may let the camera follow a robot."""
+        self.panel.follow.value = False
+        position = tuple(length * each for each in OVERLOOK)
+        views = [client.camera for client in self._server.get_clients().values()]
+        for camera in (self._server.initial_camera, *views):
+            camera.position = position
+            camera.look_at = (0.0, 0.0, 0.0)
 
     def _on_ball(self, message: Any) -> None:
         if self.pitch is not None:

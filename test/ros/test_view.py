@@ -121,6 +121,8 @@ def test_all_robots_of_a_scene_are_shown_and_the_chosen_one_is_driven(
         assert robot.scene.base[:2] == pytest.approx((x, y), abs=0.05)
         assert np.cos(robot.scene.base[2] - heading) > 0.99
     assert viewer.pitch is not None
+    assert not viewer.panel.follow.value, "the camera shows the whole pitch"
+    assert server.initial_camera.position[2] > 2.0
     put = probe.publisher(PointStamped, "/put_ball")
     point = PointStamped()
     point.point.x = 1.0
