@@ -14,6 +14,8 @@ BEHIND = 0.13
 """[m] behind the place from which it kicks, where the robot comes to face the ball."""
 KEEP_FACING = (0.7, 1.2)
 """[m] A nearer place is taken by steps backwards and to the side, with the ball in sight."""
+LOST_TURN = 0.3
+"""[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
 BALL_FREE_DISTANCE = 0.75
 """[m] that the other team keeps from the ball of a kick-off or set play."""
 
@@ -165,7 +167,12 @@ def _stand_at(s: Situation, place: Point2, *obstacles: Round) -> Action:
 
 
 def _walk_and_stay(s: Situation, pose: Pose2, *obstacles: Round) -> Action:
-    """Walk to a pose in the field; stand while it is near enough."""
+    """Walk to a pose in the field; stand while it is near enough.
+
+    A robot that does not know where it is looks for landmarks first.
+    """
+    if s.lost:
+        return Action(turn_by(LOST_TURN, s.limits), head=HeadMode.LOCALIZE)
     target = s.in_base(pose)
     stands = s.body.state.value == "stand"
     near, turned = (0.25, 0.5) if stands else (0.1, 0.2)

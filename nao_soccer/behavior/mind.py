@@ -62,7 +62,7 @@ class Mind:
         self._planner = Planner(table, self._limits, field, goals, self._settings)
         self._engine = Engine(PLAYER)
         self._plan: BallPlan | None = None
-        self._last_valid = -VALID_MEMORY
+        self._last_valid: int | None = None
 
     def update(
         self,
@@ -84,6 +84,8 @@ class Mind:
         Returns:
             The decision.
         """
+        if world.own.valid or self._last_valid is None:
+            self._last_valid = world.stamp
         self._plan = self._planned(world)
         situation = Situation(
             world,
@@ -97,22 +99,25 @@ class Mind:
             self._limits,
             self._settings,
             striker,
+            self._lost(world),
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
         others = [each.position for each in world.obstacles]
         action = replace(action, walk=kept_apart(action.walk, others, self._limits))
         return Decision(action, path, self._plan)
 
+    def _lost(self, world: WorldState) -> bool:
+        last = self._last_valid
+        return last is not None and world.stamp - last > VALID_MEMORY
+
     def _planned(self, world: WorldState) -> BallPlan | None:
         if world.ball is None:
             return None
-        if world.own.valid:
-            self._last_valid = world.stamp
         robots: Sequence[Point2] = [each.position_in_field for each in world.obstacles]
         return self._planner.choose(
             world.own.pose,
             world.ball.position_in_field,
             robots,
             self._plan,
-            valid=world.stamp - self._last_valid <= VALID_MEMORY,
+            valid=not self._lost(world),
         )

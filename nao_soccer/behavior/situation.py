@@ -70,6 +70,7 @@ class Situation:
         limits: Largest speeds.
         settings: How plans are compared.
         striker: The team mate who is the striker, if it is another one.
+        lost: The own pose has not been valid for a while.
     """
 
     world: WorldState
@@ -83,6 +84,7 @@ class Situation:
     limits: WalkLimits
     settings: PlanSettings
     striker: TeamMate | None = None
+    lost: bool = False
 
     @property
     def own(self) -> Pose2:

@@ -20,7 +20,7 @@ from nao_soccer.behavior.walking import Round, WalkLimits, kept_apart, walk_to
 from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.vision.settings import settings_of_scene
-from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, WorldState
+from nao_soccer.world.state import BallEstimate, HeadMode, Obstacle, PoseEstimate, WorldState
 
 SCENE = settings_of_scene("pitch_small")
 GOALS = SCENE.goals or Goals()
@@ -279,6 +279,19 @@ def test_of_two_who_see_the_ball_one_goes_on_and_the_other_steps_back() -> None:
     assert back.path[-1].state == "support"
     x, *_ = compose((0.0, 0.0, 0.8), (back.action.walk.x, back.action.walk.y, 0.0))
     assert x < 0.0  # away from the opponents' goal
+
+
+def test_a_robot_that_is_lost_looks_around_before_it_walks_to_its_place() -> None:
+    mind, game = new_mind(), GameState(phase=Phase.READY)
+    for i in range(60):
+        decision = mind.update(
+            world((-2.1, -0.5, 0.0), None, time=0.1 * i, valid=i < 10), Body(), game
+        )
+        if 10 < i < 25:  # a short doubt changes nothing
+            assert decision.action.walk.x != 0.0 or decision.action.walk.y != 0.0
+    assert decision.action.head is HeadMode.LOCALIZE
+    assert (decision.action.walk.x, decision.action.walk.y) == (0.0, 0.0)
+    assert 0.0 < decision.action.walk.yaw < 0.6
 
 
 def test_during_a_kick_off_of_the_others_the_robot_keeps_its_distance() -> None:
