@@ -37,10 +37,16 @@ def install(prefix: Path, package: str, *executables: str) -> None:
 
 def launched(expected: int, **arguments: str) -> tuple[int, list[str]]:
     """Exit status of the launch, and what it has started; it ends after the expected number."""
-    started: list[str] = []
+    status, commands = launched_commands(expected, **arguments)
+    return status, [Path(command[0]).name for command in commands]
+
+
+def launched_commands(expected: int, **arguments: str) -> tuple[int, list[list[str]]]:
+    """As `launched`, with the command lines."""
+    started: list[list[str]] = []
 
     def note(event: object, _context: object) -> list[Shutdown]:
-        started.append(event.process_name.rsplit("-", 1)[0])  # type: ignore[attr-defined]
+        started.append(event.cmd)  # type: ignore[attr-defined]
         return [Shutdown()] if len(started) == expected else []
 
     source = PythonLaunchDescriptionSource(str(share("launch", "walk.launch.py")))
@@ -69,6 +75,23 @@ def test_a_scene_has_a_gait_for_each_robot(packages: Path) -> None:
     assert sorted(started) == [*["gait"] * 4, "sim_bridge"]
 
 
+def test_each_robot_of_a_scene_has_its_namespace_and_its_transforms(packages: Path) -> None:
+    install(packages, "robot_state_publisher", "robot_state_publisher")
+    _, commands = launched_commands(9, scene="pitch_small", namespace="arena")
+    nodes = [(Path(command[0]).name, " ".join(command)) for command in commands]
+    robots = ("red1", "red2", "blue1", "blue2")
+    for name in ("gait", "robot_state_publisher"):
+        own = [line for each, line in nodes if each == name]
+        assert len(own) == len(robots)
+        for robot in robots:
+            (line,) = [line for line in own if f"__ns:=/arena/{robot}" in line]
+            assert "/tf:=tf" in line
+            assert "/tf_static:=tf_static" in line
+    (bridge,) = [line for each, line in nodes if each == "sim_bridge"]
+    assert "__ns:=/arena " in f"{bridge} "
+    assert "/tf:=" not in bridge
+
+
 def test_transforms_of_the_links_are_published_where_that_is_possible(packages: Path) -> None:
     install(packages, "robot_state_publisher", "robot_state_publisher")
     _, started = launched(3)
@@ -85,7 +108,7 @@ def test_transforms_of_the_links_are_published_where_that_is_possible(packages: 
         ({"robot_state_publisher": "true"}, "install the package robot_state_publisher"),
         ({"lockstep": "maybe"}, "lockstep: got 'maybe'; allowed: true or false"),
         ({"scene": "stadium"}, "scene: got 'stadium'; allowed: a shipped name"),
-        ({"scene": "pitch", "ball": "true"}, "ball: got 'true'; allowed: nothing: scene pitch"),
+        ({"scene": "pitch", "ball": "true"}, "ball: got 'true'; allowed: nothing: it differs between the"),
         ({"robot_seed": "x"}, "robot_seed: got 'x'; allowed: a whole number"),
     ],
 )
