@@ -108,7 +108,7 @@ def test_transforms_of_the_links_are_published_where_that_is_possible(packages: 
         ({"robot_state_publisher": "true"}, "install the package robot_state_publisher"),
         ({"lockstep": "maybe"}, "lockstep: got 'maybe'; allowed: true or false"),
         ({"scene": "stadium"}, "scene: got 'stadium'; allowed: a shipped name"),
-        ({"scene": "pitch", "ball": "true"}, "ball: got 'true'; allowed: nothing: it differs between the"),
+        ({"scene": "pitch", "ball": "true"}, "ball: got 'true'; allowed: nothing: it differs"),
         ({"robot_seed": "x"}, "robot_seed: got 'x'; allowed: a whole number"),
     ],
 )

@@ -125,7 +125,7 @@ def test_one_node_may_command_the_joints_and_few_may_drive() -> None:
     may = {node: rights(node).get(("topic", "publish"), set()) for node in nodes}
     assert [node for node in nodes if "joint_command" in may[node]] == ["gait"]
     assert {node for node in nodes if "cmd_vel" in may[node]} == {
-        "nao_gait_calibrate", "nao_gait_teleop", "nao_gait_view",
+        "nao_gait_calibrate", "nao_gait_teleop", "nao_gait_view", "player",
     }  # fmt: skip
     assert not [node for node in nodes if "*" in may[node]]
     subscribed = rights("gait")["topic", "subscribe"]
