@@ -81,7 +81,7 @@ def find_percepts(walk: RecordedWalk, body: BodyTrack | None) -> RecordedPercept
     known = np.isfinite(rows).all(axis=1)
     rows, image = rows[known], image[known]
     kinds = np.clip(rows[:, 2].astype(int), 0, len(KINDS) - 1)
-    footprint = _footprints(body, stamps)
+    footprint = footprints_at(body, stamps)
     groups = []
     for name, members in GROUPS:
         mine = np.isin(kinds, [KINDS.index(kind) for kind in members])
@@ -108,14 +108,14 @@ def percepts_of(message: Any) -> FloatArray:
     return np.stack(columns, axis=1).astype(float)
 
 
-def _footprints(body: BodyTrack | None, stamps: IntArray) -> FloatArray:
+def footprints_at(body: BodyTrack | None, stamps: IntArray) -> FloatArray:
     """(t, 3) true x, y [m], yaw [rad] of base_footprint in world; NaN where unknown."""
     if body is None or not body.from_truth or not len(body.stamp):
         return np.full((len(stamps), 3), np.nan)
-    return _nearest(body.stamp, footprint_of(body.sole), stamps)
+    return nearest_rows(body.stamp, footprint_of(body.sole), stamps)
 
 
-def _nearest(known: IntArray, values: FloatArray, stamps: IntArray) -> FloatArray:
+def nearest_rows(known: IntArray, values: FloatArray, stamps: IntArray) -> FloatArray:
     """Rows of values (k, n) at the nearest of the known stamps; NaN beyond `_LATE`."""
     if not len(known):
         return np.full((len(stamps), values.shape[1]), np.nan)
@@ -137,9 +137,11 @@ def _in_world(position: FloatArray, footprint: FloatArray) -> FloatArray:
 def _truths(walk: RecordedWalk, name: str, stamps: IntArray) -> FloatArray:
     """(m, k, 2) [m] in world: where the things of a group were at the time of each percept."""
     if name == "ball":
-        return _nearest(walk.ball.stamp, walk.ball.value, stamps)[:, None, :2]
+        return nearest_rows(walk.ball.stamp, walk.ball.value, stamps)[:, None, :2]
     if name == "robots":
-        places = [_nearest(each.stamp, each.value, stamps)[:, :2] for each in walk.others.values()]
+        places = [
+            nearest_rows(each.stamp, each.value, stamps)[:, :2] for each in walk.others.values()
+        ]
         return np.stack(places, axis=1) if places else np.empty((len(stamps), 0, 2))
     return np.broadcast_to(_fixed(walk, name), (len(stamps), *_fixed(walk, name).shape))
 

@@ -63,6 +63,10 @@ PARTS: Mapping[str, Part] = {
                      optional=True),
     "ball": Part("/ground_truth/ball", (POINT,), "the error of the seen ball", optional=True),
     "scene": Part("/scene_description", (STRING,), "the errors of percepts", optional=True),
+    "own_pose": Part("/pose", ("geometry_msgs/msg/PoseWithCovarianceStamped",), "the own pose",
+                     optional=True),
+    "own_valid": Part("/pose_valid", ("std_msgs/msg/Bool",), "its validity", optional=True),
+    "own_ball": Part("/ball", (ODOMETRY,), "the player's ball", optional=True),
 }  # fmt: skip
 
 
@@ -229,6 +233,10 @@ class RecordedWalk:
         ball: (t, 3) [m] true centre of the ball in world.
         scene: The scene_description; None without one.
         others: The other robots of the bag by name: as `truth`.
+        own_pose: (t, 5) what the player believes: x, y [m], yaw [rad] of base_footprint in its
+            field, and the deviations of place [m] and heading [rad].
+        own_valid: (t, 1) 1 where it holds its pose for valid, at arrival.
+        own_ball: (t, 2) [m] the ball in its field.
     """
 
     name: str
@@ -261,6 +269,9 @@ class RecordedWalk:
     ball: Table
     scene: str | None
     others: Mapping[str, Table]
+    own_pose: Table
+    own_valid: Table
+    own_ball: Table
 
     @property
     def duration(self) -> float:
@@ -364,6 +375,9 @@ def read_walk(path: Path, robot: str = "") -> RecordedWalk:
         urdf=str(descriptions[-1][1].data) if descriptions else None,
         seen=tuple(sorted(((_stamp(m), m) for _, m in messages("percepts")), key=_first)),
         ball=table("ball", 3, _point),
+        own_pose=table("own_pose", 5, _own_pose),
+        own_valid=table("own_valid", 1, lambda m: (float(m.data),), stamped=False),
+        own_ball=table("own_ball", 2, _place),
         scene=str(scenes[-1][1].data) if scenes else None,
         others={
             name: of_topic(topic, bag.messages.get(topic, ()), 10, _odometry3)
@@ -427,6 +441,19 @@ def _nanoseconds(time: Any) -> int:
 
 def _stamp(message: Any) -> int:
     return _nanoseconds(message.header.stamp)
+
+
+def _own_pose(message: Any) -> tuple[float, ...]:
+    at, turn = message.pose.pose.position, message.pose.pose.orientation
+    c = np.maximum(np.array(message.pose.covariance).reshape(6, 6), 0.0)
+    return at.x, at.y, 2.0 * np.arctan2(turn.z, turn.w), np.sqrt(max(c[0, 0], c[1, 1])), np.sqrt(
+        c[5, 5]
+    )
+
+
+def _place(message: Any) -> tuple[float, float]:
+    at = message.pose.pose.position
+    return at.x, at.y
 
 
 def _first(pair: tuple[int, Any]) -> int:

@@ -18,6 +18,7 @@ from gait_lab.analysis.recorded_trace import (
     origins_under_sole,
 )
 from gait_lab.analysis.recorded_walk import RecordedWalk, read_walk
+from gait_lab.analysis.recorded_world import RecordedWorld, find_world
 from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, IntArray, Trace
 from gait_lab.report.signals import (
     Innovation,
@@ -261,6 +262,7 @@ class Analysis:
         timing: Timing of sensors and answers.
         paths: Odometry and truth.
         percepts: What vision has seen.
+        world: What the player believed.
     """
 
     walk: RecordedWalk
@@ -279,6 +281,7 @@ class Analysis:
     timing: Timing | None
     paths: Paths | None
     percepts: RecordedPercepts | None
+    world: RecordedWorld | None
 
     @property
     def fall(self) -> float | None:
@@ -334,6 +337,7 @@ def analyse(path: Path, robot: str = "") -> Analysis:
         timing=find_timing(walk),
         paths=find_paths(walk, body),
         percepts=find_percepts(walk, body),
+        world=find_world(walk, body),
     )
 
 

@@ -22,9 +22,9 @@ from gait_lab.report.verdict import findings, headline, joint_table, key_numbers
 from gait_lab.report.vision_figures import percept_table
 from nao_lipm_gait.errors import NaoGaitError
 
-ORDER = ("stretches", "seen", "percepts", "speeds", "com", "path", "odometry", "steps", "origins",
-         "innovation", "whiteness", "joints", "torques", "motors", "jointtable", "torso", "loads",
-         "timing")  # fmt: skip
+ORDER = ("stretches", "world", "seen", "percepts", "speeds", "com", "path", "odometry", "steps",
+         "origins", "innovation", "whiteness", "joints", "torques", "motors", "jointtable", "torso",
+         "loads", "timing")  # fmt: skip
 """Of the blocks on a page."""
 
 

@@ -234,6 +234,7 @@ SHORT = {
     "torques": "Torque", "motors": "Saturation", "jointtable": "Joint table", "torso": "Torso",
     "loads": "Load", "timing": "Timing", "speeds": "Speeds", "reached": "Reached",
     "durations": "Durations", "numbers": "Numbers", "seen": "Percepts", "percepts": "Seen",
+    "world": "World model",
 }  # fmt: skip
 """Titles in the navigation."""
 

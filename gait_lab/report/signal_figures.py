@@ -20,7 +20,7 @@ from gait_lab.report.page import (
     Figure,
     TimeFigure,
 )
-from gait_lab.report.vision_figures import percepts
+from gait_lab.report.vision_figures import percepts, world
 from gait_lab.report.walk_figures import (
     COM_WINDOW,
     com,
@@ -215,6 +215,6 @@ def all_figures(analysis: Analysis, store: ArrayStore) -> list[Figure]:
     makers: tuple[Callable[[Analysis, ArrayStore], Figure | None], ...] = (
         speeds, com, path, odometry_error, step_series, origins, innovation_series,
         whiteness, joints, torques, motors, torso, loads, timing,
-        percepts,
+        percepts, world,
     )  # fmt: skip
     return [figure for make in makers if (figure := make(analysis, store)) is not None]

@@ -1,4 +1,4 @@
-"""What the robot has seen: a figure over time, and a table with its errors."""
+"""What the robot has seen and believed: figures over time, and a table with errors."""
 
 import numpy as np
 
@@ -40,6 +40,33 @@ def percepts(analysis: Analysis, store: ArrayStore) -> Figure | None:
                 len(rows) - 1, walk.seconds(seen.stamp), group.count.astype(float), name,
                 GREEN if color == RED else color, step=True,
             )  # fmt: skip
+    return made.figure
+
+
+def world(analysis: Analysis, store: ArrayStore) -> Figure | None:
+    """Errors of what the player believed, beside the deviations that it stated."""
+    found = analysis.world
+    if found is None:
+        return None
+    rows = ["place [cm]", "heading [°]", "ball [cm]"]
+    made = TimeFigure(
+        store, "world", "What the robot believed",
+        "Errors of its own pose and of the ball's place on the field, and the deviations that it "
+        "stated. Red: it held its pose for not valid.",
+        tuple(rows if len(found.ball_error) else rows[:2]), 120,
+    )  # fmt: skip
+    time = analysis.walk.seconds(found.stamp)
+    scales = (100.0, np.degrees(1.0))
+    for row, (error, stated, scale) in enumerate(
+        zip((found.place_error, found.heading_error),
+            (found.place_deviation, found.heading_deviation), scales, strict=True)
+    ):  # fmt: skip
+        made.line(row, time, scale * stated, "stated", GOLD)
+        made.line(row, time, scale * error, "error", BLUE)
+        made.line(row, time, np.where(found.valid, np.nan, scale * error), "not valid", RED)
+    if len(found.ball_error):
+        ball_time = analysis.walk.seconds(found.ball_stamp)
+        made.line(2, ball_time, 100.0 * found.ball_error, "ball", GREEN)
     return made.figure
 
 
