@@ -55,6 +55,7 @@ ARGUMENTS = (
      "joint_state, forward_command or joint_trajectory (joint_state)"),
     ("enable_stamped_cmd_vel", bool, ("gait",), "cmd_vel is a TwistStamped (false)"),
     ("bias_wait", float, ("gait",), "longest stand until the gyro's bias is known [s] (20.0)"),
+    ("hot_speed", float, ("gait",), "factor on the velocity while a motor is hot (1.0)"),
     ("cmd_vel_timeout", float, ("gait",), "an older velocity command means stop [s] (0.5)"),
 )  # fmt: skip
 

@@ -32,6 +32,8 @@ class Individual:
         friction: Coulomb coefficient of the pair sole and floor.
         stiffness_scale: factor on the contact stiffness.
         motor_strength: factor on every motor's torque.
+        force_gain: (2, 4) factor on the readings of the force sensors, left and right sole.
+        force_offset: (2, 4) [N] added to them.
     """
 
     seed: int
@@ -43,6 +45,8 @@ class Individual:
     friction: float
     stiffness_scale: float
     motor_strength: float
+    force_gain: FloatArray
+    force_offset: FloatArray
 
 
 def stream(seed: int, name: str) -> np.random.Generator:
@@ -81,13 +85,21 @@ def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individ
         -variation.joint_zero_cut,
         variation.joint_zero_cut,
     )
+    def spread(name: str, largest: float) -> FloatArray:
+        size = (2, 4)
+        return np.zeros(size) if nominal else stream(seed, name).uniform(-largest, largest, size)
+
     scale = variation.stiffness_scale
     log_span = None if scale is None else (math.log(scale[0]), math.log(scale[1]))
     mass_span = (1.0 - variation.mass, 1.0 + variation.mass)
     imu_rotation = rotation_from_vector(normal("imu_mounting", variation.imu_mounting_std, 3))
     gyro_bias = normal("gyro_bias", sensors.gyro_bias, 3)
     accel_bias = normal("accel_bias", sensors.accel_bias, 3)
-    for array in (joint_zero, imu_rotation, gyro_bias, accel_bias):
+    force_gain = 1.0 + spread("force_gain", plant.force_sensors.gain)
+    force_offset = spread("force_offset", plant.force_sensors.offset)
+    for array in (
+        joint_zero, imu_rotation, gyro_bias, accel_bias, force_gain, force_offset,
+    ):  # fmt: skip
         array.setflags(write=False)
     return Individual(
         seed=seed,
@@ -101,6 +113,8 @@ def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individ
         friction=uniform("friction", variation.friction, plant.contact.friction),
         stiffness_scale=math.exp(uniform("stiffness_scale", log_span, 0.0)),
         motor_strength=uniform("motor_strength", variation.motor_strength, 1.0),
+        force_gain=force_gain,
+        force_offset=force_offset,
     )
 
 

@@ -138,6 +138,49 @@ class Sensors(Settings):
 
 
 @attrs.frozen
+class ForceSensors(Settings):
+    """The four force sensors of each sole; errors are drawn for each sensor of an individual."""
+
+    four: bool = switch(
+        False, "The wrenches are what the four sensors give; false = the exact wrenches."
+    )
+    gain: float = number(
+        0.0, 0.0, 0.9, "", "Largest error of a sensor's gain, as a share; uniform."
+    )
+    offset: float = number(0.0, 0.0, 50.0, "N", "Largest offset of a sensor; uniform.")
+    noise: float = number(0.0, 0.0, 50.0, "N", "Standard deviation of the white noise per sample.")
+    dead_zone: float = number(0.0, 0.0, 50.0, "N", "Below this a sensor reads 0.")
+
+
+@attrs.frozen
+class Heat(Settings):
+    """Temperature of the motors, and the voltage of the battery.
+
+    The rise of temperature at nominal torque, its time constant and the fading are chosen; nominal
+    torques and the battery are facts of the robot.
+    """
+
+    enabled: bool = switch(False, "Motors get hot and lose torque; the battery runs down.")
+    ambient: float = number(
+        25.0, -20.0, 50.0, "deg C", "Temperature of the motors at the start and around them."
+    )
+    rise: float = number(
+        60.0, 1.0, 200.0, "K", "Final rise of a motor that gives its nominal torque at rest."
+    )
+    time_constant: float = number(
+        500.0, 1.0, 1e4, "s", "Time constant of the temperature, of motors of this size."
+    )
+    fade_from: float = number(
+        75.0, 20.0, 200.0, "deg C", "From here on a motor loses torque, linearly."
+    )
+    limit: float = number(90.0, 21.0, 250.0, "deg C", "Here a motor has no torque left.")
+    charge: float = number(1.0, 0.01, 1.0, "", "Charge of the battery at the start.")
+    electronics: float = number(
+        15.0, 0.0, 200.0, "W", "Power of computer and boards beside the motors."
+    )
+
+
+@attrs.frozen
 class Variation(Settings):
     """How individual robots differ from the nominal one."""
 
@@ -246,6 +289,8 @@ class Plant(Settings):
     terrain: Terrain = group(Terrain, Terrain())
     sole: SoleDesign = group(SoleDesign, SoleDesign())
     camera: CameraPlant = group(CameraPlant, CameraPlant())
+    force_sensors: ForceSensors = group(ForceSensors, ForceSensors())
+    heat: Heat = group(Heat, Heat())
 
 
 PlantValue = float | bool | str | tuple[float, float] | None

@@ -21,6 +21,8 @@ from sim_bridge.cameras.camera import (
 )
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.engines.backend import make_robot_model
+from sim_bridge.force_sensors import ForceSensorModel
+from sim_bridge.heat import HeatModel, MotorState
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.sensors import SensorModel
@@ -34,6 +36,8 @@ LOADED = 1.0
 SATURATED = 0.95
 """Share of the torque limit from which on a motor counts as saturated. Below 1, because the speed
 that sets the limit has changed a little by the end of the step."""
+FADE_STEP = 0.01
+"""Change of a motor's torque share by heat and voltage, from which on the engine is told."""
 _SECOND = 1_000_000_000
 
 
@@ -69,12 +73,14 @@ class Reading(NamedTuple):
         frame: the sensors that the gait uses.
         joint_effort: (n,) [N m] motor torques.
         sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, in the
-            sole frame.
+            sole frame, as its force sensors give them.
+        motors: temperatures, currents and battery; None in a plant without heat.
     """
 
     frame: SensorFrame
     joint_effort: FloatArray
     sole_wrench: tuple[FloatArray, FloatArray]
+    motors: MotorState | None = None
 
 
 class SolePose(NamedTuple):
@@ -138,6 +144,7 @@ class SimulatedRobot:
         start: where a reset puts the robot.
         cameras: its cameras, in the order of its description; empty in a world without.
         last_command: the last accepted joint targets since the start; None = none yet.
+        heat: temperatures of its motors and its battery; None in a plant without heat.
     """
 
     def __init__(
@@ -181,6 +188,8 @@ class SimulatedRobot:
         self._sensors = SensorModel(
             self.plant, self.individual, self.body, noise, control_period / _SECOND
         )
+        self._force_sensors = ForceSensorModel(spec.robot, self.plant, self.individual, noise)
+        self.heat = HeatModel(spec.robot, self.plant) if self.plant.heat.enabled else None
         self._delay_line: DelayLine[Reading] = DelayLine(round(delay * _SECOND))
         self.cameras: tuple[SimulatedCamera, ...] = ()
         if cameras is not None:
@@ -191,6 +200,7 @@ class SimulatedRobot:
         self._stiffness: float | FloatArray = 1.0
         self._no_push = np.zeros(3)
         self._torque_share = np.ones(len(spec.robot.joint_names))
+        self._faded = np.ones(len(spec.robot.joint_names))
         self._friction: float | None = None
         self._faults_changed = False
         self._time = 0
@@ -279,7 +289,16 @@ class SimulatedRobot:
         if not 0.0 <= share <= 1.0:
             raise NaoGaitError("torque share", share, "0 to 1")
         self._torque_share[self.description.index(joint)] = share
-        self._limits.weaken(self._torque_share)
+        self._apply_torque_share()
+
+    def _fade(self, share: FloatArray) -> None:
+        """Leave the motors what temperature and voltage leave; small changes wait."""
+        if np.abs(share - self._faded).max() > FADE_STEP:
+            self._faded = share
+            self._apply_torque_share()
+
+    def _apply_torque_share(self) -> None:
+        self._limits.weaken(self._torque_share * self._faded)
         self._faults_changed = True
 
     def set_friction(self, friction: float | None) -> None:
@@ -328,6 +347,10 @@ class SimulatedRobot:
         self._push_force = np.zeros(3)
         self._push_steps = 0
         self._sensors.reset()
+        self._force_sensors.restart()
+        if self.heat is not None:
+            self.heat.restart()
+            self._fade(self.heat.state.share)
         self._delay_line.clear()
         self._slip = np.full(2, math.nan)
         for camera in self.cameras:
@@ -339,7 +362,7 @@ class SimulatedRobot:
         if not self._faults_changed:
             return None
         self._faults_changed = False
-        return self._torque_share, self._friction
+        return self._torque_share * self._faded, self._friction
 
     def step_inputs(self) -> Iterator[StepInput]:
         """Input of each physics step of the next control period."""
@@ -353,6 +376,11 @@ class SimulatedRobot:
     def observe(self, time: int, state: TrueState) -> None:
         """Take the state at the end of a control period, at `time` [ns], and sample the sensors."""
         self._slip = _slip(self._state, state, self._period / _SECOND)
+        if self.heat is not None:
+            motors = self.heat.step(
+                state.joint_torque, state.joint_velocity, self._period / _SECOND
+            )
+            self._fade(motors.share)
         self._record(time, state)
 
     @property
@@ -368,7 +396,9 @@ class SimulatedRobot:
     def _record(self, time: int, state: TrueState) -> None:
         self._time, self._state = time, state
         frame = self._sensors.sample(time, state)
-        self._delay_line.put(time, Reading(frame, state.joint_torque, state.sole_wrench))
+        wrenches = self._force_sensors.read(state.sole_wrench)
+        motors = None if self.heat is None else self.heat.state
+        self._delay_line.put(time, Reading(frame, state.joint_torque, wrenches, motors))
 
 
 def _normal_force(state: TrueState, side: int) -> float:

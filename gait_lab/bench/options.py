@@ -166,6 +166,10 @@ class BenchOptions:
         "beside", "open loop beside the closed one, off, or only", "MODE",
         choices=("beside", "off", "only"),
     )  # fmt: skip
+    control_period: float = option(
+        0.01, "time between two ticks of the gait [s]; LoLA's is 0.012", "T", minimum=0.002,
+        maximum=0.05,
+    )  # fmt: skip
     phases: int = option(8, "pushes per gait cycle of two steps", "N", minimum=1, maximum=100)
     jobs: int | None = option(
         None, "processes (all cores)", "N", flags=("--jobs", "--workers"), parse=int, minimum=1

@@ -242,6 +242,7 @@ def walk_all(
             calibrated=options.calibrated,
             urdf_effort=variant.urdf_effort,
             walker=variant.walker,
+            control_period=options.control_period,
         )
         for variant in variants
         for task, loop in kinds

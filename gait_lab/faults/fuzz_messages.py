@@ -14,7 +14,14 @@ from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
-from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.runtime.inputs import (
+    ImuInput,
+    Input,
+    JointInput,
+    LoadInput,
+    TemperatureInput,
+    TwistInput,
+)
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
 from nao_lipm_gait.types import GaitStatus, JointTargets
 
@@ -246,6 +253,8 @@ class Fuzzer:
                 orientation_covariance=self._number(1.0),
                 angular_velocity_covariance=self._pick((-1.0, 0.0, math.nan)),
             )
+        if isinstance(message, TemperatureInput):
+            return replace(message, degrees=self._number(50.0))
         names, position, velocity = self._invalid_lists(
             list(message.names), list(message.position), list(message.velocity)
         )

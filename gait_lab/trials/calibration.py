@@ -9,7 +9,6 @@ from typing import NamedTuple
 from gait_lab.trials.calibration_procedure import CalibrationError, Phase, Procedure
 from gait_lab.trials.tasks import STAND_TIME
 from gait_lab.trials.trial import (
-    CONTROL_PERIOD,
     Action,
     Policy,
     Push,
@@ -138,7 +137,7 @@ def levelling(
         return command if time >= STAND_TIME else STANDSTILL
 
     gait = make_gait(spec)
-    ticks = round((STAND_TIME + seconds) / CONTROL_PERIOD)
+    ticks = round((STAND_TIME + seconds) / spec.control_period)
     with make_world(spec) as world:
         truth = true_tilt(world.robot)
         for tick in islice(

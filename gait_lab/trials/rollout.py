@@ -84,9 +84,9 @@ def make_pair(spec: RolloutSpec) -> tuple[World, Gait]:
     return make_world(spec, ball=ball_for(spec.task.motions)), make_gait(spec)
 
 
-def task_ticks(task: Task) -> int:
-    """Ticks of a task that nothing ends early, the one at rest included."""
-    return math.ceil(task.end / CONTROL_PERIOD - 1e-6) + 1
+def task_ticks(task: Task, period: float = CONTROL_PERIOD) -> int:
+    """Ticks of a task that nothing ends early, the one at rest included; `period` [s] of a tick."""
+    return math.ceil(task.end / period - 1e-6) + 1
 
 
 def rollout(spec: RolloutSpec) -> RolloutResult:
@@ -102,11 +102,13 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
     with world:
         watch = MotionWatch(world, gait, task.motions)
         if spec.walker is not None:
-            walker = spec.walker(loaded_robot(spec.urdf), task, CONTROL_PERIOD)
+            walker = spec.walker(loaded_robot(spec.urdf), task, spec.control_period)
         pushes = () if spec.push is None else (spec.push,)
         # A motion is requested between two ticks.
         policy = TimedCommands(task.command_at, pushes, ahead=not task.motions)
-        for tick in islice(run(world, walker, policy), task_ticks(task)):
+        for tick in islice(
+            run(world, walker, policy), task_ticks(task, spec.control_period)
+        ):
             recorder.add(tick.truth, tick.command, tick.status)
             if task.motions:
                 watch.tick()

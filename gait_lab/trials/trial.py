@@ -56,7 +56,7 @@ from sim_bridge.robot import GroundTruth, SimulatedRobot
 from sim_bridge.world import World
 
 CONTROL_PERIOD = 0.01
-"""[s] between two ticks of the gait."""
+"""[s] between two ticks of the gait, unless a trial says otherwise."""
 PUSH_DURATION = 0.1
 """[s] for which the force of a push acts."""
 
@@ -75,6 +75,7 @@ class TrialSpec:
         urdf: Name or file of the robot.
         engine: `pybullet` or `mujoco`.
         urdf_effort: Use the effort limits of the URDF as stall torques, not the motors' own.
+        control_period: [s] between two ticks of the gait.
     """
 
     robot_seed: int = 0
@@ -86,6 +87,7 @@ class TrialSpec:
     urdf: str = "nao_h21_v33"
     engine: str = "pybullet"
     urdf_effort: bool = False
+    control_period: float = CONTROL_PERIOD
 
 
 @lru_cache(maxsize=4)
@@ -119,7 +121,7 @@ def make_world(
         robot_seed=spec.robot_seed,
         noise_seed=spec.noise_seed,
         engine=spec.engine,
-        control_period=CONTROL_PERIOD,
+        control_period=spec.control_period,
         start_state=start_state,
         ball=ball,
     )
@@ -128,7 +130,8 @@ def make_world(
 def make_gait(spec: TrialSpec) -> Gait:
     """The gait of a trial; NaoGaitError if its compiled form is out of date."""
     check_fresh()
-    return Gait(loaded_robot(spec.urdf), spec.parameters, calibration=spec.calibration)
+    robot = loaded_robot(spec.urdf)
+    return Gait(robot, spec.parameters, spec.control_period, calibration=spec.calibration)
 
 
 def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
@@ -251,13 +254,16 @@ class TimedCommands(Policy):
     ) -> None:
         self.timed = ahead
         self._command_at = command_at
-        self._pushes = {_nanoseconds(push.time): push for push in pushes}
+        self._given = pushes
+        self._pushes: dict[int, Push] = {}
         self._began: int | None = None
 
     def disturb(self, world: World, tick: Tick) -> None:
         """Begin the push that is due."""
         if self._began is None:
             self._began = tick.truth.stamp
+            period = world.control_period
+            self._pushes = {round(each.time * 1e9 / period) * period: each for each in self._given}
         push = self._pushes.get(tick.truth.stamp - self._began)
         if push is not None:
             heading = float(yaw_of(tick.truth.torso_quaternion))
@@ -266,11 +272,6 @@ class TimedCommands(Policy):
     def command(self, time: float, tick: Tick | None) -> Action:
         """The command of this time."""
         return self._command_at(time)
-
-
-def _nanoseconds(seconds: float) -> int:
-    """[ns] of the nearest control period."""
-    return round(seconds / CONTROL_PERIOD) * round(CONTROL_PERIOD * 1e9)
 
 
 class Controller(Protocol):

@@ -117,12 +117,14 @@ def battery_state(stamp: int, sensors: LolaSensors) -> BatteryState:
     return message
 
 
-def hottest_motor(stamp: int, sensors: LolaSensors) -> Temperature:
-    """`temperature`: of the hottest motor, whose joint is the frame_id."""
-    index = max(range(len(JOINTS)), key=sensors.temperature.__getitem__)
-    message = Temperature(temperature=float(sensors.temperature[index]))
-    message.header.stamp, message.header.frame_id = to_time(stamp), JOINTS[index]
-    return message
+def temperatures(stamp: int, sensors: LolaSensors) -> list[Temperature]:
+    """`temperature`: one for each motor, whose joint is the frame_id."""
+    messages = []
+    for joint, degrees in zip(JOINTS, sensors.temperature, strict=True):
+        message = Temperature(temperature=float(degrees))
+        message.header.stamp, message.header.frame_id = to_time(stamp), joint
+        messages.append(message)
+    return messages
 
 
 def diagnostics(

@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
 from std_msgs.msg import String
 
@@ -28,7 +28,7 @@ from lola_bridge.link import (
     pack_command,
     unpack_from_driver,
 )
-from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics, hottest_motor
+from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics, temperatures
 from lola_bridge.safety import Mode, SafetySettings
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription, load_robot
@@ -69,6 +69,8 @@ NODE_PARAMETERS = (
     SOCKET, URDF, CONTROL_PERIOD, STIFFNESS_RAMP, SILENCE_TIME, SIT_TIME, LOCKSTEP, DRY_RUN,
     WAIT_FOR_BUTTON,
 )  # fmt: skip
+MOTORS = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
+"""For one message of each motor at once."""
 REPORT_PERIOD = 1.0
 """[s] between two messages about battery, temperatures and the bridge."""
 LONGEST_START, LONGEST_END = 10.0, 30.0
@@ -137,7 +139,7 @@ class LolaBridgeNode(Node):
         ]
         self._touch = publisher(self, Joy, "touch")
         self._battery = publisher(self, BatteryState, "battery")
-        self._temperature = publisher(self, Temperature, "temperature")
+        self._temperature = publisher(self, Temperature, "temperature", MOTORS)
         self._diagnostics = publisher(self, DiagnosticArray, "/diagnostics")
         description = publisher(self, String, "robot_description", LATCHED)
         description.publish(String(data=robot.urdf))
@@ -266,7 +268,8 @@ class LolaBridgeNode(Node):
             return
         frame, sensors = self._last
         self._battery.publish(battery_state(frame.stamp, sensors))
-        self._temperature.publish(hottest_motor(frame.stamp, sensors))
+        for message in temperatures(frame.stamp, sensors):
+            self._temperature.publish(message)
         name = self.get_fully_qualified_name().lstrip("/")
         mode = frame.status.mode
         refused = "" if mode is Mode.ACTIVE else f"{mode.value}; {self._reason}".rstrip("; ")

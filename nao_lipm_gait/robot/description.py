@@ -23,6 +23,21 @@ class Motor(Settings):
     reflected_inertia: float = number(
         minimum=1e-12, unit="kg m^2", meaning="Inertia of the rotor, reflected through the gear."
     )
+    nominal_torque: float | None = number(
+        None, 1e-9, unit="N m", meaning="Torque that it can give for ever, without gear losses."
+    )
+
+
+@attrs.frozen
+class Battery(Settings):
+    """A battery."""
+
+    energy: float = number(minimum=1.0, unit="J", meaning="Energy when it is full.")
+    empty_voltage: float = number(minimum=0.1, unit="V", meaning="Voltage when it is empty.")
+    nominal_voltage: float = number(
+        minimum=0.1, unit="V", meaning="Voltage for which the motors' torques are given."
+    )
+    full_voltage: float = number(minimum=0.1, unit="V", meaning="Voltage when it is full.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +122,7 @@ class RobotDescription:
         motions: Folder of its shipped motions in config/motions.
         force_sensors: [m] Left and right sole, each in its frame: front left, front right, rear
             left, rear right sensor. None = not known.
+        battery: None = not known.
         cameras: Camera by name; those whose optical frame the URDF has.
         limits: Limits by joint.
         lower: (n,) [rad]
@@ -140,6 +156,7 @@ class RobotDescription:
     motors: Mapping[str, Motor]
     motions: str
     force_sensors: tuple[tuple[Point2, ...], tuple[Point2, ...]] | None
+    battery: Battery | None
     cameras: Mapping[str, Camera]
     limits: Mapping[str, JointLimit]
     lower: FloatArray = field(init=False)

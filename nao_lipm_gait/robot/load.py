@@ -76,6 +76,7 @@ def load_robot(
         motors=file.motor_of(),
         motions=file.motions or file.name,
         force_sensors=_both_soles(file.force_sensors),
+        battery=file.battery,
         cameras=_cameras(model, file),
         limits=limits,
     )

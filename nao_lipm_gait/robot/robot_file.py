@@ -10,7 +10,7 @@ import attrs
 from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import find, names
-from nao_lipm_gait.robot.description import LegJoints, Motor
+from nao_lipm_gait.robot.description import Battery, LegJoints, Motor
 from nao_lipm_gait.schema import (
     Number,
     Sequence,
@@ -48,7 +48,7 @@ class Frames(Settings):
     right_sole: tuple[str, ...] = _names(1)
 
 
-@attrs.frozen
+@attrs.frozen(kw_only=True)
 class MotorEntry(Motor):
     """A kind of motor and the joints that have it."""
 
@@ -94,6 +94,7 @@ class RobotFile(Settings):
     force_sensors: tuple[Point2, ...] | None = schema.field(
         schema.Optional(Sequence(Sequence(Number(), 2, 2), 4, 4)), None
     )
+    battery: Battery | None = schema.field(schema.Optional(schema.Group(Battery)), None)
     cameras: dict[str, CameraEntry] = schema.field(
         Table(schema.Group(CameraEntry), key=schema.NAME), attrs.Factory(dict)
     )
@@ -101,7 +102,10 @@ class RobotFile(Settings):
     def motor_of(self) -> Mapping[str, Motor]:
         """The motor of each joint."""
         return {
-            joint: Motor(entry.stall_torque, entry.no_load_speed, entry.reflected_inertia)
+            joint: Motor(
+                entry.stall_torque, entry.no_load_speed, entry.reflected_inertia,
+                entry.nominal_torque,
+            )
             for entry in self.motors
             for joint in entry.joints
         }

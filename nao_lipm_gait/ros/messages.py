@@ -22,13 +22,19 @@ from geometry_msgs.msg import (
     WrenchStamped,
 )
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, Temperature
 from std_msgs.msg import ColorRGBA, Float64MultiArray, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
 from nao_lipm_gait.geometry import compose, quaternion_from_rpy
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from nao_lipm_gait.runtime.inputs import (
+    ImuInput,
+    JointInput,
+    LoadInput,
+    TemperatureInput,
+    TwistInput,
+)
 from nao_lipm_gait.runtime.reports import Report
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2, Pose6
 
@@ -94,6 +100,14 @@ def load_input(side: int, message: WrenchStamped) -> LoadInput:
     """Contents of a sole's wrench; side: 0 left, 1 right."""
     stamp = message.header.stamp
     return LoadInput(stamp.sec, stamp.nanosec, side, message.wrench.force.z)
+
+
+def temperature_input(message: Temperature) -> TemperatureInput:
+    """Contents of `temperature`; the frame_id names the joint."""
+    stamp = message.header.stamp
+    return TemperatureInput(
+        stamp.sec, stamp.nanosec, message.header.frame_id, message.temperature
+    )
 
 
 def _xyz(vector: Vector3) -> Point3:

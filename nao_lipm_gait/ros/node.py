@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import Imu, JointState, Temperature
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
@@ -35,6 +35,7 @@ from nao_lipm_gait.ros.messages import (
     joint_input,
     load_input,
     support_text,
+    temperature_input,
     twist_input,
 )
 from nao_lipm_gait.ros.parameters import (
@@ -84,8 +85,12 @@ BIAS_WAIT = node_parameter(
     "bias_wait", LONGEST_BIAS_WAIT,
     "longest stand until the gyro's bias is known, before the first walk", "s", 0.0, 60.0,
 )  # fmt: skip
+HOT_SPEED = node_parameter(
+    "hot_speed", 1.0, "factor on the commanded velocity while a motor is hot", "", 0.0, 1.0
+)
 NODE_PARAMETERS = (
     URDF, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
+    HOT_SPEED,
 )  # fmt: skip
 
 WATCHDOG_PERIOD = 0.25
@@ -111,10 +116,11 @@ class GaitNode(Node):
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
         bias_wait = of_type(declare(self, BIAS_WAIT), float)
+        hot_speed = of_type(declare(self, HOT_SPEED), float)
         interface = text(declare(self, INTERFACE))
         parameters = self._declare_gait_parameters(preset)
         warm_up(self._robot, parameters, Settings(period, timeout))
-        settings = Settings(period, timeout, bias_wait=bias_wait)
+        settings = Settings(period, timeout, bias_wait=bias_wait, hot_speed=hot_speed)
         self._controller = GaitController(
             self._robot, parameters, settings, time.monotonic, motions, calibration
         )
@@ -179,6 +185,7 @@ class GaitNode(Node):
         self._joint_states = self.create_subscription(
             JointState, "joint_states", joints, qos_profile_sensor_data
         )
+        self._subscribe(Temperature, "temperature", temperature_input, 50)  # one for each motor
         controller, robot = self._controller, self._robot
 
         def on(kind: type, topic: str, act: Callable[[Any], object]) -> None:

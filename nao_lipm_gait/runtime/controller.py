@@ -32,7 +32,16 @@ from nao_lipm_gait.runtime.commands import (
 )
 from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics, Level, LogLine
 from nao_lipm_gait.runtime.frame_sync import FrameSync
-from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, finite, stamp_of
+from nao_lipm_gait.runtime.heat_watch import HeatWatch
+from nao_lipm_gait.runtime.inputs import (
+    ImuInput,
+    Input,
+    JointInput,
+    LoadInput,
+    TemperatureInput,
+    finite,
+    stamp_of,
+)
 from nao_lipm_gait.runtime.motion_requests import MotionRequests
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
 from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
@@ -64,6 +73,10 @@ HELD_MAX = 5
 """Ticks in a row without usable targets, after which the gait restarts."""
 LOAD_ABSURD = 1e5
 """[N]"""
+TEMPERATURE_ABSURD = 500.0
+"""[deg C]"""
+SIT_DOWN = "sit"
+"""Motion that saves hot legs."""
 OFF_RATE, RATE_AGAIN = 0.1, 0.05
 """Share by which the mean step of the stamps may differ from the control period, and below which it
 is right again."""
@@ -85,12 +98,14 @@ class Settings:
         imu_patience: Time [s] without an IMU after which the robot stops walking.
         bias_wait: Longest time [s] to stand before the first walk until the gyro's bias is known; a
             walk with an unknown bias turns.
+        hot_speed: Factor on the commanded velocity while a motor is hot; 1 = unchanged.
     """
 
     control_period: float = 0.01
     cmd_vel_timeout: float = 0.5
     imu_patience: float = 0.1
     bias_wait: float = 0.0
+    hot_speed: float = 1.0
 
 
 class Answer(NamedTuple):
@@ -161,6 +176,7 @@ class GaitController:
         self._ticks = TickTimes(settings.control_period)
         self._publishers = PublisherWatch(self._diagnostics, clock)
         self._calibration = CalibrationMonitor(self._gait, self._diagnostics)
+        self._heat = HeatWatch(robot, self._diagnostics, settings.hot_speed)
         self._motions = MotionRequests()
         self._answers: list[Answer] = []
         self._motion_results: list[str] = []
@@ -247,6 +263,10 @@ class GaitController:
             stamp = stamp_of(message.sec, message.nanosec, "wrench header.stamp")
             force = finite(message.force, "wrench force.z", LOAD_ABSURD, "N")
             self._outage.loads.add(message.side, stamp, force)
+        elif isinstance(message, TemperatureInput):
+            degrees = finite(message.degrees, "temperature", TEMPERATURE_ABSURD, "deg C")
+            if self._heat.receive(message.joint, degrees, (self._stamps.last or 0) * 1e-9):
+                self._sit_down(f"{message.joint} at {degrees:.0f} deg C")
         else:
             command = read_velocity(message)
             # Its arrival counts, not its stamp: senders may use another clock than the sensors.
@@ -409,7 +429,7 @@ class GaitController:
     # -- the tick ----------------------------------------------------------------------------------
 
     def _tick(self, frame: SensorFrame) -> None:
-        command = self._velocity.at(frame.stamp)
+        command = self._heat.limited(self._velocity.at(frame.stamp))
         if self._sensors_are_missing(frame.stamp):
             command = STANDSTILL
         if not self._bias_wait.over and self._must_wait(frame.stamp, command):
@@ -562,6 +582,18 @@ class GaitController:
         replaced = self._motions.request(name)
         if replaced is not None:
             self._report_motion(replaced)
+
+    def _sit_down(self, reason: str) -> None:
+        """Stop and sit down; a robot that has no such motion, or lies, stays as it is."""
+        if self._gait.state in DOWN:
+            return
+        try:
+            self.request_motion(SIT_DOWN)
+        except NaoGaitError as error:
+            text = f"{reason}, but the robot cannot sit down: {error}"
+        else:
+            text = f"{reason}: sitting down; ~/stand stands up again"
+        self._diagnostics.event(WALK, Level.ERROR, "hot legs", text)
 
     def get_up(self) -> str:
         """Get up from the floor; describes what is going to happen.

@@ -97,7 +97,24 @@ class LoadInput:
     force: float
 
 
-Input = TwistInput | ImuInput | JointInput | LoadInput
+@dataclass(frozen=True, slots=True)
+class TemperatureInput:
+    """`temperature` of one motor.
+
+    Attributes:
+        sec: Seconds of the stamp.
+        nanosec: Nanoseconds of the stamp.
+        joint: The motor's joint.
+        degrees: [deg C]
+    """
+
+    sec: int
+    nanosec: int
+    joint: str
+    degrees: float
+
+
+Input = TwistInput | ImuInput | JointInput | LoadInput | TemperatureInput
 
 
 def stamp_of(sec: int, nanosec: int, field: str) -> int:

@@ -8,6 +8,7 @@ from lola_bridge.codec import JOINTS, TOUCH, LolaCommand, LolaSensors, RobotConf
 from lola_bridge.joints import JointMap
 from nao_lipm_gait.types import GRAVITY, JointTargets
 from sim_bridge.force_sensors import sole_loads
+from sim_bridge.heat import status
 from sim_bridge.robot import Reading, SimulatedRobot
 
 HOLD_CYCLES = 10
@@ -20,8 +21,8 @@ CONFIG = RobotConfig("P0000000S00S00S00000", "6.0.0", "P0000000S00S00S00000", "6
 """A made-up robot; the lengths are those of real ones."""
 TILT_TIME = 0.5
 """[s] Time constant with which the robot's own tilt follows the accelerometer."""
-CURRENT = 0.35
-"""[A / (N m)] of a joint; chosen."""
+COLD = 25.0
+"""[deg C] of motors and battery in a plant without heat."""
 
 
 class LolaBody:
@@ -79,15 +80,20 @@ class LolaBody:
         reading = self._robot.read()
         if reading is None:
             return None
-        frame = reading.frame
+        frame, motors = reading.frame, reading.motors
         x, y, z = frame.linear_acceleration.tolist()
+        temperature = [COLD] * len(JOINTS)
+        if motors is not None:
+            temperature = self._map.from_gait(motors.temperature, rest=COLD)
         return LolaSensors(
             stiffness=self._stiffness,
             position=self._map.from_gait(frame.joint_position),
-            temperature=[38.0] * len(JOINTS),
-            battery=(0.9, -1.0, 0.0, 35.0),
-            current=[CURRENT * abs(each) for each in self._map.from_gait(reading.joint_effort)],
-            status=[0] * len(JOINTS),
+            temperature=temperature,
+            battery=(0.9, -1.0, 0.0, COLD)
+            if motors is None
+            else (motors.charge, -motors.power / motors.voltage, 0.0, COLD),
+            current=[0.0] * len(JOINTS) if motors is None else self._map.from_gait(motors.current),
+            status=[status(each, self._robot.plant) for each in temperature],
             accelerometer=(-x, -y, -z),
             gyroscope=frame.angular_velocity.tolist(),
             angles=self._tilt(reading),

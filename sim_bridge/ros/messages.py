@@ -3,16 +3,18 @@
 Each writer reuses its message objects: publish one before the next call.
 """
 
+import math
 from collections.abc import Sequence
 
 from geometry_msgs.msg import PointStamped, Vector3, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.ros.messages import to_doubles, to_time
 from nao_lipm_gait.types import FloatArray
+from sim_bridge.heat import MotorState
 from sim_bridge.plant import Sensors
 from sim_bridge.robot import GroundTruth, Reading
 
@@ -63,6 +65,28 @@ class ReadingWriter:
         _fill(message.wrench.force, reading.sole_wrench[side][:3])
         _fill(message.wrench.torque, reading.sole_wrench[side][3:])
         return message
+
+
+def battery_state(stamp: int, motors: MotorState) -> BatteryState:
+    """`battery`."""
+    unknown = math.nan
+    message = BatteryState(
+        voltage=motors.voltage, current=-motors.power / motors.voltage, temperature=unknown,
+        charge=unknown, capacity=unknown, design_capacity=unknown, percentage=motors.charge,
+        power_supply_status=BatteryState.POWER_SUPPLY_STATUS_DISCHARGING, present=True,
+    )  # fmt: skip
+    message.header.stamp = to_time(stamp)
+    return message
+
+
+def temperatures(stamp: int, joints: Sequence[str], motors: MotorState) -> list[Temperature]:
+    """`temperature`: one for each motor, whose joint is the frame_id."""
+    messages = []
+    for joint, degrees in zip(joints, motors.temperature.tolist(), strict=True):
+        message = Temperature(temperature=degrees)
+        message.header.stamp, message.header.frame_id = to_time(stamp), joint
+        messages.append(message)
+    return messages
 
 
 class WorldWriter:

@@ -3,8 +3,8 @@
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import Imu, JointState
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
@@ -13,8 +13,12 @@ from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.inputs import stamp_of
 from sim_bridge.robot import Reading, SimulatedRobot
 from sim_bridge.ros.camera_topics import CameraTopics
-from sim_bridge.ros.messages import ReadingWriter, TruthWriter
+from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state, temperatures
 
+MOTORS = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
+"""For one message of each motor at once."""
+HEAT_PERIOD = 1_000_000_000
+"""[ns] between two messages about battery and temperatures."""
 RESET_SILENCE = 0.6
 """[s] of simulated time without sensors after a reset. The clock continues, so a controller notices
 the reset by this gap: more than 0.5 s is a new start for it."""
@@ -62,6 +66,13 @@ class RobotInterface:
         )
         self._odometry = publisher(node, Odometry, f"{below}ground_truth/odom")
         self._com = publisher(node, PointStamped, f"{below}ground_truth/com")
+        self._heat = None
+        if robot.heat is not None:
+            self._heat = (
+                publisher(node, BatteryState, f"{below}battery"),
+                publisher(node, Temperature, f"{below}temperature", MOTORS),
+            )
+        self._heat_due = 0
         self._cameras = [CameraTopics(node, camera, below) for camera in robot.cameras]
         description = publisher(node, String, f"{below}robot_description", LATCHED)
         description.publish(String(data=robot.description.urdf))
@@ -118,6 +129,13 @@ class RobotInterface:
         )
 
     def _send(self, reading: Reading) -> None:
+        stamp, motors = reading.frame.stamp, reading.motors
+        if self._heat is not None and motors is not None and stamp >= self._heat_due:
+            self._heat_due = stamp + HEAT_PERIOD
+            battery, temperature = self._heat
+            battery.publish(battery_state(stamp, motors))
+            for message in temperatures(stamp, self.robot.description.joint_names, motors):
+                temperature.publish(message)
         # The IMU goes first: the joint state of the same stamp starts a tick of the gait.
         self._imu.publish(self._readings.imu(reading))
         self._joint_states.publish(self._readings.joints(reading))

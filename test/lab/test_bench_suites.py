@@ -18,6 +18,7 @@ from gait_lab.bench.suites.compute import Options as ComputeOptions
 from gait_lab.bench.suites.compute import compute
 from gait_lab.bench.suites.delay import DELAYS, MOTOR_LAG, delays_of
 from gait_lab.bench.suites.endurance import Journey, JourneySpec, Stretch, Total
+from gait_lab.bench.suites.heat import LONGEST, minutes_until
 from gait_lab.bench.suites.robust import PLANTS
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import TASKS, RandomCommands
@@ -35,6 +36,7 @@ TINY: dict[str, dict[str, Any]] = {
     "robust": {"tasks": ("forward=10",), "window": 0.5, "open_loop": "off",
                "only": ("stiff_floor", "joint_zeros")},
     "odometry": {"courses": ("curve",), "bias_wait": 1.0},
+    "heat": {"speeds": ("10",), "window": 1.0},
     "soles": {"tasks": ("spot", "forward=10"), "window": 2.0},
     "behavior": {"limit": 3.0},
     "paper": {"tasks": ("forward=10",), "window": 0.5, "drawn": "off", "open_loop": "off",
@@ -54,6 +56,7 @@ HEADLINES = {
     "delay": ("delay_0_matched_forward_10_upright", "delay_80_own_forward_10_worst"),
     "robust": ("stiff_floor_forward_10_upright_share", "joint_zeros_forward_10_median"),
     "odometry": ("curve_heading_error_worst", "curve_place_error_median", "curve_stood_worst"),
+    "heat": ("forward_10_minutes_until_sit_worst", "forward_10_cost_of_transport_median"),
     "soles": ("sole_pitch_rms_before", "sole_pitch_rms_after", "sole_roll_rms_before",
               "sole_roll_rms_after", "forward_10_sole_roll_worst_after"),
     "behavior": ("goal_within_120s", "falls_per_minute", "outs", "kicks"),
@@ -306,3 +309,9 @@ def test_detection_counts_leads_and_false_alarms() -> None:
     assert (detection.rollouts, detection.falls, detection.foreseen) == (5, 3, 2)
     assert detection.lead_median == pytest.approx(0.1)
     assert detection.false_alarms == 1
+
+
+def test_minutes_until_a_temperature_follow_one_time_constant() -> None:
+    rise = minutes_until(60.0, 95.0, 25.0, 600.0)
+    assert rise == pytest.approx(10.0 * math.log(2.0))
+    assert minutes_until(78.0, 77.0, 25.0, 600.0) == LONGEST

@@ -12,7 +12,7 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.controller import HELD_MAX, GaitController, Output, Settings
 from nao_lipm_gait.runtime.diagnostics import Level
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TwistInput
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TemperatureInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
 from nao_lipm_gait.runtime.reports import Report
 from nao_lipm_gait.types import GaitState, JointTargets, SensorFrame
@@ -561,3 +561,33 @@ def test_the_wait_for_the_bias_is_bounded() -> None:
         robot.tick()
     assert robot.controller.state is GaitState.WALK
     assert "not known after 2 s" in robot.log[-1]
+
+
+def heat(robot: Robot, joint: str, degrees: float) -> None:
+    message = TemperatureInput(1, 0, joint, degrees)
+    robot.take(robot.controller.receive("temperature", lambda: message))
+
+
+def test_a_hot_knee_ends_a_walk_and_the_robot_sits_until_it_is_told_to_stand() -> None:
+    robot = Robot()
+    robot.tick(200)
+    standing = robot.pose
+    robot.drive(0.2)
+    robot.tick(30)
+    assert robot.controller.state is GaitState.WALK
+    heat(robot, "LKneePitch", 72.0)
+    assert any("LKneePitch is hot: 72 deg C" in line for line in robot.log)
+    heat(robot, "LKneePitch", 79.0)
+    robot.tick(600)
+    assert any("LKneePitch at 79 deg C: sitting down" in line for line in robot.log)
+    assert robot.pose[ROBOT.index("LKneePitch")] > 1.8
+    heat(robot, "LKneePitch", 60.0)
+    robot.controller.stand()
+    robot.tick(400)
+    assert robot.pose == pytest.approx(standing, abs=0.02)
+
+
+def test_a_temperature_that_is_no_number_is_refused() -> None:
+    robot = Robot()
+    heat(robot, "LKneePitch", float("nan"))
+    assert robot.controller.rejected["temperature"] == 1

@@ -86,6 +86,6 @@ SUITE = Suite(
     summary="CoM as expected against the true and the measured one, with the speed of the same run",
     measure=error,
     options=Options,
-    takes=("robots", "tasks", "window", "open_loop"),
+    takes=("robots", "tasks", "window", "open_loop", "control_period"),
     quick=({"robots": 3, "window": 5.0},),
 )

@@ -156,6 +156,6 @@ SUITE = Suite(
     summary="forward, back, side and turn at full and at half speed",
     measure=speed,
     options=Options,
-    takes=("robots", "tasks", "window", "open_loop"),
+    takes=("robots", "tasks", "window", "open_loop", "control_period"),
     quick=({"robots": 3, "window": 5.0},),
 )

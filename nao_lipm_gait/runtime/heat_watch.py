@@ -1,0 +1,71 @@
+"""What the gait does about hot motors: it warns, walks slower if it is told to, and sits down."""
+
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.runtime.diagnostics import WALK, Diagnostics, Level
+from nao_lipm_gait.types import VelocityCommand
+
+HOT, COOL = 70.0, 65.0
+"""[deg C] of a motor: from the first on it is hot, until it is below the second. A NAO takes torque
+from its motors from about 75 deg C on."""
+SIT = 78.0
+"""[deg C] of a leg motor at which the robot sits down, before the motor can no longer carry it."""
+AGE = 10.0
+"""[s] after which a temperature is forgotten."""
+
+
+class HeatWatch:
+    """Temperatures of the motors by joint.
+
+    Args:
+        robot: Its leg motors matter most.
+        diagnostics: Where hot motors are reported.
+        slower: Factor on the commanded velocity while a motor is hot; 1 = unchanged.
+
+    Attributes:
+        hot: A motor is hot.
+    """
+
+    def __init__(self, robot: RobotDescription, diagnostics: Diagnostics, slower: float) -> None:
+        self._legs = {*robot.left_leg.names, *robot.right_leg.names}
+        self._joints = set(robot.joint_names)
+        self._diagnostics = diagnostics
+        self._slower = slower
+        self._found: dict[str, tuple[float, float]] = {}
+        self._sat = False
+        self.hot = False
+
+    def receive(self, joint: str, degrees: float, now: float) -> bool:
+        """Keep a temperature.
+
+        Args:
+            joint: Its joint; others than the robot's are ignored.
+            degrees: [deg C]
+            now: [s] of the sensors' time.
+
+        Returns:
+            Whether the robot has to sit down now; true once, until the leg has cooled down.
+        """
+        if joint not in self._joints:
+            return False
+        self._found[joint] = degrees, now
+        self._found = {each: kept for each, kept in self._found.items() if now - kept[1] < AGE}
+        hottest = max(self._found, key=lambda each: self._found[each][0])
+        most = self._found[hottest][0]
+        leg = max((t for each, (t, _) in self._found.items() if each in self._legs), default=0.0)
+        self.hot = most >= (COOL if self.hot else HOT)
+        if self.hot:
+            text = f"{hottest} is hot: {most:.0f} deg C"
+            if self._slower < 1.0:
+                text += f"; walking at {100.0 * self._slower:.0f} % of the commanded velocity"
+            self._diagnostics.begin(WALK, Level.WARN, "heat", text)
+        else:
+            self._diagnostics.end("heat", "the motors have cooled down")
+        before, self._sat = self._sat, leg >= (COOL if self._sat else SIT)
+        return self._sat and not before
+
+    def limited(self, command: VelocityCommand) -> VelocityCommand:
+        """The command, slower while a motor is hot."""
+        if not self.hot or self._slower >= 1.0:
+            return command
+        x, y, yaw = command
+        return VelocityCommand(self._slower * x, self._slower * y, self._slower * yaw)

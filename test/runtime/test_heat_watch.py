@@ -1,0 +1,53 @@
+"""What the gait does about hot motors."""
+
+import pytest
+
+from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.runtime.diagnostics import Diagnostics
+from nao_lipm_gait.runtime.heat_watch import HeatWatch
+from nao_lipm_gait.types import VelocityCommand
+
+FORWARD = VelocityCommand(0.3, 0.1, 0.5)
+
+
+@pytest.fixture
+def robot() -> RobotDescription:
+    return load_robot("nao_v6")
+
+
+def test_a_hot_motor_is_reported_and_cools_down_with_hysteresis(robot: RobotDescription) -> None:
+    diagnostics = Diagnostics(lambda: 0.0)
+    watch = HeatWatch(robot, diagnostics, 1.0)
+    for degrees, hot in ((69.0, False), (70.0, True), (66.0, True), (64.0, False), (69.0, False)):
+        assert not watch.receive("LElbowRoll", degrees, 0.0)
+        assert watch.hot is hot
+    lines = [line.text for line in diagnostics.take_log()]
+    assert lines == ["LElbowRoll is hot: 70 deg C", "the motors have cooled down"]
+
+
+def test_the_walk_is_slower_only_if_asked(robot: RobotDescription) -> None:
+    for slower in (1.0, 0.5):
+        watch = HeatWatch(robot, Diagnostics(lambda: 0.0), slower)
+        assert watch.limited(FORWARD) is FORWARD
+        watch.receive("LKneePitch", 75.0, 0.0)
+        assert watch.limited(FORWARD) == tuple(slower * each for each in FORWARD)
+
+
+def test_a_leg_makes_it_sit_once_until_it_has_cooled_down(robot: RobotDescription) -> None:
+    watch = HeatWatch(robot, Diagnostics(lambda: 0.0), 1.0)
+    course = (77.0, 78.0, 79.0, 70.0, 64.0, 78.0)
+    found = [watch.receive("RKneePitch", degrees, 0.0) for degrees in course]
+    assert found == [False, True, False, False, False, True]
+
+
+def test_an_arm_does_not_make_it_sit(robot: RobotDescription) -> None:
+    watch = HeatWatch(robot, Diagnostics(lambda: 0.0), 1.0)
+    assert not watch.receive("LElbowRoll", 95.0, 0.0)
+    assert not watch.receive("LWristYaw", 95.0, 0.0), "a motor that the gait does not have"
+
+
+def test_old_temperatures_are_forgotten(robot: RobotDescription) -> None:
+    watch = HeatWatch(robot, Diagnostics(lambda: 0.0), 1.0)
+    watch.receive("LElbowRoll", 75.0, 0.0)
+    watch.receive("LKneePitch", 40.0, 20.0)
+    assert not watch.hot
