@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gait_lab.faults.fuzz_files import fuzz_files
+from gait_lab.faults.fuzz_lola import LolaFuzzer
 from gait_lab.faults.fuzz_messages import FLOATS, NAMES, Fuzzer
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.gait import Gait
@@ -143,3 +144,9 @@ def test_corrupt_files_are_read_or_refused_with_a_reason() -> None:
 @pytest.mark.parametrize("value", [10**400, math.nan, math.inf, True, "1", None, [1.0]])
 def test_values_that_are_not_finite_floats_are_not_numbers(value: Any) -> None:
     assert not is_number(value)
+
+
+def test_lola_messages_change_no_limit() -> None:
+    found = LolaFuzzer(0).run(1500)
+    assert found.violations == ()
+    assert 300 < found.refused < 1500

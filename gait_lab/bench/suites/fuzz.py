@@ -7,6 +7,7 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.faults.fuzz_files import fuzz_files
+from gait_lab.faults.fuzz_lola import LolaFuzzer, LolaFuzzResult
 from gait_lab.faults.fuzz_messages import Fuzzer, FuzzResult
 from gait_lab.trials.parallel import parallel_map
 
@@ -48,6 +49,11 @@ def fuzz(options: Options) -> SuiteResult:
         f"VIOLATED seed {stretch.seed}: {text}"
         for stretch, one in zip(stretches, found, strict=True) for text in one.violations
     ]  # fmt: skip
+    lola = parallel_map(
+        _run_lola, stretches, jobs=options.jobs, show=options.show, label="LoLA",
+        note=lambda one: f"{len(one.violations)} violations",
+    )  # fmt: skip
+    broken += [f"VIOLATED LoLA: {text}" for one in lola for text in one.violations]
     files = fuzz_files(options.seed, max(1, options.ticks // TICKS_PER_FILE))
     broken += [f"VIOLATED file: {text}" for text in files.violations]
     answers, refused = sum(one.answers for one in found), sum(one.refused for one in found)
@@ -55,6 +61,8 @@ def fuzz(options: Options) -> SuiteResult:
         ("ticks of malformed and good messages", ticks),
         ("joint commands that came out", answers),
         ("messages, commands and parameters refused", refused),
+        ("LoLA messages each way", sum(one.frames for one in lola)),
+        ("LoLA messages refused", sum(one.refused for one in lola)),
         ("broken files", files.read + files.refused),
         ("broken files refused with a reason", files.refused),
         ("violations", len(broken)),
@@ -64,6 +72,7 @@ def fuzz(options: Options) -> SuiteResult:
             Measurement("ticks", "ticks", ticks),
             Measurement("answers", "commands", answers),
             Measurement("refused", "messages", refused),
+            Measurement("lola_messages", "messages", sum(one.frames for one in lola)),
             Measurement("files", "files", files.read + files.refused),
             Measurement("files_refused", "files", files.refused),
             Measurement("violations", "", len(broken)),
@@ -77,6 +86,10 @@ def fuzz(options: Options) -> SuiteResult:
 
 def _run(stretch: _Stretch) -> FuzzResult:
     return Fuzzer(stretch.seed).run(stretch.ticks)
+
+
+def _run_lola(stretch: _Stretch) -> LolaFuzzResult:
+    return LolaFuzzer(stretch.seed).run(stretch.ticks)
 
 
 SUITE = Suite(
