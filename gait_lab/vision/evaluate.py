@@ -34,6 +34,7 @@ class VisionWalk:
         urdf: The robot.
         plant: Name or file of the plant.
         plant_options: Replaced options of the plant.
+        clutter: Coloured columns stand around the field.
     """
 
     seed: int
@@ -43,6 +44,7 @@ class VisionWalk:
     urdf: str
     plant: str = "reference"
     plant_options: tuple[PlantOption, ...] = ()
+    clutter: bool = False
 
 
 @dataclass(slots=True)
@@ -90,7 +92,10 @@ class _Viewer:
 
 def evaluate_walk(walk: VisionWalk) -> WalkScores:
     """Render one walk and score it; each image is seen with every brightness."""
-    spec = random_walk(walk.seed, walk.kind, walk.engine, SETTLE + walk.seconds, walk.urdf)
+    seconds = SETTLE + walk.seconds
+    spec = random_walk(
+        walk.seed, walk.kind, walk.engine, seconds, walk.urdf, clutter=walk.clutter
+    )
     spec = replace(spec, plant=walk.plant, plant_options=walk.plant_options)
     settings, table = settings_of_scene("pitch"), load_color_table("pitch")
     viewers = {factor: _Viewer(table, settings, factor) for factor in BRIGHTNESS}

@@ -33,6 +33,7 @@ class Options(BenchOptions):
     robots: int = 20
     seed: int = 40
     window: float = 3.0
+    clutter: bool = option(False, "coloured columns stand around the field")
     percept_errors: str = option("", "also write the fitted errors of percepts to a file", "FILE")
 
 
@@ -41,7 +42,7 @@ def vision(options: Options) -> SuiteResult:
     walks = [
         VisionWalk(
             seed, kind, options.engine, options.window, options.urdf, options.plant,
-            options.plant_options,
+            options.plant_options, options.clutter,
         )
         for seed in options.seeds
         for kind in KINDS
@@ -65,7 +66,7 @@ def vision(options: Options) -> SuiteResult:
         _write_errors(options, results, float(np.median(times)) * 1e-3)
     return SuiteResult(
         tuple(rows),
-        f"Vision on rendered walks; {options.title}",
+        f"Vision on rendered walks{', clutter' if options.clutter else ''}; {options.title}",
         (_objects_table(every), _parts_table(parts)),
         (
             f"Found: within {GATE[0]:g} m + {100 * GATE[1]:g} % of the distance, the nearest "
