@@ -72,7 +72,11 @@ class PitchScene:
         vertices = np.array([(x, y, height) for quad in quads for x, y in quad], dtype=np.float32)
         first = 4 * np.arange(len(quads))[:, None, None]
         faces = (first + [(0, 1, 2), (0, 2, 3)]).reshape(-1, 3).astype(np.uint32)
-        self._scene.add_mesh_simple(name, vertices, faces, color=_bytes(color), side="double")
+        # The browser's light casts shadows on a part of a pitch only, with an edge across it.
+        self._scene.add_mesh_simple(
+            name, vertices, faces, color=_bytes(color), side="double",
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
 
 
 def _bytes(color: Sequence[float]) -> tuple[int, int, int]:
