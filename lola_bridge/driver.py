@@ -304,6 +304,7 @@ class Driver:
         """Let the gait start again: no frames for a while, and none of its old commands."""
         self._silent = round(RESTART_SILENCE / self._settings.safety.period)
         self._valid_from = self._stamp + self._silent * self._period
+        self._deadline = 0.0  # a frame whose command no longer counts is not waited for
 
     # -- the node ----------------------------------------------------------------------------------
 

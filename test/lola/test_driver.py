@@ -219,6 +219,26 @@ def test_a_killed_node_sits_the_robot_down_and_the_next_one_takes_over(timed: Ri
     assert not timed.driver.done
 
 
+def test_a_frame_that_waits_while_a_node_comes_is_answered(rig: Rig) -> None:
+    """The settings of a node may arrive after a frame was given to it."""
+    rig.start()
+    assert rig.node is not None
+    rig.node.close()
+    rig.node = None
+    for _ in range(PAUSE + 10):
+        rig.cycle()
+    rig.node = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    rig.node.connect(address(rig.settings.socket))
+    rig.node.setblocking(False)
+    rig.driver.serve()
+    count, seen = len(rig.answers), len(rig.frames)
+    assert rig.robot is not None
+    rig.robot.send(STANDING)
+    rig.serve(lambda: len(rig.frames) > seen)
+    rig.node.send(SETTINGS + rig.settings.to_json().encode())
+    rig.serve(lambda: len(rig.answers) > count)
+
+
 def test_a_node_that_ends_leaves_a_limp_robot_and_no_driver(timed: Rig) -> None:
     timed.start()
     assert timed.node is not None
