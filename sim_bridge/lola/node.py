@@ -225,6 +225,8 @@ def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> No
         if node.factor == 0.0 and not node.socket.connected:
             node.socket.wait(SERVICE)
             continue
+        if not node.socket.connected:
+            node.socket.wait(0.0)  # also on a machine that is too slow to wait for a step
         while pacer.wait() > 0.0 and not stop:
             if node.socket.connected:
                 time.sleep(max(0.0, pacer.wait()))
