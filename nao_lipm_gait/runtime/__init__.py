@@ -11,8 +11,9 @@ the fault trials and the benchmarks drive the same class.
     target_guard the last check of the targets before they are sent
     sensor_outage, commands, motion_requests
                  missing sensors, velocity and head commands, outcomes of requested motions
-    diagnostics, reports, publisher_watch, tick_times
-                 log lines, reports, publishers that are one too many, durations and late ticks
+    diagnostics, reports, state_log, stamp_reports, publisher_watch, tick_times
+                 log lines, reports, changes of the state, stamps, publishers that are one too many,
+                 durations and late ticks
     latency      warm-up and garbage collection
 
 `sim_bridge` uses `inputs` and `diagnostics` as well: they are shared by both nodes and know neither

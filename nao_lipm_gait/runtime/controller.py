@@ -46,7 +46,9 @@ from nao_lipm_gait.runtime.motion_requests import MotionRequests
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
 from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
-from nao_lipm_gait.runtime.stamp_monitor import LONGEST_GAP, NEW_TIME, StampMonitor, Step
+from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
+from nao_lipm_gait.runtime.stamp_reports import StampReports
+from nao_lipm_gait.runtime.state_log import StateLog
 from nao_lipm_gait.runtime.target_guard import TargetGuard
 from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
@@ -77,9 +79,6 @@ TEMPERATURE_ABSURD = 500.0
 """[deg C]"""
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""
-OFF_RATE, RATE_AGAIN = 0.1, 0.05
-"""Share by which the mean step of the stamps may differ from the control period, and below which it
-is right again."""
 ASKED_AGAIN = 0.2
 """[s] of wall time without joint states, after which a repeated stamp asks for the answer again, as
 `sim_bridge` does in lockstep. That is no fault."""
@@ -167,6 +166,9 @@ class GaitController:
         self._parameters = parameters
         self._diagnostics = Diagnostics(clock)
         self._stamps = StampMonitor(round(settings.control_period * 1e9), MISSED_TICKS_MAX)
+        self._stamp_reports = StampReports(
+            self._stamps, self._diagnostics, settings.control_period
+        )
         self._validation = SensorValidation(robot, self._diagnostics)
         self._sync = FrameSync(self._acceleration_at_rest)
         self._gait = Gait(robot, parameters, settings.control_period, motions, calibration)
@@ -180,9 +182,7 @@ class GaitController:
         self._motions = MotionRequests()
         self._answers: list[Answer] = []
         self._motion_results: list[str] = []
-        self._logged_state = GaitState.STAND
-        self._timed_out = self._logged_timeout = False
-        self._doubtful: NaoGaitError | None = None
+        self._state_log = StateLog(self._gait, self._diagnostics, settings.cmd_vel_timeout)
         self._bias_wait = BiasWait(settings.bias_wait)
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
@@ -271,10 +271,7 @@ class GaitController:
             command = read_velocity(message)
             # Its arrival counts, not its stamp: senders may use another clock than the sensors.
             self._velocity.receive(command, self._stamps.last)
-            self._timed_out = False
-            if self._logged_timeout:
-                self._logged_timeout = False
-                self._diagnostics.log(Level.OK, "cmd_vel arrives again")
+            self._state_log.command_arrived()
 
     def _take_joints(self, message: JointInput) -> None:
         stamp = stamp_of(message.sec, message.nanosec, "joint_states header.stamp")
@@ -293,7 +290,7 @@ class GaitController:
         self._diagnostics.end("silence", "joint_states arrive")
         last = self._stamps.last
         self._stamps.accept(stamp, step)
-        self._judge_doubtful(step)
+        self._stamp_reports.judge_doubtful(step)
         if step is Step.REPEATED:
             self._answer_again(stamp, asked=arrived - before > ASKED_AGAIN)
             return
@@ -304,10 +301,9 @@ class GaitController:
         if step is Step.EARLY:
             self._answer_early(stamp)
         elif step is Step.LATE:
-            raise self._unexpected_stamp(step, stamp)
+            raise self._stamp_reports.unexpected(step, stamp)
         elif step is Step.DOUBTFUL:
-            self._diagnostics.rejected["joint_states"] += 1
-            self._doubtful = self._unexpected_stamp(step, stamp)
+            self._stamp_reports.doubt(stamp)
             return
         elif step is Step.FIRST:
             self._validation.restart(sample, steady=True)
@@ -315,21 +311,9 @@ class GaitController:
             self._restart(step, sample, now, stamp - (last or 0))
         self._continued_at = now
         self._last_position = sample.position
-        self._check_rate()
+        self._stamp_reports.check_rate()
         for frame in self._sync.add_joints(sample):
             self._tick(frame)
-
-    def _check_rate(self) -> None:
-        """Report joint states at another rate: the walk then runs too fast or too slow."""
-        step, period = self._stamps.mean_step * 1e-9, self._settings.control_period
-        if abs(step - period) > OFF_RATE * period:
-            text = (
-                f"joint_states header.stamp: steps of {step:.4g} s on average; allowed: steps of "
-                f"control_period, {period:g} s; the walk runs {period / step:.2g} times as fast"
-            )
-            self._diagnostics.begin(SENSORS, Level.WARN, "rate", text)
-        elif abs(step - period) < RATE_AGAIN * period:
-            self._diagnostics.end("rate", "joint_states arrive at the control period again")
 
     def _answer_again(self, stamp: int, asked: bool) -> None:
         """Answer a repeated stamp: the sender missed the answer, or its IMU sample is missing.
@@ -344,13 +328,8 @@ class GaitController:
         elif self._last_targets is not None and self._last_targets.stamp == stamp:
             self._answers.append(Answer(self._last_targets))
         self._diagnostics.rejected["joint_states"] += 1
-        if asked:
-            return
-        error = NaoGaitError(
-            "joint_states header.stamp", f"{stamp * 1e-9:.3f} s again", "a later stamp"
-        )
-        text = f"{error}; the answer is sent again"
-        self._diagnostics.event(SENSORS, Level.WARN, "repeated joint_states", text)
+        if not asked:
+            self._stamp_reports.repeated(stamp)
 
     def _answer_early(self, stamp: int) -> None:
         """Answer a stamp before the next tick is due: in lockstep the robot waits for it.
@@ -360,34 +339,10 @@ class GaitController:
         """
         if self._last_targets is not None:
             self._answers.append(Answer(self._last_targets._replace(stamp=stamp)))
-        after = (stamp - (self._stamps.last or 0)) * 1e-9
-        raise NaoGaitError(
-            "joint_states header.stamp",
-            f"{after:.6g} s after the last",
-            f"steps of control_period, {self._settings.control_period:g} s",
-        )
-
-    def _judge_doubtful(self, step: Step) -> None:
-        """Report a doubtful stamp, unless this message continues from it and so proves it."""
-        error, self._doubtful = self._doubtful, None
-        if error is not None and step not in NEW_TIME:
-            text = f"{error}; message ignored"
-            self._diagnostics.event(SENSORS, Level.WARN, error.field, text, burst=5)
-
-    def _unexpected_stamp(self, step: Step, stamp: int) -> NaoGaitError:
-        """A stamp that is not answered: if this is a new time base, the next message proves it."""
-        last = self._stamps.last or 0
-        return NaoGaitError(
-            "joint_states header.stamp",
-            f"{stamp * 1e-9:.3f} s, {step.value}",
-            f"a stamp that follows {last * 1e-9:.3f} s, or more stamps of the new time",
-        )
+        raise self._stamp_reports.early(stamp)
 
     def _restart(self, step: Step, sample: JointSample, now: float, gap: int) -> None:
         """Continue on a new time base, from a stand; if only the clock has jumped, stop first.
-
-        A robot that was silent for longer than any outage that is bridged was paused or reset,
-        which is no fault.
 
         Args:
             step: BACKWARDS or JUMP.
@@ -398,17 +353,7 @@ class GaitController:
         last, stamp = self._last_position, sample.stamp
         near = last is not None and float(np.abs(sample.position - last).max()) < STEADY_ANGLE
         steady = now - self._continued_at < STEADY_TIME and near
-        if gap > LONGEST_GAP and not steady:
-            text = f"joint_states after a pause of {gap * 1e-9:.2f} s: restarting from a stand"
-            self._diagnostics.event(WALK, Level.OK, "pause", text)
-        else:
-            longest = self._stamps.longest_gap * 1e-9
-            text = (
-                f"joint_states header.stamp: {step.value} to {stamp * 1e-9:.3f} s; allowed: steps "
-                f"of {self._settings.control_period:g} s and no gap over {longest:.3g} s; "
-                + ("stopping" if steady else "restarting from a stand")
-            )
-            self._diagnostics.event(WALK, Level.WARN, f"stamp {step.value}", text)
+        self._stamp_reports.new_time(step, stamp, gap, steady=steady)
         self._sync.restart(stamp)
         self._validation.restart(sample, steady)
         self._velocity.clear()
@@ -450,58 +395,25 @@ class GaitController:
             self._held = 0
             status = self.last_status = self._gait.status
             self._answers.append(Answer(guarded.targets, status))
-            if status.state is not self._logged_state:
-                self._log_state(status)
+            self._state_log.update(status)
             result = self._motions.update(
                 status.state, status.motion, self._gait.motion_waits, self._gait.motion_ended
             )
             if result is not None:
                 self._report_motion(result)
-        if self._velocity.timed_out and not self._timed_out:
-            self._timed_out = True
-            timeout = self._settings.cmd_vel_timeout
-            text = f"no cmd_vel for {timeout:g} s: the robot stops"
-            self._logged_timeout = self._diagnostics.log_event(
-                Level.WARN, "cmd_vel timeouts", text, burst=2
-            )
+        self._state_log.update_command(timed_out=self._velocity.timed_out)
 
     def _must_wait(self, stamp: int, command: VelocityCommand) -> bool:
         """Whether the robot must still stand until the gyro's bias is known; ends for good."""
         wait, ticked = self._bias_wait, self.last_status is not None
         sigma = self._gait.heading_drift_sigma if ticked else None
         stands = wait.update(stamp, self._gait.state, sigma)
-        if wait.known:
-            self._diagnostics.end("gyro bias", "the gyro's bias is known")
-        elif wait.over:
-            text = "the gyro's bias is not known after {:g} s of standing: the walk may turn"
-            self._diagnostics.end("gyro bias", text.format(wait.longest))
-        elif stands and not command.is_zero:
-            text = f"standing until the gyro's bias is known, for {wait.longest:g} s at most"
-            self._diagnostics.begin(COMMANDS, Level.OK, "gyro bias", text)
+        self._state_log.update_bias_wait(wait, stands=stands, commanded=not command.is_zero)
         return stands
-
-    def _log_state(self, status: GaitStatus) -> None:
-        """Log falls, get-ups and what else an operator must know of; steps of a walk are not."""
-        before, self._logged_state = self._logged_state, status.state
-        if status.state is GaitState.FALLEN and before is not GaitState.GETTING_UP:
-            self._diagnostics.log(Level.WARN, "fallen, relaxed")
-        elif status.state is GaitState.FALLEN and self._gait.gets_up_again:
-            self._diagnostics.log(Level.OK, "not up yet, going on")  # rolled over, or a failed try
-        elif status.state is GaitState.FALLEN:
-            self._diagnostics.log(Level.WARN, "getting up has failed, relaxed")
-        elif status.state is GaitState.GETTING_UP:
-            self._diagnostics.log(Level.OK, f"getting up: {status.motion}")
-        elif status.state is GaitState.RELAXED:
-            self._diagnostics.log(Level.OK, "relaxed: no torque on the joints")
-        elif before is GaitState.GETTING_UP:
-            self._diagnostics.log(Level.OK, "stood up")
-        elif before in DOWN:
-            self._diagnostics.log(Level.OK, "upright, standing")
 
     def _report_motion(self, result: str) -> None:
         self._motion_results.append(result)
-        level = Level.OK if result.endswith(": done") else Level.WARN
-        self._diagnostics.log(level, f"motion {result}")
+        self._state_log.report_motion(result)
 
     def _count_held(self, fault: str) -> None:
         if len(self.crashes) < _CRASHES_MAX:
