@@ -21,7 +21,7 @@ from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind
 DISTANCES = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0)
 """[m] At which the recalls are stated; each object counts for the nearest one."""
 SAMPLES_MIN = 8
-"""Least number of objects at a distance; with fewer its recall is interpolated."""
+"""Least number of objects at a distance; with fewer its recall is interpolated, or 0 beyond."""
 QUANTILES = (0.1587, 0.8413)
 """Of a normal distribution, one standard deviation to either side."""
 KINDS: Mapping[str, tuple[Kind, ...]] = {
@@ -135,7 +135,7 @@ def _recall(found: FloatArray) -> tuple[float, ...]:
             shares.append(float(here.mean()))
     if not known:
         return (0.0,) * len(DISTANCES)
-    return tuple(_rounded(float(each)) for each in np.interp(DISTANCES, known, shares))
+    return tuple(_rounded(float(each)) for each in np.interp(DISTANCES, known, shares, right=0.0))
 
 
 def _spread(values: FloatArray) -> float:

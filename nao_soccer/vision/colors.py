@@ -32,6 +32,8 @@ GAIN_SHARE = 0.3
 """Share by which the gains follow in one image."""
 GAIN_LIMITS = (0.4, 3.0)
 """Smallest and largest gain of green."""
+SATURATED = 250
+"""Red from which on a pixel is over-exposed: its hue has moved towards yellow."""
 TINT_LIMITS = (0.75, 1.35)
 """Smallest and largest gain of red and blue, of that of green."""
 
@@ -114,13 +116,15 @@ class ColorClassifier:
 
     Args:
         table: The colour classes.
+        yellow: Something on the field is yellow. Without, an over-exposed yellow pixel is orange.
 
     Attributes:
         gains: (3,) factors of red, green and blue that bring the field to its colour in the table.
     """
 
-    def __init__(self, table: ColorTable) -> None:
+    def __init__(self, table: ColorTable, *, yellow: bool = True) -> None:
         self.gains = np.ones(3)
+        self._yellow = yellow
         self._table = table
         self._known = False
         size = 1 << BITS
@@ -159,12 +163,20 @@ class ColorClassifier:
         table = np.clip(np.rint(level), 0, 255).astype(np.uint8)
         return np.asarray(cv2.LUT(image, table[None]), dtype=np.uint8)
 
-    def classify(self, balanced: Image) -> Image:
-        """Class of each pixel (height, width) of a balanced image."""
+    def classify(self, balanced: Image, image: Image | None = None) -> Image:
+        """Class of each pixel (height, width) of a balanced image.
+
+        Args:
+            balanced: (height, width, 3)
+            image: The same before it was balanced, to know what is over-exposed.
+        """
         red, green, blue = cv2.split(balanced)
         shift = 8 - BITS
         index = ((red >> shift).astype(np.int32) << (2 * BITS)) | (
             (green >> shift).astype(np.int32) << BITS
         )
         index |= blue >> shift
-        return self._lookup[index]
+        classes = self._lookup[index]
+        if image is not None and not self._yellow:
+            classes[(image[..., 0] >= SATURATED) & (classes == YELLOW)] = BALL
+        return classes

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from nao_lipm_gait.robot.camera import CameraView
 from nao_soccer.vision.ball import find_ball
 from nao_soccer.vision.circle import find_circle
-from nao_soccer.vision.colors import ColorClassifier, ColorTable, Image
+from nao_soccer.vision.colors import YELLOW, ColorClassifier, ColorTable, Image
 from nao_soccer.vision.crossings import find_crossings
 from nao_soccer.vision.frame import Frame, make_frame
 from nao_soccer.vision.image_geometry import ImageGeometry
@@ -48,9 +48,10 @@ class Vision:
         self.frame: Frame | None = None
         self._settings = settings
         self._calibration = calibration
-        self._classifier = ColorClassifier(table)
         self._edge = table.edge
         self._uprights = uprights_of(settings)
+        yellow = any(YELLOW in upright.colors for upright in self._uprights)
+        self._classifier = ColorClassifier(table, yellow=yellow)
 
     def see(self, stamp: int, image: Image, view: CameraView) -> Percepts:
         """The percepts of one image.

@@ -69,7 +69,7 @@ def make_frame(image: Image, geometry: ImageGeometry, classifier: ColorClassifie
     horizon = geometry.horizon(np.arange(width, dtype=float))
     classifier.adapt(image, int(np.clip(horizon.min(), 0, height)))
     balanced = classifier.balance(image)
-    classes = classifier.classify(balanced)
+    classes = classifier.classify(balanced, image)
     red, _, blue = cv2.split(balanced)
     whiteness = np.asarray(cv2.min(red, blue))
     boundary = _boundary(classes, horizon)

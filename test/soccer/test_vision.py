@@ -31,6 +31,15 @@ def test_ball_is_where_it_is(distance: float, brightness: float):
     assert math.dist(found.position, ball) < 0.02 * distance + 0.005
 
 
+def test_over_exposed_ball_is_found():
+    """Its red is at the limit of the camera, and its green follows: the hue is that of yellow."""
+    view = camera(-3.0, 0.3, 0.2)
+    ball = (-3.0 + 1.5 * math.cos(0.3), 0.3 + 1.5 * math.sin(0.3))
+    found = see(view, picture(view, ball, brightness=1.9)).ball
+    assert found is not None
+    assert math.dist(found.position, ball) < 0.04
+
+
 def test_no_ball_is_seen_where_there_is_none():
     for seed in range(5):
         view = camera(-2.0 + seed, 0.5, 0.8 * seed)
