@@ -24,7 +24,7 @@ ROUGHENING = (0.012, 0.012, 0.008)
 """[m, m, rad] Deviations that are added to each particle when it is drawn."""
 CLUSTER = (0.3, 0.3)
 """[m, rad] Particles that are nearer than this are in one cluster."""
-SYSTEMATIC = (0.015, 0.015, 0.02)
+SYSTEMATIC = (0.03, 0.03, 0.02)
 """[m, m, rad] Deviations by errors that last: those of a camera's mounting turn every image."""
 CENTRES = 20
 """Number of particles, drawn by weight, that are tried as the middle of the heaviest cluster."""
