@@ -248,7 +248,7 @@ def test_silence_is_reported_in_log_and_diagnostics(probe: Probe):
         found = [s for r in reports for s in r.status if s.name == "gait: sensors"]
         return any(s.level == level for s in found)
 
-    probe.wait(lambda: robot.gait.says("no joint_states for over 0.5 s"), "an error")
+    probe.wait(lambda: robot.gait.says("no joint_states for over 1 s"), "an error")
     probe.wait(lambda: sensors(DiagnosticStatus.ERROR), "an error in the diagnostics")
     walk = next(s for r in reports for s in r.status if s.name == "gait: walk" and s.values)
     values = {pair.key: pair.value for pair in walk.values}
