@@ -105,10 +105,15 @@ class Gait:
             known=calibration != NOT_CALIBRATED,
         )
         self._alignment = StandAlignment()
-        self.reset()
+        self._begin()
 
     def reset(self) -> None:
-        """Forget everything but the requests; the next frame begins a stand from its pose."""
+        """Forget all but requests and sensor errors; the next frame begins a stand from its pose."""
+        before = self._estimator
+        self._begin()
+        self._estimator.keep_gyro_bias(before)
+
+    def _begin(self) -> None:
         p = self._parameters = self._pending or self._parameters
         self._pending = None
         self._cautious = False

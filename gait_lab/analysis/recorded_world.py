@@ -1,4 +1,4 @@
-"""What a recorded player believed about its pose and the ball, against the truth of the bag."""
+"""What a recorded player estimated about its pose and the ball, against the truth of the bag."""
 
 import math
 from dataclasses import dataclass

@@ -262,7 +262,7 @@ class Analysis:
         timing: Timing of sensors and answers.
         paths: Odometry and truth.
         percepts: What vision has seen.
-        world: What the player believed.
+        world: What the player estimated.
     """
 
     walk: RecordedWalk

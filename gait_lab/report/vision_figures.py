@@ -1,4 +1,4 @@
-"""What the robot has seen and believed: figures over time, and a table with errors."""
+"""What the robot has seen and estimated: figures over time, and a table with errors."""
 
 import numpy as np
 
@@ -44,13 +44,13 @@ def percepts(analysis: Analysis, store: ArrayStore) -> Figure | None:
 
 
 def world(analysis: Analysis, store: ArrayStore) -> Figure | None:
-    """Errors of what the player believed, beside the deviations that it stated."""
+    """Errors of what the player estimated, beside the deviations that it stated."""
     found = analysis.world
     if found is None:
         return None
     rows = ["place [cm]", "heading [°]", "ball [cm]"]
     made = TimeFigure(
-        store, "world", "What the robot believed",
+        store, "world", "What the robot estimated",
         "Errors of its own pose and of the ball's place on the field, and the deviations that it "
         "stated. Red: it held its pose for not valid.",
         tuple(rows if len(found.ball_error) else rows[:2]), 120,

@@ -155,7 +155,7 @@ class ShownRobot:
         name: Its name.
         link: Connection to the robot.
         scene: What is drawn of it; None until joint states arrive.
-        world: What it believes, if it plays.
+        world: What it estimates, if it plays.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What a player believes, beside the truth: its particles, its pose with its error, its ball."""
+"""What a player estimates, beside the truth: its particles, its pose with its error, its ball."""
 
 import math
 from typing import TYPE_CHECKING, Any

@@ -105,6 +105,11 @@ class StateEstimator:
         self._levelling = levelling
         self._alignment = alignment
 
+    def keep_gyro_bias(self, before: "StateEstimator") -> None:
+        """Begin with the bias of the gyro that was learned before a reset."""
+        self._slip_from_yaw_gyro.keep_bias(before._slip_from_yaw_gyro)
+        self._slip_from_lean.keep_bias(before._slip_from_lean)
+
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Change the parameters between two ticks."""
         p = self._p = parameters

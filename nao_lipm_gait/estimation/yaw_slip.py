@@ -79,6 +79,10 @@ class YawSlipFromYawGyro:
         self._bias = 0.0
         self._rest_time = 0.0
 
+    def keep_bias(self, before: "YawSlipFromYawGyro") -> None:
+        """Begin with the bias that was learned before a reset: it belongs to the sensor."""
+        self._bias, self._rest_time = before._bias, before._rest_time
+
     def update(
         self, over_sole: float, up: Point3, angular_velocity: Point3, dt: float, *, at_rest: bool
     ) -> float:

@@ -107,6 +107,10 @@ class YawSlipFromLean:
             [UNKNOWN_ROLL_SIGMA**2, UNSEEN_SLIP_SIGMA**2, BIAS_SIGMA**2, 0.0]
         )
 
+    def keep_bias(self, before: "YawSlipFromLean") -> None:
+        """Begin with the bias that was learned before a reset: it belongs to the sensor."""
+        self._forget(_BIAS, float(before._state[_BIAS]), before.bias_sigma)
+
     @property
     def bias_sigma(self) -> float:
         """Standard deviation [rad/s] of the learned bias."""

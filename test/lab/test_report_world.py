@@ -1,4 +1,4 @@
-"""The report of what a player believed: errors of its pose and ball against the bag's truth."""
+"""The report of what a player estimated: errors of its pose and ball against the bag's truth."""
 
 import math
 from pathlib import Path
@@ -30,7 +30,7 @@ SPEC = RolloutSpec(task=TASKS["spot"].lasting(0.2), engine="mujoco", robot_seed=
 STAMPS = [round(1e8 * index) for index in range(2, 8)]
 """[ns] The robot still stands at the origin and looks along x."""
 OFF, TURNED = (0.06, 0.08), 0.05
-"""[m, rad] Errors of what it believed."""
+"""[m, rad] Errors of what it estimated."""
 BALL = (1.0, 0.2)
 """[m] True place of the ball."""
 
@@ -48,10 +48,10 @@ def test_errors_of_pose_and_ball_are_those_that_were_made(
         true_ball.header.stamp = to_time(stamp)
         true_ball.point.x, true_ball.point.y = BALL
         own = PoseEstimate((side * OFF[0], side * OFF[1], yaw), variances, stamp > STAMPS[2])
-        believed = (side * (BALL[0] + 0.1), side * BALL[1])
+        estimated = (side * (BALL[0] + 0.1), side * BALL[1])
         flat = (0.01, 0.0, 0.01)
         ball = BallEstimate(
-            (0.0, 0.0), (0.0, 0.0), flat, flat, believed, (0.0, 0.0), flat, 0.0, True
+            (0.0, 0.0), (0.0, 0.0), flat, flat, estimated, (0.0, 0.0), flat, 0.0, True
         )
         rows += [
             ("/ground_truth/ball", stamp, true_ball),

@@ -145,7 +145,7 @@ class Subscriptions:
         self.receive[topic] = callback
 
 
-def test_what_a_player_believes_is_drawn_in_the_world(server: Any) -> None:
+def test_what_a_player_estimates_is_drawn_in_the_world(server: Any) -> None:
     estimate = PoseEstimate((1.0, 0.5, 0.0), PoseCovariance(xx=0.04, yy=0.01, yaw=0.01), True)
     particles = np.array(((1.0, 0.5, 0.0), (0.8, 0.4, 0.1)))
     for team, side in (("red", 1.0), ("blue", -1.0)):

@@ -563,6 +563,20 @@ def test_the_wait_for_the_bias_is_bounded() -> None:
     assert "not known after 2 s" in robot.log[-1]
 
 
+def test_a_bias_that_was_learned_outlives_a_reset() -> None:
+    robot = Robot(Settings(bias_wait=10.0))
+    robot.tick(800)
+    for _ in range(3):
+        robot.now += 0.6
+        robot.stamp += 600 * MS
+        robot.pose = ROBOT.stand_pose.tolist()
+        for _ in range(100):
+            robot.drive(0.1)
+            robot.tick()
+        assert robot.controller.state is GaitState.WALK
+    assert not any("standing until" in line for line in robot.log)
+
+
 def heat(robot: Robot, joint: str, degrees: float) -> None:
     message = TemperatureInput(1, 0, joint, degrees)
     robot.take(robot.controller.receive("temperature", lambda: message))

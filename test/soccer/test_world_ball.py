@@ -114,7 +114,7 @@ def test_the_covariance_of_the_ball_describes_its_error():
     assert 1.0 < np.mean(squares) < 2.6  # 2 by definition; the gate is slightly pessimistic
 
 
-def test_a_ball_that_jumps_is_found_again_and_one_false_ball_is_not_believed():
+def test_a_ball_that_jumps_is_found_again_and_one_false_ball_is_not_accepted():
     ball = BallFilter(SLOWDOWN)
 
     def see(x: float, times: int) -> float:
