@@ -40,6 +40,8 @@ from sim_bridge.world import World
 
 PERIOD = 0.012
 """[s] of a cycle of LoLA."""
+DELAY = 3 * PERIOD
+"""[s] from sampling to the frame. The plant's 40 ms would become 48 ms, which walks worse."""
 PUSH_DURATION = 0.1
 """[s] for which a push acts."""
 SERVICE = 0.01
@@ -114,7 +116,7 @@ class LolaServerNode(Node):
         super().__init__("lola_server", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
         plant = used_as(parameters.PLANT, load_plant, text(declare(self, parameters.PLANT)))
-        delay = declare(self, parameters.SENSOR_DELAY, plant.sensors.delay)
+        delay = declare(self, parameters.SENSOR_DELAY, DELAY)
         self.factor = of_type(declare(self, REAL_TIME_FACTOR), float)
         self._world = World.single(
             used_as(URDF, load_robot, text(declare(self, URDF))),
