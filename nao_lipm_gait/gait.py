@@ -108,7 +108,7 @@ class Gait:
         self._begin()
 
     def reset(self) -> None:
-        """Forget all but requests and sensor errors; the next frame begins a stand from its pose."""
+        """Forget all but requests and sensor errors; the next frame begins a stand."""
         before = self._estimator
         self._begin()
         self._estimator.keep_gyro_bias(before)
