@@ -50,7 +50,7 @@ def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe, paramete
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     odometry = probe.subscribe(Odometry, "odom")
     support = probe.subscribe(String, "gait/support", LATCHED)
-    probe.start("gait")
+    probe.start("gait", bias_wait=1.0)
     probe.start("sim_bridge", **parameters)
     began = time.monotonic()
     probe.wait(lambda: support and support[-1].data.startswith("stand"), "a stand")

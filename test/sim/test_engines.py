@@ -126,6 +126,9 @@ def test_an_engine_that_is_missing_says_what_to_install(
 @pytest.mark.usefixtures("mujoco_only")
 @pytest.mark.parametrize("task", ["forward", "back"])
 def test_the_walk_does_not_live_off_one_engine(task: str) -> None:
-    speed = walked(task, "pybullet")
-    assert speed > 0.15
-    assert walked(task, "mujoco") == pytest.approx(speed, rel=0.1)
+    pybullet, mujoco = (
+        [walked(task, engine, robot=robot) for robot in range(3)]
+        for engine in ("pybullet", "mujoco")
+    )
+    assert min(pybullet) > 0.15
+    assert np.mean(mujoco) == pytest.approx(np.mean(pybullet), rel=0.1)
