@@ -37,8 +37,10 @@ STEEP = 0.4
 SIZE_MIN = 2.5
 """[px] Smallest radius."""
 INSIDE_MIN = 0.6
-"""Least part of the radius that is to be in the image on either side: of a robot's orange parts
-that the image cuts off, one half looks like a ball."""
+"""Least part of the radius that is in the image on either side of a whole ball."""
+CUT_AROUND_MIN = 0.8
+"""Least share of the field around a ball that is cut: half of a robot's orange part looks like a
+ball, but it has the robot's white beside it."""
 FEET_SHARE = 0.18
 """Height of a robot's feet in the image, of the whole robot; a ball may lie in front of them."""
 RANGE_MAX = 5.0
@@ -104,18 +106,19 @@ def _measured(
     if residual > RESIDUAL_MAX * size + 0.5 or kept < EDGES_MIN:
         return None
     spot = geometry.view.project((geometry.camera + axis)[None])[0]
-    cut = spot + INSIDE_MIN * size * np.array(((-1.0, 0.0), (1.0, 0.0)))
-    if not frame.inside(cut).all():
-        return None
     if not frame.on_field(spot[None] + (0.0, 0.8 * size))[0]:
         return None
-    if not _looks_round(frame, mask, spot, axis, sine):
+    sides = spot + INSIDE_MIN * size * np.array(((-1.0, 0.0), (1.0, 0.0)))
+    whole = bool(frame.inside(sides).all())
+    around_min = AROUND_MIN if whole else CUT_AROUND_MIN
+    if not _looks_round(frame, mask, spot, axis, sine, around_min):
         return None
     placed = _place(geometry, axis, sine, kept, radius)
     if placed is None or placed.distance > RANGE_MAX:
         return None
     box = Box(spot[0] - size, spot[1] - size, spot[0] + size, spot[1] + size)
-    return Percept(Kind.BALL, placed.position, placed.covariance, box=box, tilt=placed.tilt)
+    tilt = placed.tilt if whole else None  # the size of a cut ball is too rough to learn from
+    return Percept(Kind.BALL, placed.position, placed.covariance, box=box, tilt=tilt)
 
 
 def _edges(image: Image, centre: FloatArray, guess: float) -> FloatArray:
@@ -186,7 +189,12 @@ def _cone(
 
 
 def _looks_round(
-    frame: Frame, mask: Image, spot: FloatArray, axis: FloatArray, sine: float
+    frame: Frame,
+    mask: Image,
+    spot: FloatArray,
+    axis: FloatArray,
+    sine: float,
+    around_min: float,
 ) -> bool:
     """Whether the disc has the ball's colour, and what is around its lower half is field.
 
@@ -196,6 +204,7 @@ def _looks_round(
         spot: (2,) [px] Centre.
         axis: (3,) of the cone of the ball.
         sine: Of half its opening angle.
+        around_min: Least share of the field in what is around.
     """
     height, width = mask.shape
     size = frame.geometry.focal * sine
@@ -226,7 +235,7 @@ def _looks_round(
     below = np.abs(u[ring] - spot[0]) < v[ring] - spot[1]
     if below.sum() >= 4 and axis[2] > -STEEP and (around[below] == FIELD).mean() < BELOW_MIN:
         return False
-    return bool((around == FIELD).mean() >= AROUND_MIN)
+    return bool((around == FIELD).mean() >= around_min)
 
 
 def _place(

@@ -23,9 +23,9 @@ TORSO_TOP = (0.25, 0.6)
 """[m] Least and largest height of the upper edge of a torso over the ground."""
 ASIDE = 0.55
 """Width that is looked at below a torso to either side of its middle, of the torso's height."""
-HEAD, FEET, FEET_MAX = 0.6, 2.2, 2.7
+HEAD, FEET, FEET_MAX = 0.6, 2.2, 3.3
 """Height of the head over a torso's upper edge, and usual and largest height of that edge over the
-feet, of its height."""
+feet, of its height; Bruno's long legs make it 3.1."""
 ARMS = 0.95
 """Width of the arms to either side of a torso's middle, of its height."""
 SPLIT_MAX = 0.4
