@@ -36,8 +36,8 @@ from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
     of_type,
-    unknown_overrides,
     used_as,
+    warn_of_unknown_overrides,
 )
 from nao_lipm_gait.ros.topics import LATCHED, RELIABLE, Inputs, publisher
 from nao_lipm_gait.runtime.command_input import CommandInput
@@ -85,9 +85,7 @@ class LolaBridgeNode(Node):
         self._robot = used_as(URDF, load_robot, of_type(declare(self, URDF), str))
         self._joints = JointMap(self._robot)
         self._settings = self._read_settings()
-        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
-            message = f"parameter {name}: unknown and ignored; see `ros2 param list`"
-            self.get_logger().warning(message)
+        warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         self._writer = SensorWriter(
             self._robot, self._joints, self._settings.safety.period
         )

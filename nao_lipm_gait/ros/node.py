@@ -46,8 +46,8 @@ from nao_lipm_gait.ros.parameters import (
     node_parameter,
     of_type,
     refused,
-    unknown_overrides,
     used_as,
+    warn_of_unknown_overrides,
 )
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
@@ -136,11 +136,7 @@ class GaitNode(Node):
         self._stamped = stamped
         self._make_subscriptions()
         self._make_services()
-        known = frozenset({p.name for p in NODE_PARAMETERS} | set(BY_NAME))
-        for name in unknown_overrides(self, known):
-            self.get_logger().warning(
-                f"parameter {name}: unknown and ignored; see `ros2 param list`"
-            )
+        warn_of_unknown_overrides(self, {p.name for p in NODE_PARAMETERS} | set(BY_NAME))
         self.get_logger().info(
             f"{self._robot.name} from {self._robot.urdf_path}; waiting for joint_states, imu/data"
         )

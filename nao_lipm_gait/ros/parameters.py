@@ -19,7 +19,7 @@ from nao_lipm_gait.schema import Choice, Field, Kind, Number, Switch, Text
 Value = bool | int | float | str
 AnyValue = TypeVar("AnyValue")
 Loaded = TypeVar("Loaded")
-_OF_RCLPY = ("use_sim_time", "start_type_description_service")
+_OF_RCLPY = frozenset({"use_sim_time", "start_type_description_service"})
 """Overrides that rclpy itself understands."""
 
 
@@ -117,18 +117,14 @@ def keep_types(node: Node, fields: Iterable[Field]) -> None:
     node.add_pre_set_parameters_callback(converted)
 
 
-def unknown_overrides(node: Node, known: frozenset[str]) -> tuple[str, ...]:
-    """Names of overrides that this node does not have, which are probably misspelled."""
-    given = node.get_parameters_by_prefix("")
-    return tuple(
-        sorted(
-            name
-            for name in given
-            if name not in known
-            and name not in _OF_RCLPY
-            and not name.startswith("qos_overrides.")
-        )
-    )
+def warn_of_unknown_overrides(node: Node, known: Iterable[str]) -> None:
+    """Log the overrides that this node does not have, which are probably misspelled."""
+    given = node.get_parameters_by_prefix("").keys()
+    for name in sorted(given - set(known) - _OF_RCLPY):
+        if not name.startswith("qos_overrides."):
+            node.get_logger().warning(
+                f"parameter {name}: unknown and ignored; see `ros2 param list`"
+            )
 
 
 def used_as(field: Field, load: Callable[[str], Loaded], value: str) -> Loaded:

@@ -45,11 +45,6 @@ class WalkLimits(Settings):
         scale = 1.0 / max(1.0, load)
         return VelocityCommand(scale * x, scale * y, scale * yaw)
 
-    def time_to(self, target: Pose2) -> float:
-        """Estimate of the time [s] to a pose without obstacles."""
-        far = math.hypot(target[0], target[1])
-        return far / (0.8 * self.forward) + abs(target[2]) / (0.8 * self.turn)
-
 
 APART = 0.33
 """[m] between the middles of two robots that do not touch, with a ball between them."""

@@ -44,7 +44,6 @@ _RETURN_VERSION = 4
 _HEADER = struct.Struct("<4s10B2h")
 _TEAM = struct.Struct("<6B2H")
 _RETURN = struct.Struct("<4s4B6f")
-RETURN_SIZE = _RETURN.size
 _PLAYER_BYTES = {18: 2, 19: 4, 20: 3}
 VERSIONS = tuple(_PLAYER_BYTES)
 """Versions of the control message that can be read and written."""

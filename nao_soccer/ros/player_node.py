@@ -20,8 +20,8 @@ from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
     of_type,
-    unknown_overrides,
     used_as,
+    warn_of_unknown_overrides,
 )
 from nao_lipm_gait.runtime.diagnostics import Throttle
 from nao_lipm_gait.runtime.inputs import stamp_of
@@ -77,10 +77,7 @@ class PlayerNode(Node):
         self._throttle = Throttle()
         self._make_publishers()
         self._make_subscriptions()
-        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
-            self.get_logger().warning(
-                f"parameter {name}: unknown and ignored; see `ros2 param list`"
-            )
+        warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         me = self._behavior.behavior.identity
         self.get_logger().info(f"{robot.name}, player {me.player} of team {me.team}")
 

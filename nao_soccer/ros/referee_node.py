@@ -21,8 +21,8 @@ from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
     of_type,
-    unknown_overrides,
     used_as,
+    warn_of_unknown_overrides,
 )
 from nao_lipm_gait.runtime.diagnostics import Throttle
 from nao_lipm_gait.runtime.inputs import stamp_of
@@ -113,10 +113,7 @@ class RefereeNode(Node):
         self.create_subscription(
             PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data
         )
-        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
-            self.get_logger().warning(
-                f"parameter {name}: unknown and ignored; see `ros2 param list`"
-            )
+        warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         names = ", ".join(players)
         self.get_logger().info(f"{scene}: {names}; control messages to {address}:{port}")
 

@@ -22,8 +22,8 @@ from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
     of_type,
-    unknown_overrides,
     used_as,
+    warn_of_unknown_overrides,
 )
 from nao_lipm_gait.ros.process import StopRequest
 from nao_lipm_gait.ros.topics import Inputs, publisher
@@ -133,9 +133,7 @@ class LolaServerNode(Node):
         self.times = CycleTimes()
         path = text(declare(self, SOCKET))
         self._make_topics()
-        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
-            message = f"parameter {name}: unknown and ignored; see `ros2 param list`"
-            self.get_logger().warning(message)
+        warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         self.socket = LolaSocket(path)
         pace = f"real time factor {self.factor:g}" if self.factor else "waits for each command"
         robot = self._world.robot

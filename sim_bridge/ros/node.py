@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.parameters import declare, of_type, unknown_overrides, used_as
+from nao_lipm_gait.ros.parameters import declare, of_type, used_as, warn_of_unknown_overrides
 from nao_lipm_gait.ros.topics import LATCHED, Inputs, publisher
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_soccer.field import BallPlace
@@ -60,9 +60,7 @@ class BridgeNode(Node):
             for robot in self._world.robots
         )
         self._make_world_topics(named=scene != FLOOR)
-        for name in unknown_overrides(self, frozenset(p.name for p in NODE_PARAMETERS)):
-            message = f"parameter {name}: unknown and ignored; see `ros2 param list`"
-            self.get_logger().warning(message)
+        warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         self.get_logger().info(
             ", ".join(self._titles(plant))
             + (": lockstep" if self.lockstep else f": real time factor {self.factor:g}")
