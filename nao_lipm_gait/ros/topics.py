@@ -1,4 +1,4 @@
-"""Publishers and guarded subscriptions of the nodes that stand for a robot."""
+"""Publishers and guarded subscriptions, as every node but the gait uses them."""
 
 import time
 from collections.abc import Callable
@@ -29,15 +29,17 @@ def publisher(node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) ->
 class Inputs:
     """Subscriptions whose bad messages cause a warning and nothing else."""
 
-    def __init__(self, node: Node, name: str = "") -> None:
+    def __init__(self, node: Node, name: str = "", burst: int = 5) -> None:
         """Prepare the log.
 
         Args:
-            node: the bridge.
+            node: the node that subscribes.
             name: of the robot that gets the messages; empty = the only one, or the world.
+            burst: number of refusals with the same reason before further ones are held back.
         """
         self._node = node
         self._prefix = f"{name}: " if name else ""
+        self._burst = burst
         self._throttle = Throttle()
 
     def subscribe(
@@ -57,6 +59,6 @@ class Inputs:
         try:
             callback(message)
         except NaoGaitError as error:
-            self.warn(error.field, f"{error}; message ignored", burst=5)
+            self.warn(error.field, f"{error}; message ignored", self._burst)
         except Exception as error:
             self.warn(type(error).__name__, f"{type(error).__name__}: {error}; message ignored")

@@ -1,17 +1,14 @@
 """The behaviour of the node `player`: sockets and topics around `PlayerBehavior`."""
 
-import time as clock
-
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.messages import to_time
 from nao_lipm_gait.ros.parameters import declare, node_parameter, of_type
-from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.ros.topics import LATCHED, Inputs
 from nao_lipm_gait.types import GaitState, VelocityCommand
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
@@ -45,7 +42,6 @@ PERIOD = 50_000_000
 """[ns] between two decisions."""
 RETURN_PERIOD = 500_000_000
 """[ns] between two return messages."""
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class BehaviorPart:
@@ -53,6 +49,7 @@ class BehaviorPart:
 
     Args:
         node: The node `player`.
+        inputs: Its subscriptions.
         robot: Name of the kind of robot.
         field: The field.
         goals: The goals.
@@ -61,7 +58,7 @@ class BehaviorPart:
         NaoGaitError: A parameter cannot be used, or a port is not free.
     """
 
-    def __init__(self, node: Node, robot: str, field: Field, goals: Goals) -> None:
+    def __init__(self, node: Node, inputs: Inputs, robot: str, field: Field, goals: Goals) -> None:
         team = of_type(declare(node, TEAM), str)
         number = of_type(declare(node, TEAM_NUMBER), int) or TEAM_NUMBERS[team]
         identity = Identity(
@@ -74,7 +71,6 @@ class BehaviorPart:
         address = of_type(declare(node, ADDRESS), str)
         team_port = of_type(declare(node, TEAM_PORT), int) or PORT_BASE + number
         control, back = (of_type(declare(node, each), int) for each in (CONTROL, RETURN))
-        self._node = node
         self._behavior = PlayerBehavior(identity, robot, field, goals)
         self._team = UdpLink(team_port, address)
         self._referee = UdpLink(control, address, target_port=back)
@@ -82,12 +78,12 @@ class BehaviorPart:
         self._motion = ""
         self._decided: int | None = None
         self._returned = 0
-        self._throttle = Throttle()
+        self._inputs = inputs
         self._head = HeadMode.AUTO
         self._cmd_vel = node.create_publisher(Twist, "cmd_vel", 10)
         self._motions = node.create_publisher(String, "gait/motion", 10)
         self._report = node.create_publisher(DiagnosticArray, "behavior", 10)
-        node.create_subscription(String, "gait/support", self._on_support, _LATCHED)
+        inputs.subscribe(String, "gait/support", self._on_support, LATCHED)
 
     def close(self) -> None:
         """Close the sockets."""
@@ -119,7 +115,8 @@ class BehaviorPart:
                 try:
                     take(data, time)
                 except NaoGaitError as error:
-                    self._warn(f"{sender} {error.field}", f"{sender}: {error}; ignored")
+                    text = f"{sender}: {error}; ignored"
+                    self._inputs.warn(f"{sender} {error.field}", text)
 
     def step(self, state: WorldState) -> HeadMode:
         """Decide, command the gait, tell team mates and referee; what the head looks for."""
@@ -168,12 +165,6 @@ class BehaviorPart:
             )
         ]
         return array
-
-    def _warn(self, key: str, text: str) -> None:
-        held_back = self._throttle.allow(key, clock.monotonic())
-        if held_back is not None:
-            more = f" ({held_back} more like it)" if held_back else ""
-            self._node.get_logger().warning(text + more)
 
 
 def _twist(walk: VelocityCommand) -> Twist:

@@ -1,14 +1,12 @@
 """The player as a ROS 2 node: what was seen becomes a world state, and that an action."""
 
-import time as clock
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool, String
 
@@ -23,7 +21,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.ros.topics import LATCHED, Inputs
 from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_lipm_gait.types import DOWN, GETTING_UP, Pose2
 from nao_soccer.field import Goals
@@ -47,7 +45,6 @@ PARTS = 8
 """Number of images whose messages may wait for each other."""
 REPORT_PERIOD = 100_000_000
 """[ns] between two messages with pose and ball."""
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class PlayerNode(Node):
@@ -69,12 +66,12 @@ class PlayerNode(Node):
         )
         if self._start is not None:
             self._player.world.start((self._start,))
-        self._behavior = BehaviorPart(self, robot.name, settings.field, goals)
+        self._inputs = Inputs(self, burst=1)
+        self._behavior = BehaviorPart(self, self._inputs, robot.name, settings.field, goals)
         self._parts: dict[int, convert.PerceptParts] = {}
         self._reported = 0
         self._was_penalized = False
         self._head: type[Goal] | None = None
-        self._throttle = Throttle()
         self._make_publishers()
         self._make_subscriptions()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
@@ -103,20 +100,11 @@ class PlayerNode(Node):
             (PointCloud2, "vision/lines", partial(self._on_part, "lines"), sensors),
             (PointCloud2, "vision/percepts", partial(self._on_part, "objects"), sensors),
             (PolygonStamped, "vision/view", partial(self._on_part, "view"), sensors),
-            (String, "gait/support", self._on_support, _LATCHED),
+            (String, "gait/support", self._on_support, LATCHED),
         ):
-            self.create_subscription(kind, topic, partial(self._guarded, topic, receive), qos)
+            self._inputs.subscribe(kind, topic, receive, qos)
 
     # -- messages ----------------------------------------------------------------------------------
-
-    def _guarded(self, topic: str, receive: Callable[[Any], None], message: Any) -> None:
-        """Turn a refusal into a warning; the next message is served as usual."""
-        try:
-            receive(message)
-        except NaoGaitError as error:
-            self._warn(error.field, f"{topic}: {error}; ignored")
-        except Exception as error:
-            self._warn(type(error).__name__, f"{topic}: {type(error).__name__}: {error}; ignored")
 
     def _on_odometry(self, message: Odometry) -> None:
         stamp, pose = convert.odometry(message)
@@ -189,12 +177,6 @@ class PlayerNode(Node):
         if self._particles.get_subscription_count():
             poses = self._player.world.localization.particles
             self._particles.publish(convert.particles(state.stamp, poses))
-
-    def _warn(self, key: str, message: str) -> None:
-        held_back = self._throttle.allow(key, clock.monotonic())
-        if held_back is not None:
-            more = f" ({held_back} more like it)" if held_back else ""
-            self.get_logger().warning(message + more)
 
 
 def _pose(text: str) -> Pose2 | None:

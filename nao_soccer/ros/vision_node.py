@@ -1,6 +1,5 @@
 """Vision as a ROS 2 node: converts messages and publishes what `VisionController` returns."""
 
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -10,7 +9,6 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.parameters import (
     declare,
@@ -19,7 +17,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.ros.topics import Inputs
 from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_soccer.ros import vision_messages as convert
 from nao_soccer.vision.colors import load_color_table
@@ -46,7 +44,7 @@ class VisionNode(Node):
         names = tuple(name.strip() for name in text(declare(self, CAMERAS)).split(",") if name)
         self._radius = settings.ball_radius
         self._controller = VisionController(robot, table, settings, names or None)
-        self._throttle = Throttle()
+        self._inputs = Inputs(self, burst=1)
         self._make_publishers()
         self._make_subscriptions()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
@@ -79,24 +77,17 @@ class VisionNode(Node):
             self._subscribe(Image, f"{name}/image_raw", partial(self._on_image, name))
 
     def _subscribe(self, kind: type, topic: str, receive: Callable[[Any], None]) -> None:
-        self.create_subscription(
-            kind, topic, partial(self._guarded, receive), qos_profile_sensor_data
-        )
+        self._inputs.subscribe(kind, topic, partial(self._serve, receive), qos_profile_sensor_data)
 
     # -- messages ----------------------------------------------------------------------------------
 
-    def _guarded(self, receive: Callable[[Any], None], message: Any) -> None:
-        """Turn a refusal into a warning; the next message is served as usual."""
-        try:
-            receive(message)
-            for camera in self._controller.cameras:
-                percepts = self._controller.see(camera)
-                if percepts is not None:
-                    self._publish(camera, percepts)
-        except NaoGaitError as error:
-            self._warn(error.field, f"{error}; ignored")
-        except Exception as error:
-            self._warn(type(error).__name__, f"{type(error).__name__}: {error}; ignored")
+    def _serve(self, receive: Callable[[Any], None], message: Any) -> None:
+        """Take a message; then see the images whose joints and torso pose are there."""
+        receive(message)
+        for camera in self._controller.cameras:
+            percepts = self._controller.see(camera)
+            if percepts is not None:
+                self._publish(camera, percepts)
 
     def _on_joints(self, message: JointState) -> None:
         stamp = message.header.stamp
@@ -127,9 +118,3 @@ class VisionNode(Node):
             picture = self._controller.debug_image(camera, percepts)
             if picture is not None:
                 self._debug.publish(convert.debug(percepts, picture, camera))
-
-    def _warn(self, key: str, message: str) -> None:
-        held_back = self._throttle.allow(key, time.monotonic())
-        if held_back is not None:
-            more = f" ({held_back} more like it)" if held_back else ""
-            self.get_logger().warning(message + more)
