@@ -8,6 +8,7 @@ therefore tempered.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -212,3 +213,74 @@ def _standing(places: FloatArray, yaw: FloatArray, seen: FloatArray) -> FloatArr
     x = places[:, 0] - c * seen[0] + s * seen[1]
     y = places[:, 1] - s * seen[0] - c * seen[1]
     return np.column_stack((x, y, yaw))
+
+
+class Linearized(NamedTuple):
+    """An image near a pose: k measurements of how far a percept is from its place on the map.
+
+    Attributes:
+        pose: (k, 3) derivatives by x, y and yaw of the pose in `field`.
+        bias: (k, 2) changes [m] by a deviation of all percepts along and across the line of sight.
+        weight: (k,) [1/m^2] Inverse variance, times the share of right percepts and the tempering.
+    """
+
+    pose: FloatArray
+    bias: FloatArray
+    weight: FloatArray
+
+
+def linearized(evidence: Evidence, pose: FloatArray, field: FieldMap) -> Linearized:
+    """The image as measurements that are linear near a pose.
+
+    A point on a line tells the distance across the line, a landmark its place along and across
+    the line of sight.
+
+    Args:
+        evidence: The image; not empty.
+        pose: (3,) base_footprint in `field`.
+        field: The map.
+    """
+    count, landmarks = len(evidence.points), evidence.landmarks
+    places = np.array([*evidence.points, *(each.position for each in landmarks)])
+    stated = np.array([*evidence.covariances, *(each.covariance for each in landmarks)])
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    turn = np.array(((c, -s), (s, c)))
+    offset = places @ turn.T
+    covariances = turn @ stated[:, (0, 1, 1, 2)].reshape(-1, 2, 2) @ turn.T
+    along = offset / np.maximum(np.hypot(*offset.T), 1e-6)[:, None]
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    near = field.nearest(pose[0] + offset[:count, 0], pose[1] + offset[:count, 1])
+    normal = np.column_stack((near.x, near.y))
+
+    # One row for each measurement: the percept, and the direction in which it is compared.
+    percept = np.r_[: len(places), count : len(places)]
+    direction = np.concatenate((normal, along[count:], across[count:]))
+    variance = np.maximum(_along(direction, covariances[percept]), MAP_VARIANCE)
+    cc, ss = np.full((1, 1), c), np.full((1, 1), s)
+    fits = [_landmark(each, pose[None], cc, ss, field)[0] for each in landmarks]
+    square = np.concatenate((near.distance**2 / variance[:count], fits, fits))
+    share = np.full(len(square), LANDMARK_WEIGHT)
+    share[:count] = min(1.0, LINE_WEIGHT / max(1, count))
+    sight = np.stack((along, across), axis=-1)
+    spread = [np.sqrt(np.maximum(_along(each, covariances) - MAP_VARIANCE, 0.0))
+              for each in (along, across)]  # fmt: skip
+    bias = (sight * np.stack(spread, axis=-1)[:, None, :])[percept]
+    lever = np.column_stack((-offset[:, 1], offset[:, 0]))[percept]
+    return Linearized(
+        np.column_stack((direction, np.einsum("ki,ki->k", direction, lever))),
+        np.einsum("ki,kij->kj", direction, bias),
+        share * _right(square) / variance,
+    )
+
+
+def _along(direction: FloatArray, covariance: FloatArray) -> FloatArray:
+    """(n,) variances along directions (n, 2) of covariances (n, 2, 2)."""
+    result: FloatArray = np.einsum("ni,nij,nj->n", direction, covariance, direction)
+    return result
+
+
+def _right(square: FloatArray) -> FloatArray:
+    """Probability that percepts are right, by their squared distances in deviations."""
+    fit = (1.0 - WRONG) * np.exp(-0.5 * square)
+    result: FloatArray = fit / (fit + WRONG)
+    return result

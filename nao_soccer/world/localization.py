@@ -13,6 +13,7 @@ import numpy as np
 from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.types import FloatArray, Point2, Pose2, PoseCovariance
 from nao_soccer.world.field_map import FieldMap
+from nao_soccer.world.lasting_errors import LastingErrors
 from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
 from nao_soccer.world.odometry import Motion
 from nao_soccer.world.settings import WorldSettings
@@ -24,8 +25,8 @@ ROUGHENING = (0.012, 0.012, 0.008)
 """[m, m, rad] Deviations that are added to each particle when it is drawn."""
 CLUSTER = (0.3, 0.3)
 """[m, rad] Particles that are nearer than this are in one cluster."""
-SYSTEMATIC = (0.03, 0.03, 0.02)
-"""[m, m, rad] Deviations by errors that last: those of a camera's mounting turn every image."""
+SYSTEMATIC = (0.01, 0.01, 0.005)
+"""[m, m, rad] Deviations by errors of base_footprint and of the map, which last."""
 CENTRES = 20
 """Number of particles, drawn by weight, that are tried as the middle of the heaviest cluster."""
 FAST, SLOW = 0.25, 0.02
@@ -100,6 +101,7 @@ class Localization:
         self.weights = np.full(self._count, 1.0 / self._count)
         self._mean = np.zeros(3)
         self._covariance = np.eye(3)
+        self._lasting = LastingErrors()
         self._mass = 0.0
         self._odds = 0.0
         self._fast = self._usual = USUAL
@@ -149,6 +151,7 @@ class Localization:
         self.weights = np.full(self._count, 1.0 / self._count)
         self._reference, self._slack = _mean(particles, self.weights), SAME_PLACE
         self._good, self._bad, self._fast = 0, 0, self._usual
+        self._lasting = LastingErrors()
         self._find_cluster()
 
     # -- filter ------------------------------------------------------------------------------------
@@ -167,6 +170,7 @@ class Localization:
         self.particles = _composed(self.particles, noise)
         self._mean = np.array(compose(_pose(self._mean), motion.offset))
         self._covariance = _carried(self._covariance, self._mean[2], motion)
+        self._lasting.move(_jacobian(self._mean[2], motion))
         self._reference = np.array(compose(_pose(self._reference), motion.offset))
         self._unseen += seconds
 
@@ -175,6 +179,7 @@ class Localization:
         if evidence.weight < 1.0:
             return
         logs, explained = log_likelihood(evidence, self.particles, self._field)
+        self._lasting.see(evidence, self._mean, self._covariance, self._field)
         weights = self.weights * np.exp(logs - logs.max())
         self.weights = weights / weights.sum()
         share = float(self.weights @ explained)
@@ -307,7 +312,7 @@ class Localization:
 
     def estimate(self, motion: Motion | None = None) -> PoseEstimate:
         """The pose after a motion since the last image; None = at that image."""
-        mean, covariance = self._mean, self._covariance
+        mean, covariance = self._mean, self._covariance + self._lasting.covariance
         if motion is not None:
             mean = np.array(compose(_pose(mean), motion.offset))
             covariance = _carried(covariance, mean[2], motion)
@@ -338,11 +343,18 @@ def _carried(covariance: FloatArray, yaw_after: float, motion: Motion) -> FloatA
     """The covariance (3, 3) of a pose after a motion; F P F' + G Q G'."""
     yaw = yaw_after - motion.offset[2]
     c, s = math.cos(yaw), math.sin(yaw)
-    dx, dy = motion.offset[0], motion.offset[1]
-    f = np.array(((1.0, 0.0, -s * dx - c * dy), (0.0, 1.0, c * dx - s * dy), (0.0, 0.0, 1.0)))
+    f = _jacobian(yaw_after, motion)
     g = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
     result: FloatArray = f @ covariance @ f.T + g @ motion.covariance @ g.T
     return result
+
+
+def _jacobian(yaw_after: float, motion: Motion) -> FloatArray:
+    """(3, 3) derivative of a pose after a motion by the pose before."""
+    yaw = yaw_after - motion.offset[2]
+    c, s = math.cos(yaw), math.sin(yaw)
+    dx, dy = motion.offset[0], motion.offset[1]
+    return np.array(((1.0, 0.0, -s * dx - c * dy), (0.0, 1.0, c * dx - s * dy), (0.0, 0.0, 1.0)))
 
 
 def _mean(poses: FloatArray, weights: FloatArray) -> FloatArray:

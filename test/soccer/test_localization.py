@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,11 +11,12 @@ from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.types import Pose2
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.world.field_map import FieldMap
+from nao_soccer.world.lasting_errors import LASTING, LastingErrors
 from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
 from nao_soccer.world.localization import Localization, mirrored
 from nao_soccer.world.odometry import Motion
 from nao_soccer.world.settings import WorldSettings
-from pitch_percepts import GOALS, SMALL, Eyes, nothing
+from pitch_percepts import GOALS, SMALL, VARIANCE, Eyes, nothing
 
 SETTINGS = WorldSettings(field=SMALL, goals=GOALS)
 MAP = FieldMap(SMALL, GOALS)
@@ -173,3 +175,42 @@ def test_after_a_fall_the_heading_is_found_again():
         true, estimate, valid = rows[-1]
         assert sum(error(true, estimate)) < 0.2
         assert valid
+
+
+@pytest.mark.parametrize("pose", [(-1.2, -0.3, 0.0), (0.0, -0.8, 1.2), (0.4, 0.2, -2.0)])
+def test_a_lasting_error_moves_the_pose_as_predicted_and_is_in_its_covariance(pose: Pose2):
+    eyes, at_rest = Eyes(deviation=0.0), Motion((0.0, 0.0, 0.0), np.diag((1e-5, 1e-5, 1e-5)))
+    image = Evidence.of(eyes.see(0, pose), MAP)
+    # All percepts are one lasting deviation too far away, as by a camera that looks too high.
+    deviation = LASTING * math.sqrt(VARIANCE)
+    moved = replace(
+        image,
+        points=_further(image.points, deviation),
+        landmarks=tuple(
+            replace(each, position=_further(each.position[None], deviation)[0])
+            for each in image.landmarks
+        ),
+    )
+    ends, lasting = [], LastingErrors()
+    for evidence in (image, moved):
+        localization = Localization(MAP, SETTINGS)
+        localization.start((pose,), place=0.05, heading=0.05)
+        poses = []
+        for _ in range(60):
+            localization.move(at_rest, STEP)
+            localization.see(evidence)
+            poses.append(localization.estimate().pose)
+        ends.append(np.mean(poses[20:], axis=0))
+    prior = np.diag((1e-3, 1e-3, 1e-3))
+    for _ in range(60):
+        lasting.see(image, np.array(pose), prior, MAP)
+    shift = ends[1] - ends[0]
+    assert np.abs(shift - lasting.shift[:, 0]).max() < 0.006
+    assert math.hypot(*shift[:2]) > 0.012
+    c = localization.estimate().covariance
+    assert (shift**2 < 4.0 * np.array((c.xx, c.yy, c.yaw))).all()
+
+
+def _further(places: np.ndarray, by: float) -> np.ndarray:
+    """Places (n, 2) that are further away by a distance [m]."""
+    return places * (1.0 + by / np.hypot(*places.T))[:, None]
