@@ -17,6 +17,8 @@ from sim_bridge.terrain import prisms
 Values = Mapping[str, float | None]
 """Metric -> value of one suite."""
 _TRIED = re.compile(r"push_(?P<task>.+)_tried")
+_DELAYED = re.compile(r"delay_(?P<delay>\d+)_ms(?P<ignored>_ignored)?_(?P<what>.+)_error_median")
+_DELAYED_UNITS = {"pose": "cm", "heading": "deg", "position": "cm", "velocity": "cm/s"}
 SPEEDS = ("forward", "back", "side", "turn")
 
 
@@ -55,6 +57,27 @@ def _loop_bar(panel: Any, x: int, values: Values, name: str, color: str, label: 
         return
     # The line goes from the median down to the worst robot.
     panel.plot((x, x), (worst, median), color=BLACK, linewidth=1.2, marker="_", markersize=9)
+
+
+def delay_figure(values: Values, path: Path) -> Path | None:
+    """Median errors by the delay of the images; None without the rows of the ablation."""
+    metrics = [(name, match) for name in values if (match := _DELAYED.fullmatch(name))]
+    shown = list(dict.fromkeys(match["what"] for _, match in metrics))
+    if not shown:
+        return None
+    plt = pyplot()
+    figure, panels = plt.subplots(
+        1, len(shown), figsize=(2.6 * len(shown) + 0.6, 2.8), layout="constrained", squeeze=False
+    )
+    for panel, what in zip(panels[0], shown, strict=True):
+        for name, match in metrics:
+            if match["what"] == what:
+                label = match["delay"] + (" ms,\nignored" if match["ignored"] else " ms")
+                color = GREY if match["ignored"] else BLUE
+                panel.bar(label, values[name] or 0.0, color=color)
+        panel.set(title=what, ylabel=_DELAYED_UNITS[what])
+        panel.tick_params(axis="x", labelsize=8)
+    return save(figure, path)
 
 
 def push_figure(values: Values, path: Path) -> Path | None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import gait_lab
-from gait_lab.bench.figures import crossing_figure, push_figure, speed_figure
+from gait_lab.bench.figures import crossing_figure, delay_figure, push_figure, speed_figure
 from gait_lab.bench.fingerprint import Fingerprint, fingerprints_of
 from gait_lab.bench.published import PUBLISHED_NOTE
 from gait_lab.bench.result import Column, Table
@@ -85,6 +85,8 @@ def _cross_a_field(path: Path) -> None:
 
 _FEW = {"robots": 4, "window": 4.0}
 _ONE_LOOP = {"open_loop": "off"}
+_LATE = "Median errors by the delay of the images; grey: the filters do not know the delay."
+_SHORT_TRIALS = {"robots": 2, "window": 30.0}
 _PUSH = "Largest impulse that is survived, by the direction of the push; ahead is up."
 SECTIONS = (
     Section("speed", "Speed", "speed", quick={"robots": 6, "window": 5.0}, figure=speed_figure,
@@ -132,6 +134,11 @@ SECTIONS = (
     Section("vision", "Vision", "vision", {"robots": 8}, {"robots": 1, "window": 1.5}),
     Section("vision_pybullet", "Vision in PyBullet", "vision", {"robots": 8, "engine": "pybullet"},
             {"robots": 1, "window": 1.0}, ("pybullet/walk/default",)),
+    Section("localization", "Self-localisation", "localization", quick=_SHORT_TRIALS,
+            figure=delay_figure, caption=_LATE),
+    Section("localization_spl", "Self-localisation on the SPL field", "localization",
+            {"scene": "pitch", "ablation": False}, _SHORT_TRIALS),
+    Section("ball", "Ball", "ball", quick=_SHORT_TRIALS, figure=delay_figure, caption=_LATE),
     Section("compute", "Cost of control", "compute", {}, {"window": 10.0},
             of_this_machine=True),
     Section("peers", "Other walks on the same robots", "peers", {},

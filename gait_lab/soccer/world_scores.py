@@ -1,15 +1,16 @@
-"""Scores of the world model over many trials: of the own pose and of the ball."""
+"""Scores of the world model over many trials: of the own pose and of the ball; delays."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.result import Measurement
 from gait_lab.soccer.rendered_trial import run_rendered
 from gait_lab.soccer.walks import Walk, WalkSpec, walks
 from gait_lab.soccer.world_trial import (
@@ -44,6 +45,11 @@ NEAR = 2.0
 """[m] Balls that are nearer count."""
 ROLLING, ROLLED_FOR = 0.05, 0.5
 """[m/s, s] A ball that rolls faster, for at least this long."""
+DELAYS = (0.0, 0.1, 0.3)
+"""[s] Delays of the images of the ablation."""
+IGNORED = 0.3
+"""[s] Delay of the images that the filters of its last row do not know."""
+Score = TypeVar("Score")
 
 
 @dataclass(frozen=True)
@@ -130,6 +136,42 @@ def trials(
         for number, walk in enumerate(walked)
     ]
     return parallel_map(run_job, jobs, jobs=options.jobs, label=kind, show=options.show)
+
+
+def delayed(
+    options: WorldOptions,
+    walked: Sequence[Walk],
+    score: Callable[[Sequence[WorldTrace]], Score],
+    head: HeadMode = HeadMode.AUTO,
+) -> dict[str, Score]:
+    """The scores with other delays of the images, by what is delayed; the ablation.
+
+    Empty if the options leave it out or there are no recorded walks.
+    """
+    if not (walked and options.ablation):
+        return {}
+    scores = {
+        f"{1e3 * delay:.0f} ms": score(trials(options, walked, delay=delay, head=head))
+        for delay in DELAYS
+    }
+    late = trials(options, walked, delay=IGNORED, knows_delay=False, head=head)
+    return {**scores, f"{1e3 * IGNORED:.0f} ms, ignored": score(late)}
+
+
+def delay_rows(
+    scores: Mapping[str, Score], read: Mapping[str, tuple[str, Callable[[Score], float]]]
+) -> list[Measurement]:
+    """The metrics of the ablation.
+
+    Args:
+        scores: Of `delayed`.
+        read: End of a metric's name -> its unit, and its value by a score.
+    """
+    return [
+        Measurement(f"delay_{name.replace(' ms', '_ms').replace(', ', '_')}_{end}", unit, of(score))
+        for name, score in scores.items()
+        for end, (unit, of) in read.items()
+    ]
 
 
 def percepts_title(options: WorldOptions) -> str:

@@ -48,9 +48,8 @@ class LastingErrors:
         rows = linearized(evidence, pose, field)
         prior = np.linalg.inv(covariance)
         weighted = rows.pose.T * rows.weight
-        self.shift = np.linalg.solve(
-            prior + weighted @ rows.pose, prior @ self.shift - LASTING * weighted @ rows.bias
-        )
+        change: FloatArray = prior @ self.shift - LASTING * weighted @ rows.bias
+        self.shift = np.asarray(np.linalg.solve(prior + weighted @ rows.pose, change), dtype=float)
 
     @property
     def covariance(self) -> FloatArray:

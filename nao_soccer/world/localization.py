@@ -39,7 +39,7 @@ USUAL = 0.75
 """Explained share of the evidence that is usual, at the start."""
 USUAL_MIN = 0.55
 """Smallest share that can become usual."""
-SAME_PLACE = (0.5, 0.5)
+SAME_PLACE = (0.25, 0.25)
 """[m, rad] Deviations of a pose that is found again from the last valid one, which odometry has
 carried on; they decide between mirror poses."""
 SURE = 12.0

@@ -12,6 +12,7 @@ from scores import metrics, score, values
 from gait_lab.analysis.metrics import Metrics
 from gait_lab.bench import suite
 from gait_lab.bench.changes import load_changes
+from gait_lab.bench.figures import delay_figure
 from gait_lab.bench.score import FallDetection
 from gait_lab.bench.suites import ablation, endurance, robust, speed, start
 from gait_lab.bench.suites.compute import Options as ComputeOptions
@@ -315,3 +316,15 @@ def test_minutes_until_a_temperature_follow_one_time_constant() -> None:
     rise = minutes_until(60.0, 95.0, 25.0, 600.0)
     assert rise == pytest.approx(10.0 * math.log(2.0))
     assert minutes_until(78.0, 77.0, 25.0, 600.0) == LONGEST
+
+
+def test_the_errors_by_the_delay_of_the_images_are_drawn(tmp_path: Path) -> None:
+    values = {
+        f"delay_{delay}_{what}_error_median": value
+        for delay, value in (("0_ms", 2.0), ("300_ms", 2.3), ("300_ms_ignored", 5.0))
+        for what in ("pose", "heading")
+    }
+    path = tmp_path / "delays.png"
+    assert delay_figure(values, path) == path
+    assert path.stat().st_size > 3000
+    assert delay_figure({"pose_error_median": 2.0}, path) is None

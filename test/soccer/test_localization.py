@@ -154,6 +154,34 @@ def test_after_it_was_carried_the_pose_is_invalid_and_then_found():
     assert min(sum(error(pose, each)) for each in (estimate, mirror)) < 0.2
 
 
+def test_after_a_shove_the_mirror_pose_is_not_valid_until_team_mates_decide():
+    localization, eyes = Localization(MAP, SETTINGS), Eyes()
+    localization.start(((-0.5, -0.4, 0.5),))
+    x, y, yaw = walk(localization, eyes, 3.0, (-0.5, -0.4, 0.5))[-1][0]
+    # It stands where its mirror pose is nearer to its belief than its pose.
+    shoved = -x - 0.45, -y - 0.1, yaw + math.pi + 0.3
+    rows = walk(localization, eyes, 8.0, shoved)
+    pose, estimate, _ = rows[-1]
+    assert sum(error(pose, estimate)) > 2.0
+    assert not any(valid for _, _, valid in rows[20:])
+    for _ in range(5):
+        right = sum(error(pose, localization.estimate().pose)) < 0.3
+        localization.judge_half(2.0 if right else -2.0)
+    pose, estimate, valid = walk(localization, eyes, 2.0, pose)[-1]
+    assert sum(error(pose, estimate)) < 0.2
+    assert valid
+
+
+@pytest.mark.parametrize("shove", [(0.2, 0.1, 0.2), (-0.1, 0.2, -0.3)])
+def test_after_a_small_shove_history_tells_the_half(shove: Pose2):
+    localization, eyes = Localization(MAP, SETTINGS), Eyes()
+    localization.start(((-1.2, -0.3, 0.0),))
+    pose = walk(localization, eyes, 3.0)[-1][0]
+    pose, estimate, valid = walk(localization, eyes, 5.0, compose(pose, shove))[-1]
+    assert sum(error(pose, estimate)) < 0.2
+    assert valid
+
+
 def test_without_evidence_the_pose_does_not_stay_valid():
     localization = Localization(MAP, SETTINGS)
     localization.start(((-1.2, -0.3, 0.0),))

@@ -1,7 +1,5 @@
 """The suite `ball`: the ball filter while robots walk random commands on a field."""
 
-from dataclasses import dataclass
-
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.soccer.world_scores import (
@@ -10,29 +8,19 @@ from gait_lab.soccer.world_scores import (
     BallScore,
     WorldOptions,
     ball_score,
+    delay_rows,
+    delayed,
     first_trials,
     percepts_title,
-    trials,
     walks_of,
 )
 from nao_soccer.world.state import HeadMode
 
-DELAYS = (0.0, 0.1, 0.3)
-"""[s] Delays of the images of the ablation."""
-IGNORED = 0.3
-"""[s] Delay that the filter of the last row does not know."""
 
-
-@dataclass(frozen=True)
-class Options(WorldOptions):
-    """What the suite `ball` runs on."""
-
-
-def ball(options: Options) -> SuiteResult:
+def ball(options: WorldOptions) -> SuiteResult:
     """A ball that rests, rolls and is put elsewhere, seen by a robot that walks."""
     walks, head = walks_of(options), HeadMode.BALL
-    scores = {"as measured": ball_score(first_trials(options, walks, head))}
-    measured = scores["as measured"]
+    measured = ball_score(first_trials(options, walks, head))
     rows = [
         Measurement("ball_position_error_median", "cm", measured.median),
         Measurement("ball_position_error_p95", "cm", measured.p95),
@@ -42,18 +30,15 @@ def ball(options: Options) -> SuiteResult:
         Measurement("ball_known_share", "%", measured.known),
         Measurement("ball_inside_ellipse_share", "%", measured.inside),
     ]
-    if walks and options.ablation:
-        for delay in DELAYS:
-            scores[f"{1e3 * delay:.0f} ms"] = ball_score(
-                trials(options, walks, delay=delay, head=head)
-            )
-        scores[f"{1e3 * IGNORED:.0f} ms, ignored"] = ball_score(
-            trials(options, walks, delay=IGNORED, knows_delay=False, head=head)
-        )
-        for name, score in list(scores.items())[1:]:
-            key = name.replace(" ms", "_ms").replace(", ", "_")
-            rows.append(Measurement(f"delay_{key}_position_error_median", "cm", score.median))
-            rows.append(Measurement(f"delay_{key}_velocity_error_median", "cm/s", score.velocity))
+    late = delayed(options, walks, ball_score, head)
+    rows += delay_rows(
+        late,
+        {
+            "position_error_median": ("cm", lambda score: score.median),
+            "velocity_error_median": ("cm/s", lambda score: score.velocity),
+        },
+    )
+    scores = [("as measured", measured), *late.items()]
     columns = (
         Column("delay"), Column("known", "%"), Column("place", "cm, median"), Column("95 %", "cm"),
         Column("velocity", "cm/s, median"), Column("95 %", "cm/s"), Column("at rest", "cm/s, 95 %"),
@@ -63,7 +48,7 @@ def ball(options: Options) -> SuiteResult:
         tuple(rows),
         f"A ball within {NEAR:g} m of robots that walk for {options.window:g} s on "
         f"{options.scene}, {percepts_title(options)}; {options.title}",
-        (Table(columns, [_line(name, score) for name, score in scores.items()]),),
+        (Table(columns, [_line(name, score) for name, score in scores]),),
         (
             "known: the ball was seen within the last second. Errors are those of a known ball, "
             f"from {ROLLED_FOR:g} s after it was put down or kicked on; velocity: of a ball that "
@@ -84,7 +69,7 @@ SUITE = Suite(
     title="Ball",
     summary="place and velocity of a ball against the truth, and delays",
     measure=ball,
-    options=Options,
+    options=WorldOptions,
     takes=("robots", "window"),
     quick=({"robots": 2, "window": 30.0, "ablation": False},),
 )

@@ -1,7 +1,6 @@
 """The suite `localization`: the own pose while robots walk random commands on a field."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,8 @@ from gait_lab.soccer.world_scores import (
     WRONG,
     PoseScore,
     WorldOptions,
+    delay_rows,
+    delayed,
     first_trials,
     percepts_title,
     pose_score,
@@ -26,22 +27,11 @@ from gait_lab.soccer.world_scores import (
     walks_of,
 )
 
-DELAYS = (0.0, 0.1, 0.3)
-"""[s] Delays of the images of the ablation."""
-IGNORED = 0.3
-"""[s] Delay that the filter of the last row does not know."""
 
-
-@dataclass(frozen=True)
-class Options(WorldOptions):
-    """What the suite `localization` runs on."""
-
-
-def localization(options: Options) -> SuiteResult:
+def localization(options: WorldOptions) -> SuiteResult:
     """Known starts, robots that are carried away, falls, and delays."""
     walks = walks_of(options)
     measured = pose_score(first_trials(options, walks))
-    scores = {"as measured": measured}
     rows = [
         Measurement("pose_error_median", "cm", measured.median),
         Measurement("pose_error_p95", "cm", measured.p95),
@@ -54,22 +44,22 @@ def localization(options: Options) -> SuiteResult:
     ]
     if walks and options.window > GAP_TIME:
         rows += _found_again(options, walks)
-    if walks and options.ablation:
-        for delay in DELAYS:
-            scores[f"{1e3 * delay:.0f} ms"] = pose_score(trials(options, walks, delay=delay))
-        ignored = pose_score(trials(options, walks, delay=IGNORED, knows_delay=False))
-        scores[f"{1e3 * IGNORED:.0f} ms, ignored"] = ignored
-        for name, score in list(scores.items())[1:]:
-            key = name.replace(" ms", "_ms").replace(", ", "_")
-            rows.append(Measurement(f"delay_{key}_pose_error_median", "cm", score.median))
-            rows.append(Measurement(f"delay_{key}_heading_error_median", "deg", score.heading))
+    late = delayed(options, walks, pose_score)
+    rows += delay_rows(
+        late,
+        {
+            "pose_error_median": ("cm", lambda score: score.median),
+            "heading_error_median": ("deg", lambda score: score.heading),
+        },
+    )
+    scores = [("as measured", measured), *late.items()]
     columns = (
         Column("delay"), Column("place", "cm, median"), Column("95 %", "cm"),
         Column("heading", "deg, median"), Column("95 %", "deg"), Column("valid", "%"),
         Column("valid but", "wrong, %", 2), Column("in ellipse", "%"),
         Column("wrong half", "trials"), Column("update", "ms", 2),
     )  # fmt: skip
-    table = Table(columns, [_line(name, score) for name, score in scores.items()])
+    table = Table(columns, [_line(name, score) for name, score in scores])
     return SuiteResult(
         tuple(rows),
         f"Random walks of {options.window:g} s on {options.scene} from a known start, "
@@ -86,7 +76,7 @@ def localization(options: Options) -> SuiteResult:
     )
 
 
-def _found_again(options: Options, walks: list[Walk]) -> list[Measurement]:
+def _found_again(options: WorldOptions, walks: list[Walk]) -> list[Measurement]:
     carried = [right_again(t, GAP_TIME + CARRY) for t in trials(options, walks, "carried")]
     fallen = [right_again(t, GAP_TIME + LIE) for t in trials(options, walks, "fall")]
     found = float(np.mean([each <= FOUND_AFTER for each in fallen]))
@@ -129,7 +119,7 @@ SUITE = Suite(
     title="Self-localisation",
     summary="the own pose against the truth: walks, robots that are carried away, falls, delays",
     measure=localization,
-    options=Options,
+    options=WorldOptions,
     takes=("robots", "window"),
     quick=({"robots": 2, "window": 30.0, "ablation": False},),
 )
