@@ -20,6 +20,8 @@ POINTS = 30
 """Largest number of line points of an image that are used."""
 LINE_WEIGHT = 6.0
 """Number of independent points to which all line points of an image are equal, at most."""
+PATCH = 0.2
+"""[m] All line points in a square of this size count as one: they are right or wrong together."""
 LANDMARK_WEIGHT = 0.6
 """Number of independent landmarks to which one is equal."""
 WRONG = 0.05
@@ -86,10 +88,15 @@ class Evidence:
         )
 
     @property
+    def line_weight(self) -> float:
+        """Number of independent points to which all line points are equal."""
+        x, y = np.floor(self.points / PATCH).T
+        return min(LINE_WEIGHT, float(len(np.unique(x + 1000.0 * y))))
+
+    @property
     def weight(self) -> float:
         """Number of independent features to which the evidence is equal."""
-        lines = min(LINE_WEIGHT, float(len(self.points)))
-        return lines + LANDMARK_WEIGHT * len(self.landmarks)
+        return self.line_weight + LANDMARK_WEIGHT * len(self.landmarks)
 
 
 def log_likelihood(
@@ -111,7 +118,7 @@ def log_likelihood(
     count = len(evidence.points)
     if count:
         each = _points(evidence, poses, c, s, field)
-        share = min(LINE_WEIGHT, float(count)) / count
+        share = evidence.line_weight / count
         total += share * _mixed(each, explained, share)
     for landmark in evidence.landmarks:
         each = _landmark(landmark, poses, c, s, field)[:, None]
@@ -260,7 +267,7 @@ def linearized(evidence: Evidence, pose: FloatArray, field: FieldMap) -> Lineari
     fits = [_landmark(each, pose[None], cc, ss, field)[0] for each in landmarks]
     square = np.concatenate((near.distance**2 / variance[:count], fits, fits))
     share = np.full(len(square), LANDMARK_WEIGHT)
-    share[:count] = min(1.0, LINE_WEIGHT / max(1, count))
+    share[:count] = evidence.line_weight / max(1, count)
     sight = np.stack((along, across), axis=-1)
     spread = [np.sqrt(np.maximum(_along(each, covariances) - MAP_VARIANCE, 0.0))
               for each in (along, across)]  # fmt: skip

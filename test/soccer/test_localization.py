@@ -12,7 +12,7 @@ from nao_lipm_gait.types import Pose2
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.lasting_errors import LASTING, LastingErrors
-from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
+from nao_soccer.world.likelihood import LINE_WEIGHT, Evidence, log_likelihood, poses_from
 from nao_soccer.world.localization import Localization, mirrored
 from nao_soccer.world.odometry import Motion
 from nao_soccer.world.settings import WorldSettings
@@ -95,6 +95,24 @@ def test_poses_drawn_from_an_image_hold_the_true_one(kind: Kind):
     assert seen.of(kind)
     away = [sum(error(true, tuple(pose))) for pose in poses]
     assert min(away) < 1e-6
+
+
+def test_false_points_in_one_place_count_as_one():
+    clump = np.random.default_rng(4).uniform((0.02, 0.02), (0.18, 0.18), (20, 2))
+    image = replace(
+        nothing(0), line_points=clump, line_covariances=np.tile((VARIANCE, 0.0, VARIANCE), (20, 1))
+    )
+    assert Evidence.of(image, MAP).weight == pytest.approx(1.0)
+    assert Evidence.of(Eyes().see(0, (-1.2, -0.3, 0.0)), MAP).line_weight == LINE_WEIGHT
+    localization, eyes = Localization(MAP, SETTINGS), Eyes()
+    localization.start(((-1.2, -0.3, 0.0),))
+    for pose, motion in course(8.0):
+        localization.move(motion, STEP)
+        localization.see(Evidence.of(eyes.see(0, pose), MAP))
+        localization.see(Evidence.of(image, MAP))
+        estimate = localization.estimate()
+        assert sum(error(pose, estimate.pose)) < 0.3
+    assert estimate.valid
 
 
 def test_weights_are_shares():
