@@ -1,10 +1,11 @@
 """Start the gait and the simulated robot: `ros2 launch nao_lipm_gait walk.launch.py rviz:=true`.
 
 With `scene:=pitch` the world has several robots. Each has a gait in a namespace of its name, and
-transforms on the `tf` of that namespace, because all robots have the same frames.
+transforms on the `tf` of that namespace, because all robots have the same frames. With
+`vision:=true` each robot of a scene that has cameras has a `vision` too.
 
 An argument that is left out leaves the node's own default in place. All arguments are checked
-before anything starts; everything ends if the gait, the simulated robot or the recorder ends.
+before anything starts; everything ends if a node or the recorder ends.
 """
 
 import time
@@ -26,7 +27,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 # name, type, nodes that take it, meaning (default)
 ARGUMENTS = (
-    ("scene", str, ("sim_bridge",), "floor, pitch, pitch_small or a YAML file (floor)"),
+    ("scene", str, ("sim_bridge", "vision"), "floor, pitch, pitch_small or a YAML file (floor)"),
     ("urdf", str, ("sim_bridge", "gait"), "robot: shipped name or URDF file (nao_h21_v33)"),
     ("gui", bool, ("sim_bridge",), "open the window of the physics engine (false)"),
     ("engine", str, ("sim_bridge",), "physics engine (pybullet)"),
@@ -45,6 +46,7 @@ ARGUMENTS = (
     ("camera_height", int, ("sim_bridge",), "rows of an image (240)"),
     ("camera_delay", float, ("sim_bridge",), "age of the images when published [s] (the plant's)"),
     ("camera_noise", float, ("sim_bridge",), "noise of a pixel, of 255 (the plant's)"),
+    ("colors", str, ("vision",), "colour classes: shipped table or YAML file (pitch)"),
     ("preset", str, ("gait",), "gait parameters: shipped name or YAML file (default)"),
     ("motions", str, ("gait",), "folder of motion files (those that are shipped)"),
     ("calibration", str, ("gait",), "calibration file of the robot (none)"),
@@ -59,8 +61,9 @@ ARGUMENTS = (
     ("cmd_vel_timeout", float, ("gait",), "an older velocity command means stop [s] (0.5)"),
 )  # fmt: skip
 
-# name, default, meaning: what is started beside the two nodes
+# name, default, meaning: what is started beside bridge and gait
 EXTRAS = (
+    ("vision", "false", "what each robot with cameras sees; needs a field, publishes images"),
     ("rviz", "false", "open RViz with the robot, its footsteps and pendulum"),
     ("record", "", "record everything: true, or a new folder for the bag"),
     ("robot_state_publisher", "auto",
@@ -125,11 +128,13 @@ class Robot(NamedTuple):
         namespace: Of its topics.
         urdf: Shipped name or file.
         several: It is one of several in a scene.
+        sees: It has cameras.
     """
 
     namespace: str
     urdf: str
     several: bool
+    sees: bool = False
 
 
 def _robots(context: LaunchContext) -> list[Robot]:
@@ -145,25 +150,45 @@ def _robots(context: LaunchContext) -> list[Robot]:
         if got:
             allowed = f"nothing: it differs between the robots of scene {scene.name}"
             raise ValueError(f"{argument}: got {got!r}; allowed: {allowed}")
-    for robot in scene.robots:
-        load_robot(robot.urdf)
-    return [Robot(f"{namespace}/{robot.name}", robot.urdf, True) for robot in scene.robots]
+    return [
+        Robot(f"{namespace}/{robot.name}", robot.urdf, True, bool(load_robot(robot.urdf).cameras))
+        for robot in scene.robots
+    ]
+
+
+def _with_vision(context: LaunchContext, robots: list[Robot]) -> list[Robot]:
+    """The robots that get a vision; the bridge then publishes images."""
+    if not _is_on(context, "vision"):
+        return []
+    from nao_soccer.vision.settings import settings_of_scene
+    from sim_bridge.scene import FLOOR
+
+    asked = _text(context, "scene")
+    if asked in ("", FLOOR):
+        raise ValueError("vision: got 'true'; allowed: false, or a scene with a field")
+    settings_of_scene(asked)
+    if _text(context, "cameras") and not _is_on(context, "cameras"):
+        raise ValueError("cameras: got 'false'; allowed: true, because vision needs images")
+    context.launch_configurations["cameras"] = "true"
+    return [robot for robot in robots if robot.sees]
 
 
 def _everything(context: LaunchContext) -> list[Action]:
     """Check all arguments, then start all processes: an error here leaves nothing running."""
     robots = _robots(context)
+    seeing = _with_vision(context, robots)
     return [
         *(each for robot in robots for each in _state_publisher(context, robot)),
         *(each for robot in robots for each in _rviz(context, robot)),
         *_recorder(context),
         _node(context, "sim_bridge"),
         *(_node(context, "gait", robot) for robot in robots),
+        *(_node(context, "vision", robot) for robot in seeing),
     ]
 
 
 def _node(context: LaunchContext, name: str, robot: Robot | None = None) -> Node:
-    """One of the two nodes; `robot`: whose gait it is."""
+    """One of the nodes; `robot`: whose gait or vision it is."""
     given = {
         argument: _value(context, argument, kind)
         for argument, kind, nodes, _ in ARGUMENTS
@@ -253,7 +278,7 @@ def _state_publisher(context: LaunchContext, robot: Robot) -> list[Action]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Declare one argument per parameter of the two nodes and per extra, and start everything."""
+    """Declare one argument per parameter of the nodes and per extra, and start everything."""
     return LaunchDescription(
         [
             # This machine alone, also for what is started beside the nodes, unless told otherwise.
@@ -261,7 +286,7 @@ def generate_launch_description() -> LaunchDescription:
                 RANGE, EnvironmentVariable(RANGE, default_value="LOCALHOST")
             ),
             DeclareLaunchArgument(
-                "namespace", default_value="", description="namespace of both nodes"
+                "namespace", default_value="", description="namespace of all nodes"
             ),
             *(
                 DeclareLaunchArgument(name, default_value="", description=meaning)

@@ -196,14 +196,17 @@ def test_launch_arguments_are_parameters_of_the_nodes():
     """PyPI has no launch, so the table is read as text."""
     from nao_lipm_gait.parameters import PARAMETERS
     from nao_lipm_gait.ros import node
+    from nao_soccer.ros import vision_node
     from sim_bridge.ros import node as bridge
 
     gait = {p.name: type(p.default).__name__ for p in (*node.NODE_PARAMETERS, *PARAMETERS)}
     robot = {p.name: type(p.default).__name__ for p in bridge.NODE_PARAMETERS}
+    vision = {p.name: type(p.default).__name__ for p in vision_node.NODE_PARAMETERS}
+    taken = {"gait": gait, "sim_bridge": robot, "vision": vision}
     arguments = _literal(str(share("launch", "walk.launch.py")), "ARGUMENTS")
     for name, kind, nodes, _ in arguments:
         for taker in nodes:
-            assert (gait if taker == "gait" else robot)[name] == kind, name
+            assert taken[taker][name] == kind, name
     assert {name for name, _, nodes, _ in arguments if "sim_bridge" in nodes} == set(robot)
     of_node = {p.name for p in node.NODE_PARAMETERS}
     assert of_node <= {name for name, _, nodes, _ in arguments if "gait" in nodes}

@@ -106,12 +106,13 @@ def _measured(
     if residual > RESIDUAL_MAX * size + 0.5 or kept < EDGES_MIN:
         return None
     spot = geometry.view.project((geometry.camera + axis)[None])[0]
+    if not 0.0 <= spot[0] < geometry.width:
+        return None  # less than half is seen: it may be a part of a robot beside the image
     if not frame.on_field(spot[None] + (0.0, 0.8 * size))[0]:
         return None
     sides = spot + INSIDE_MIN * size * np.array(((-1.0, 0.0), (1.0, 0.0)))
     whole = bool(frame.inside(sides).all())
-    around_min = AROUND_MIN if whole else CUT_AROUND_MIN
-    if not _looks_round(frame, mask, spot, axis, sine, around_min):
+    if not _looks_round(frame, mask, spot, axis, sine, whole=whole):
         return None
     placed = _place(geometry, axis, sine, kept, radius)
     if placed is None or placed.distance > RANGE_MAX:
@@ -194,9 +195,12 @@ def _looks_round(
     spot: FloatArray,
     axis: FloatArray,
     sine: float,
-    around_min: float,
+    *,
+    whole: bool,
 ) -> bool:
     """Whether the disc has the ball's colour, and what is around its lower half is field.
+
+    A ball that is cut has the field all around: parts of a robot are below another part.
 
     Args:
         frame: The image.
@@ -204,7 +208,7 @@ def _looks_round(
         spot: (2,) [px] Centre.
         axis: (3,) of the cone of the ball.
         sine: Of half its opening angle.
-        around_min: Least share of the field in what is around.
+        whole: The edge of the image does not cut it.
     """
     height, width = mask.shape
     size = frame.geometry.focal * sine
@@ -226,16 +230,19 @@ def _looks_round(
     ring = (away > size + 1.2) & (away <= size + 1.2 + max(0.4 * size, 1.5))
     if ring.any() and same[ring].mean() > SAME_MAX:
         return False
-    ring &= v > spot[1]
+    if whole:
+        ring &= v > spot[1]
+    else:
+        ring &= frame.on_field(np.stack((u, v), axis=1))
     if ring.sum() < 4:
-        return True
+        return whole
     around = frame.classes[v[ring], u[ring]]
     if np.isin(around, (FIELD, WHITE)).mean() < GROUND_MIN:
         return False
     below = np.abs(u[ring] - spot[0]) < v[ring] - spot[1]
     if below.sum() >= 4 and axis[2] > -STEEP and (around[below] == FIELD).mean() < BELOW_MIN:
         return False
-    return bool((around == FIELD).mean() >= around_min)
+    return bool((around == FIELD).mean() >= (AROUND_MIN if whole else CUT_AROUND_MIN))
 
 
 def _place(

@@ -21,8 +21,9 @@ ARM = (0.13, 0.3)
 """[m] Piece of an arm that is looked at, from the crossing."""
 STEPS = np.linspace(*ARM, 9)
 """[m] Places on it."""
-ASIDE = np.radians(17.0)
-"""[rad] To either side of an arm that is not there, where there is to be no line either."""
+ASIDE = np.radians((-34.0, -17.0, 17.0, 34.0))
+"""[rad] To either side of an arm that is not there, where there is to be no line either: a chord of
+the centre circle leaves it at such angles."""
 WHITE_MIN = 0.75
 """Least share of them on a line for an arm that is there."""
 GREEN_MIN = 0.7
@@ -40,6 +41,8 @@ def find_crossings(
     mask: NDArray[np.bool_],
     segments: Iterable[LineSegment],
     circle: Circle | None,
+    free: NDArray[np.bool_],
+    line_width: float,
 ) -> list[Percept]:
     """The crossings whose kind is seen.
 
@@ -48,6 +51,8 @@ def find_crossings(
         mask: (height, width) white pixels of the field.
         segments: Straight lines.
         circle: The centre circle.
+        free: (height, width) false where an object other than a line is.
+        line_width: [m].
     """
     segments = list(segments)
     found: list[Percept] = []
@@ -56,6 +61,12 @@ def find_crossings(
         if meeting is not None:
             point, yaw, across = meeting
             _add(found, _crossing(frame, mask, point, yaw, across))
+    bare = mask & free
+    for segment in segments:
+        for point, yaw in _ends(segment, line_width):
+            crossing = _crossing(frame, bare, point, yaw, yaw + 0.5 * pi)
+            if crossing is not None and crossing.kind is Kind.CROSSING_L:
+                _add(found, crossing)
     if circle is not None:
         for segment in segments:
             for point, yaw in _on_circle(segment, circle):
@@ -87,6 +98,20 @@ def _meeting(one: LineSegment, other: LineSegment) -> tuple[Point2, float, float
     return (ax + t * ux, ay + t * uy), atan2(uy, ux), atan2(vy, vx)
 
 
+def _ends(segment: LineSegment, line_width: float) -> list[tuple[Point2, float]]:
+    """Where a line may turn away from the camera [m], and the line's direction [rad].
+
+    The other line is then too short in the image to be found. The points end on it or at its edge.
+    """
+    (ax, ay), (bx, by) = segment.start, segment.end
+    yaw = atan2(by - ay, bx - ax)
+    found: list[tuple[Point2, float]] = []
+    for beyond in (0.0, 0.5 * line_width):
+        dx, dy = beyond * cos(yaw), beyond * sin(yaw)
+        found += [((ax - dx, ay - dy), yaw), ((bx + dx, by + dy), yaw)]
+    return found
+
+
 def _on_circle(segment: LineSegment, circle: Circle) -> list[tuple[Point2, float]]:
     """Where a line through the centre of the circle meets it [m], and its direction [rad]."""
     (ax, ay), (bx, by) = segment.start, segment.end
@@ -115,7 +140,7 @@ def _crossing(
     for angle in directions:
         arm = _arm(frame, mask, _straight(place, angle))
         if arm is False and any(
-            _touches(frame, mask, _straight(place, angle + side)) for side in (-ASIDE, ASIDE)
+            _touches(frame, mask, _straight(place, angle + side)) for side in ASIDE
         ):
             arm = None  # perhaps the circle, whose arms are bent
         if arm is None:

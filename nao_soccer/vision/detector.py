@@ -91,7 +91,9 @@ class Vision:
             a, b, c = geometry.covariance(np.array([circle.centre]))[0].tolist()
             objects.append(Percept(Kind.CENTRE_CIRCLE, circle.centre, (a, b, c)))
         segments = find_segments(frame, straight, random)
-        objects += find_crossings(frame, mask, segments, circle)
+        objects += find_crossings(
+            frame, mask, segments, circle, free, settings.field.line_width
+        )
         if calibration is not None:
             for each in (ball, circle, *uprights):
                 if each is not None and each.tilt is not None:

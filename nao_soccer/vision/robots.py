@@ -23,9 +23,17 @@ TORSO_TOP = (0.25, 0.6)
 """[m] Least and largest height of the upper edge of a torso over the ground."""
 ASIDE = 0.55
 """Width that is looked at below a torso to either side of its middle, of the torso's height."""
+EDGE_BAND = 8
+"""[px] Rows below the edge of the field that a robot hides, at least in part."""
+EDGE_ROWS, EDGE_COLUMNS = 0.4, 0.25
+"""Least share of these rows that are hidden, and of a robot's columns in which they are."""
 HEAD, FEET, FEET_MAX = 0.6, 2.2, 3.3
 """Height of the head over a torso's upper edge, and usual and largest height of that edge over the
 feet, of its height; Bruno's long legs make it 3.1."""
+FEET_MIN = 1.75
+"""Least of it for feet that the lower edge of the image cuts."""
+FEET_SPREAD, CUT_SPREAD = 0.04, 0.1
+"""[m] Standard deviations of a robot's middle from its feet, and from feet that are cut."""
 ARMS = 0.95
 """Width of the arms to either side of a torso's middle, of its height."""
 SPLIT_MAX = 0.4
@@ -82,8 +90,19 @@ def find_torsos(frame: Frame) -> list[Torso]:
             Box(middle - side * size, top - HEAD * size, middle + side * size, top + FEET * size)
             for side in (ASIDE, ARMS)
         )
+        if not _stands_on_field(frame, box):
+            continue
         found.append(Torso(kind, stats, box, reach))
     return found
+
+
+def _stands_on_field(frame: Frame, box: Box) -> bool:
+    """Whether something in the columns of a robot hides the field below its edge."""
+    columns = np.arange(max(int(box.left), 0), min(int(box.right) + 1, frame.classes.shape[1]))
+    rows = frame.boundary_row[columns] + np.arange(1, EDGE_BAND + 1)[:, None]
+    green = frame.classes[np.minimum(rows, len(frame.classes) - 1), columns] == FIELD
+    hidden = (~green).mean(axis=0) >= EDGE_ROWS
+    return bool(hidden.mean() >= EDGE_COLUMNS)
 
 
 def _joined(parts: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
@@ -110,7 +129,7 @@ def _joined(parts: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
 
 
 def find_robots(frame: Frame, torsos: list[Torso], ball: Percept | None) -> list[Percept]:
-    """Robots whose feet are seen.
+    """Robots whose feet are seen, at least in part.
 
     Args:
         frame: The image.
@@ -151,8 +170,9 @@ def _below(
     bottoms = np.where(ended.any(axis=0), ended.argmax(axis=0), len(green))
     expected = min(max(int(FOOT_COLUMNS / TORSO_MEAN * tall), 1), len(bottoms))
     foot_depth = int(np.sort(bottoms)[-expected])
-    if start + foot_depth >= height - 1:
-        return None
+    cut = start + foot_depth >= height - 1
+    if cut and height - top < FEET_MIN * size:
+        return None  # its feet are below the image
     feet = np.nonzero(bottoms >= foot_depth - max(tall // 5, 1))[0]
     centre = 0.5 * (centre + first + float(feet.mean()))
     foot = start + foot_depth - 1
@@ -175,8 +195,7 @@ def _below(
         return None
     spot = place + DEPTH / reach * away
     a, b, c = geometry.covariance(spot[None])[0].tolist()
-    # The feet are not the middle of the robot.
-    spread = 0.04**2
+    spread = (CUT_SPREAD if cut else FEET_SPREAD) ** 2
     box = Box(float(first), float(top), float(last), float(foot))
     return Percept(kind, _point(spot), (a + spread, b, c + spread), box=box)
 

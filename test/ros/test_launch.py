@@ -1,8 +1,10 @@
 """walk.launch.py starts everything or nothing. Needs launch_ros, which PyPI does not have."""
 
+import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 pytest.importorskip("launch_ros", reason="no launch_ros (it comes with a full ROS)")
 
@@ -21,7 +23,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     index.mkdir(parents=True)
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "log"))
-    install(tmp_path, "nao_lipm_gait", "gait", "sim_bridge")
+    install(tmp_path, "nao_lipm_gait", "gait", "sim_bridge", "vision")
     return tmp_path
 
 
@@ -92,6 +94,32 @@ def test_each_robot_of_a_scene_has_its_namespace_and_its_transforms(packages: Pa
     assert "/tf:=" not in bridge
 
 
+def test_each_robot_of_a_scene_has_its_vision_and_the_bridge_renders(packages: Path) -> None:
+    status, commands = launched_commands(9, scene="pitch_small", vision="true", colors="pitch")
+    assert status == 0
+    nodes = [(Path(command[0]).name, " ".join(command)) for command in commands]
+    assert sorted(name for name, _ in nodes) == [*["gait"] * 4, "sim_bridge", *["vision"] * 4]
+    for robot in ("red1", "red2", "blue1", "blue2"):
+        (line,) = [line for name, line in nodes if name == "vision" and f"__ns:=/{robot}" in line]
+        values = parameters(line)
+        assert values["scene"] == "pitch_small"
+        assert values["colors"] == "pitch"
+        assert values["use_sim_time"] is True
+        assert "cameras" not in values  # its own parameter of this name selects some
+    (bridge,) = [line for name, line in nodes if name == "sim_bridge"]
+    assert parameters(bridge)["cameras"] is True
+    assert "colors" not in parameters(bridge)
+
+
+def parameters(command: str) -> dict[str, object]:
+    """The parameters of a node, from its command line."""
+    found: dict[str, object] = {}
+    for file in re.findall(r"--params-file (\S+)", command):
+        (node,) = yaml.safe_load(Path(file).read_text()).values()
+        found |= node["ros__parameters"]
+    return found
+
+
 def test_transforms_of_the_links_are_published_where_that_is_possible(packages: Path) -> None:
     install(packages, "robot_state_publisher", "robot_state_publisher")
     _, started = launched(3)
@@ -109,6 +137,9 @@ def test_transforms_of_the_links_are_published_where_that_is_possible(packages: 
         ({"lockstep": "maybe"}, "lockstep: got 'maybe'; allowed: true or false"),
         ({"scene": "stadium"}, "scene: got 'stadium'; allowed: a shipped name"),
         ({"scene": "pitch", "ball": "true"}, "ball: got 'true'; allowed: nothing: it differs"),
+        ({"vision": "true"}, "vision: got 'true'; allowed: false, or a scene with a field"),
+        ({"scene": "pitch", "vision": "true", "cameras": "false"},
+         "cameras: got 'false'; allowed: true, because vision needs images"),
         ({"robot_seed": "x"}, "robot_seed: got 'x'; allowed: a whole number"),
     ],
 )

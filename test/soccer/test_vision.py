@@ -1,5 +1,6 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 
@@ -8,12 +9,14 @@ from nao_soccer.field import Field, Goals
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.percepts import CROSSINGS, Kind, Percepts
+from nao_soccer.vision.robots import find_torsos
 from nao_soccer.vision.settings import VisionSettings, settings_of_scene
 from nao_soccer.vision.tilt_calibration import TiltCalibration
-from pitch_image import camera, picture
+from pitch_image import WHITE, camera, picture
 
 SETTINGS = VisionSettings(goals=Goals())
 TABLE = load_color_table("pitch")
+TEAM_RED = (200, 30, 30)
 
 
 def see(view: CameraView, image: np.ndarray) -> Percepts:
@@ -53,6 +56,19 @@ def test_orange_bar_is_no_ball():
     assert see(view, image).ball is None
 
 
+def test_orange_joint_at_the_edge_of_the_image_is_no_ball():
+    """Half of a disc is a ball on bare field, but not below a white limb."""
+    view = camera(-3.0, 0.3, 0.2)
+    left = 0.2 + math.atan(166.0 / view.intrinsics.fx)  # [rad] its centre is at the edge
+    ball = picture(view, (-3.0 + 1.5 * math.cos(left), 0.3 + 1.5 * math.sin(left)))
+    limb = ball.copy()
+    orange = ball[..., 0] > 1.3 * ball[..., 1]
+    row = round(np.nonzero(orange)[0].mean())
+    limb[: row + 1, :24][~orange[: row + 1, :24]] = WHITE
+    assert see(view, limb).ball is None
+    assert see(view, ball).ball is not None
+
+
 def test_line_points_lie_on_lines():
     view = camera(-3.2, 0.6, 0.3)
     points = see(view, picture(view)).line_points
@@ -81,6 +97,54 @@ def test_crossings_have_their_place_kind_and_yaw(place: tuple[float, float], hea
         assert each.kind.value == f"crossing_{truth.kind.value.lower()}"
         turn = 0.5 * math.pi if truth.kind.value == "X" else 2.0 * math.pi
         assert abs(math.remainder(each.yaw - truth.heading, turn)) < 0.15
+
+
+@pytest.mark.parametrize("aside", [-0.1, 0.0, 0.1])
+def test_corner_whose_line_leads_away_from_the_camera_is_a_crossing(aside: float):
+    corner = (3.9, 1.1)  # of the goal area
+    view = camera(corner[0] - 2.6, corner[1] + aside, 0.0)
+    found = see(view, picture(view)).of(Kind.CROSSING_L)
+    assert any(math.dist(each.position, corner) < 0.15 for each in found)
+
+
+@pytest.mark.parametrize(("distance", "seen"), [(1.5, True), (0.7, True), (0.5, False)])
+def test_robot_is_placed_while_its_feet_are_at_least_near_the_image(distance: float, seen: bool):
+    view = camera(-2.5, 2.0, 0.0)
+    place = (-2.5 + distance, 2.0)
+    image = picture(view)
+    paint_upright(image, view, place, 0.1, (0.0, 0.23), WHITE)
+    paint_upright(image, view, place, 0.14, (0.23, 0.43), TEAM_RED)
+    found = see(view, image).of(Kind.ROBOT_RED)
+    assert len(found) == seen
+    for each in found:
+        assert math.dist(each.position, place) < 0.1 + 0.05 * distance
+
+
+def test_column_behind_the_field_is_no_torso():
+    view = camera(-2.5, 2.0, 0.0)
+    for behind, count in ((True, 0), (False, 1)):
+        image, vision = picture(view), Vision(TABLE, SETTINGS)
+        place = (6.0, 1.0) if behind else (-0.5, 2.0)
+        paint_upright(image, view, place, 0.3 if behind else 0.14, (0.0, 0.5), TEAM_RED)
+        vision.see(0, image, view)
+        assert vision.frame is not None
+        assert len(find_torsos(vision.frame)) == count
+
+
+def paint_upright(
+    image: np.ndarray,
+    view: CameraView,
+    place: tuple[float, float],
+    width: float,
+    heights: tuple[float, float],
+    color: tuple[int, int, int],
+) -> None:
+    """Paint an upright rectangle at a place, across a view along x, between two heights [m]."""
+    half, (low, high) = 0.5 * width, heights
+    x, y = place
+    corners = np.array([(x, y - half, low), (x, y + half, low), (x, y + half, high),
+                        (x, y - half, high)])  # fmt: skip
+    cv2.fillConvexPoly(image, np.rint(view.project(corners)).astype(np.int32), color)
 
 
 def test_centre_circle_is_found_from_both_sides_and_not_elsewhere():
