@@ -2,12 +2,14 @@
 
 The decision follows section 4.4 of Friedmann et al.: by the position of the ball, the direction and
 distance of the goal, and the validity of the own pose. What is left is compared by time: the
-expected time until the ball is in the goal.
+expected time until the ball is in the goal. A ball whose way is blocked by another robot may also
+be sent past that robot, on either side.
 """
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import attrs
 
@@ -15,7 +17,7 @@ from nao_lipm_gait.geometry import rotate_planar
 from nao_lipm_gait.schema import Settings, number
 from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.behavior.kicks import Kick, KickTable
-from nao_soccer.behavior.walking import WalkLimits
+from nao_soccer.behavior.walking import APART_BALL, WalkLimits
 from nao_soccer.field import SIDES, Field, Goals
 
 DRIBBLE = "dribble"
@@ -34,6 +36,20 @@ POST_ROOM = 0.28
 """[m] that a robot needs between itself and a goal post."""
 POST_TIME = 15.0
 """[s] that a place with less room is worse."""
+OUT_TIME = 10.0
+"""[s] that a ball outside of the field costs."""
+DRIBBLE_STEP = 0.5
+"""[m] over which a dribble is compared with kicks; a robot that is nearer stops the ball."""
+NEAR_ROBOT = 1.0
+"""[m] from the ball to a robot that the ball may have to pass."""
+PAST = 0.1
+"""[rad] by which the ball's way leads past a robot."""
+BACKWARDS = -0.2
+"""Least cosine of a direction past a robot: the ball is not sent back."""
+BLOCKED_SHARE = 0.3
+"""Share of the balls that find their way into the goal past a robot."""
+SAME_WAY = 0.5
+"""[rad] A plan in a direction that differs by less is the same one."""
 
 
 @attrs.frozen
@@ -45,9 +61,12 @@ class PlanSettings(Settings):
     settle: float = number(1.2, 0.0, 10.0, "s", "From walking to standing before a kick.")
     aim_spread: float = number(0.12, 0.0, 1.0, "rad", "Standard deviation of the robot's heading.")
     retry: float = number(6.0, 0.0, 60.0, "s", "To walk to the ball again after a kick.")
+    duel: float = number(
+        15.0, 0.0, 60.0, "s", "To bring the ball past a robot that blocks its way."
+    )
     keep: float = number(2.0, 0.0, 30.0, "s", "By how much another plan has to be faster.")
     orbit: float = number(0.28, 0.1, 1.0, "m", "Radius of the way around the ball.")
-    robot_radius: float = number(0.2, 0.05, 0.5, "m", "Radius of a robot in the ball's way.")
+    robot_radius: float = number(0.16, 0.05, 0.5, "m", "Radius of a robot in the ball's way.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +87,11 @@ class BallPlan:
     approach: float
     seconds: float
 
+    def is_like(self, other: "BallPlan") -> bool:
+        """The other plan does the same in nearly the same direction."""
+        turn = math.remainder(other.direction - self.direction, math.tau)
+        return other.name == self.name and abs(turn) < SAME_WAY
+
     def robot_pose(self, ball: Point2, yaw: float, dribble_x: float) -> Pose2:
         """Where the robot has to stand, in base_footprint.
 
@@ -81,6 +105,35 @@ class BallPlan:
             return self.kick.robot_pose(ball, direction)
         dx, dy = rotate_planar(dribble_x, 0.0, direction)
         return ball[0] - dx, ball[1] - dy, direction
+
+
+class _Way(NamedTuple):
+    """A way for the ball.
+
+    Attributes:
+        direction: [rad] in the field.
+        free: [m] up to the next robot or post.
+    """
+
+    direction: float
+    free: float
+
+    def end(self, ball: Point2, distance: float) -> Point2:
+        """Where a ball comes to rest that could roll for a distance [m]."""
+        way = min(distance, self.free)
+        return ball[0] + way * math.cos(self.direction), ball[1] + way * math.sin(self.direction)
+
+
+def _free(ball: Point2, direction: float, things: Sequence[tuple[Point2, float]]) -> float:
+    """How far [m] a ball rolls before it meets one of some things, each with its radius [m]."""
+    ux, uy = math.cos(direction), math.sin(direction)
+    free = math.inf
+    for (x, y), radius in things:
+        rx, ry = x - ball[0], y - ball[1]
+        along, across = rx * ux + ry * uy, rx * uy - ry * ux
+        if along > 0.0 and abs(across) < radius:
+            free = min(free, max(0.0, along - math.sqrt(radius * radius - across * across)))
+    return free
 
 
 class Planner:
@@ -134,7 +187,7 @@ class Planner:
         plans = list(self._plans(own, ball, robots, valid=valid))
         best = min(plans, key=lambda plan: plan.seconds)
         if before is not None:
-            kept = [plan for plan in plans if plan.name == before.name]
+            kept = [plan for plan in plans if before.is_like(plan)]
             again = min(kept, key=lambda plan: plan.seconds, default=best)
             if again.seconds < best.seconds + self.settings.keep:
                 return again
@@ -144,31 +197,67 @@ class Planner:
         self, own: Pose2, ball: Point2, robots: Sequence[Point2], *, valid: bool
     ) -> Iterator[BallPlan]:
         s = self.settings
-        aim, clear = self._aim(ball, robots)
-        far = math.hypot(self._goal - ball[0], ball[1])
-        free = 1.0 if clear > 0.0 else 0.3
-        dx, dy = rotate_planar(s.dribble_x, 0.0, aim)
-        walk = self._walk_time(own, ball, aim, aim)
-        walk += self._blocked((ball[0] - dx, ball[1] - dy, aim))
-        # A robot in the way takes the ball off a dribbler's feet.
-        seconds = walk + far / s.dribble_speed + (0.0 if free == 1.0 else s.retry)
-        yield BallPlan(DRIBBLE, None, aim, walk, seconds)
-        if not valid:
-            return
-        for kick in self._table.kicks:
-            x, y, heading = kick.robot_pose(ball, aim)
-            place = math.atan2(y - ball[1], x - ball[0])
-            walk = self._walk_time(own, ball, place + math.pi, heading)
-            walk += self._blocked((x, y, heading))
-            hit = self._chance(kick, ball, far) * free
-            gain = kick.distance * math.exp(-0.5 * (kick.direction_spread + s.aim_spread) ** 2)
-            rest = max(0.0, far - gain) / s.dribble_speed + s.retry
-            # A ball that goes in is in soon after the foot has hit it.
-            seconds = walk + s.settle + HIT_SHARE * kick.seconds + min(far / kick.speed, 2.0)
-            seconds += (1.0 - hit) * ((1.0 - HIT_SHARE) * kick.seconds + rest)
-            yield BallPlan(kick.motion, kick, aim, walk, seconds)
+        for way in self._ways(ball, robots):
+            dx, dy = rotate_planar(s.dribble_x, 0.0, way.direction)
+            place = (ball[0] - dx, ball[1] - dy, way.direction)
+            walk = self._walk_time(own, ball, way.direction, way.direction)
+            step = min(DRIBBLE_STEP, way.free)
+            rest = self._rest(way.end(ball, step), robots)
+            seconds = walk + self._no_room(place, robots) + step / s.dribble_speed + rest
+            yield BallPlan(DRIBBLE, None, way.direction, walk, seconds)
+            if not valid:
+                continue
+            for kick in self._table.kicks:
+                x, y, heading = kick.robot_pose(ball, way.direction)
+                behind = math.atan2(ball[1] - y, ball[0] - x)
+                walk = self._walk_time(own, ball, behind, heading)
+                hit = self._chance(kick, ball, way)
+                gain = kick.distance * math.exp(-0.5 * (kick.direction_spread + s.aim_spread) ** 2)
+                rest = self._rest(way.end(ball, gain), robots) + s.retry
+                # A ball that goes in is in soon after the foot has hit it.
+                seconds = walk + self._no_room((x, y, heading), robots)
+                seconds += s.settle + HIT_SHARE * kick.seconds
+                seconds += hit * min(self._far(ball) / kick.speed, 2.0)
+                seconds += (1.0 - hit) * ((1.0 - HIT_SHARE) * kick.seconds + rest)
+                yield BallPlan(kick.motion, kick, way.direction, walk, seconds)
 
-    def _aim(self, ball: Point2, robots: Sequence[Point2]) -> tuple[float, float]:
+    def _ways(self, ball: Point2, robots: Sequence[Point2]) -> list[_Way]:
+        """Directions that are worth comparing: into the goal, and past the robot in this way."""
+        things = [(robot, self.settings.robot_radius) for robot in robots]
+        things += [((self._goal, side * self._half_opening), POST_RADIUS) for side in SIDES]
+        aim, room = self._aim(ball, things)
+        ways = [_Way(aim, math.inf if room > 0.0 else _free(ball, aim, things))]
+        if ways[0].free > NEAR_ROBOT:
+            return ways
+        for x, y in robots:
+            dx, dy = x - ball[0], y - ball[1]
+            gap = math.hypot(dx, dy)
+            if 0.0 < gap < NEAR_ROBOT:
+                past = math.asin(min(1.0, self.settings.robot_radius / gap)) + PAST
+                for side in SIDES:
+                    direction = math.remainder(math.atan2(dy, dx) + side * past, math.tau)
+                    if math.cos(direction) > BACKWARDS:
+                        ways.append(_Way(direction, _free(ball, direction, things)))
+        return ways
+
+    def _far(self, ball: Point2) -> float:
+        """Distance [m] to the middle of the goal."""
+        return math.hypot(self._goal - ball[0], ball[1])
+
+    def _rest(self, ball: Point2, robots: Sequence[Point2]) -> float:
+        """Time [s] that a ball at a place still needs to the goal."""
+        s = self.settings
+        x, y = ball
+        rest = self._far(ball) / s.dribble_speed
+        if x > self._goal and abs(y) < self._half_opening:
+            return 0.0
+        if abs(x) > self._goal or abs(y) > self._side:
+            return rest + OUT_TIME
+        to_goal = math.atan2(-y, self._goal - x)
+        near = _free(ball, to_goal, [(robot, s.robot_radius) for robot in robots])
+        return rest + (s.duel if near < DRIBBLE_STEP else 0.0)
+
+    def _aim(self, ball: Point2, things: Sequence[tuple[Point2, float]]) -> tuple[float, float]:
         """Direction [rad] for the ball with the most room, and that room [m]; < 0 = blocked.
 
         The first candidate is the way straight ahead, as far as it leads into the goal: a robot
@@ -181,8 +270,6 @@ class Planner:
         behind = self._goal + INTO_GOAL
         targets = [(behind, across) for across in (straight, 0.0, 0.5 * half, -0.5 * half)]
         targets.append((self._goal - BEFORE_GOAL, 0.0))
-        things = [(robot, self.settings.robot_radius) for robot in robots]
-        things += [((self._goal, side * self._half_opening), POST_RADIUS) for side in SIDES]
         for x, y in targets:
             dx, dy = x - ball[0], y - ball[1]
             length = math.hypot(dx, dy) or 1e-9
@@ -196,8 +283,8 @@ class Planner:
                 best = (math.atan2(dy, dx), room)
         return best
 
-    def _blocked(self, pose: Pose2) -> float:
-        """Time [s] that a place is worse because a goal or the end of the carpet is in the way."""
+    def _no_room(self, pose: Pose2, robots: Sequence[Point2]) -> float:
+        """Time [s] that a place is worse because a robot, a goal or the carpet's end is there."""
         x, y, _ = pose
         posts = min(
             math.hypot(x - sign * self._goal, y - side * self._half_opening)
@@ -205,18 +292,25 @@ class Planner:
         )  # fmt: skip
         net = abs(x) > self._goal + 0.1 and abs(y) < self._half_opening + 0.2
         outside = abs(x) > self._goal + 0.4 or abs(y) > self._side + 0.4
-        return POST_TIME if posts < POST_ROOM or net or outside else 0.0
+        taken = any(math.hypot(x - each[0], y - each[1]) < APART_BALL for each in robots)
+        return POST_TIME if posts < POST_ROOM or net or outside or taken else 0.0
 
-    def _chance(self, kick: Kick, ball: Point2, far: float) -> float:
-        """Chance that the kick goes into an open goal."""
+    def _chance(self, kick: Kick, ball: Point2, way: _Way) -> float:
+        """Chance that the kick goes into the goal."""
+        far = self._far(ball)
+        if way.free < DRIBBLE_STEP:
+            return 0.0
+        open_share = 1.0 if way.free > far else BLOCKED_SHARE
         reach = 0.5 * math.erfc(
             (far - kick.distance) / (math.sqrt(2.0) * (kick.distance_spread + 0.05))
         )
         dx = max(1e-3, self._goal - ball[0])
         left = math.atan2(self._half_opening - ball[1], dx)
         right = math.atan2(-self._half_opening - ball[1], dx)
-        spread = math.hypot(kick.direction_spread, self.settings.aim_spread)
-        return reach * math.erf(0.5 * (left - right) / (math.sqrt(2.0) * spread))
+        spread = math.sqrt(2.0) * math.hypot(kick.direction_spread, self.settings.aim_spread)
+        inside = math.erf((left - way.direction) / spread)
+        inside -= math.erf((right - way.direction) / spread)
+        return open_share * reach * 0.5 * inside
 
     def _walk_time(self, own: Pose2, ball: Point2, behind: float, heading: float) -> float:
         """Time [s] to walk to the ball.

@@ -16,6 +16,8 @@ KEEP_FACING = (0.7, 1.2)
 """[m] A nearer place is taken by steps backwards and to the side, with the ball in sight."""
 LOST_TURN = 0.3
 """[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
+KEEPER_OUT = 0.2
+"""[m] ahead of the goal line at which a keeper stands."""
 BALL_FREE_DISTANCE = 0.75
 """[m] that the other team keeps from the ball of a kick-off or set play."""
 
@@ -147,15 +149,19 @@ def guard_goal(s: Situation) -> Action:
     gx = -s.field.length / 2.0
     bx, by = (0.0, 0.0) if ball is None else ball.position_in_field
     far = math.hypot(bx - gx, by) or 1.0
-    out = 0.35
     reach = 0.7 * s.goals.width / 2.0
-    y = min(max(by * out / far, -reach), reach)
-    return _walk_and_stay(s, (gx + out, y, math.atan2(by - y, bx - gx - out)))
+    y = min(max(by * KEEPER_OUT / far, -reach), reach)
+    return _walk_and_stay(s, (gx + KEEPER_OUT, y, math.atan2(by - y, bx - gx - KEEPER_OUT)))
 
 
-def block(s: Situation) -> Action:
-    """Squat down with the feet apart."""
-    return Action(motion="block", head=HeadMode.BALL)
+def dive_left(s: Situation) -> Action:
+    """Dive to the left."""
+    return Action(motion="dive_left", head=HeadMode.BALL)
+
+
+def dive_right(s: Situation) -> Action:
+    """Dive to the right."""
+    return Action(motion="dive_right", head=HeadMode.BALL)
 
 
 def _stand_at(s: Situation, place: Point2, *obstacles: Round) -> Action:

@@ -102,8 +102,8 @@ class Mind:
             self._lost(world),
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
-        others = [each.position for each in world.obstacles]
-        action = replace(action, walk=kept_apart(action.walk, others, self._limits))
+        walk = kept_apart(action.walk, situation.near_robots(), self._limits)
+        action = replace(action, walk=walk)
         return Decision(action, path, self._plan)
 
     def _lost(self, world: WorldState) -> bool:

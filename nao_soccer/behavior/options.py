@@ -83,8 +83,18 @@ SUPPORTER: _Option = Option(
 
 KEEPER: _Option = Option(
     "keeper",
-    _State("guard", basic.guard_goal, [When(symbols.shot_at_goal, "block")]),
-    _State("block", basic.block, [When(symbols.in_motion, "hold"), After(1.0, "guard")]),
+    _State(
+        "guard",
+        basic.guard_goal,
+        [
+            When(symbols.shot_at_feet, "stay"),
+            When(symbols.shot_to_left, "dive left"),
+            When(symbols.shot_to_right, "dive right"),
+        ],
+    ),
+    _State("stay", basic.settle, [After(1.5, "guard")]),
+    _State("dive left", basic.dive_left, [When(symbols.in_motion, "hold"), After(1.0, "guard")]),
+    _State("dive right", basic.dive_right, [When(symbols.in_motion, "hold"), After(1.0, "guard")]),
     _State("hold", basic.settle, [When(symbols.stands, "guard"), After(6.0, "guard")]),
 )
 

@@ -7,7 +7,14 @@ from enum import StrEnum
 from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.types import STANDSTILL, GaitState, Point2, Pose2, VelocityCommand
 from nao_soccer.behavior.ball_plan import BallPlan, PlanSettings
-from nao_soccer.behavior.walking import Round, WalkLimits
+from nao_soccer.behavior.walking import (
+    APART,
+    APART_BALL,
+    APART_FALLEN,
+    APART_FROM,
+    Round,
+    WalkLimits,
+)
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState
 from nao_soccer.world.state import HeadMode, TeamMate, WorldState
@@ -16,6 +23,10 @@ BALL_DECELERATION = 0.3
 """[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
 ROBOT_RADIUS = 0.3
 """[m] between the middles of two robots that pass each other."""
+AT_BALL = 0.4
+"""[m] A nearer ball is played."""
+BEHIND_BALL = 0.6
+"""[rad] from the ball's bearing, up to which a robot is behind the ball."""
 
 
 class Role(StrEnum):
@@ -119,6 +130,24 @@ class Situation:
         """A pose of the field in base_footprint."""
         x, y, yaw = relative(pose, self.own)
         return x, y, math.remainder(yaw, math.tau)
+
+    def near_robots(self) -> list[Round]:
+        """The other robots with the distance to keep from each, in base_footprint.
+
+        A robot may come nearer to another one that is behind the ball which it plays.
+        """
+        found = []
+        for each in self.world.obstacles:
+            keep = APART_FALLEN if each.fallen else APART
+            if self.role is Role.STRIKER and self.ball_distance < min(
+                AT_BALL, math.hypot(*each.position)
+            ):
+                bearing = math.atan2(each.position[1], each.position[0])
+                turn = bearing - math.atan2(self.ball[1], self.ball[0])
+                if abs(math.remainder(turn, math.tau)) < BEHIND_BALL:
+                    keep = APART_BALL
+            found.append(Round(each.position, keep, APART_FROM))
+        return found
 
     def obstacles(self, *more: Round) -> list[Round]:
         """The other robots and goal posts to walk around, in base_footprint."""

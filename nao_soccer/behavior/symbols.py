@@ -6,7 +6,7 @@ Thresholds come in pairs, so that decisions do not flicker.
 import math
 
 from nao_lipm_gait.types import IN_MOTION, STAND
-from nao_soccer.behavior.situation import Role, Situation
+from nao_soccer.behavior.situation import BALL_DECELERATION, Role, Situation
 from nao_soccer.game_state import Phase
 
 BALL_FORGOTTEN = 4.0
@@ -17,6 +17,19 @@ SPOT = 0.025
 """[m] error of the ball's place at which the robot stops before a kick."""
 SPOT_HEADING = 0.12
 """[rad] the same for the heading."""
+SHOT_SPEED = 0.4
+"""[m/s] towards the keeper, from which on a ball is a shot."""
+SHOT_TIME = 1.15
+"""[s] before a shot arrives, the keeper dives. It lies after 0.85 s; the speed of a ball that has
+just begun to roll is estimated too low."""
+SHOT_MARGIN = 0.15
+"""[m] beside the goal, by which the place of a shot may be estimated wrongly."""
+FEET = 0.05
+"""[m] ahead of base_footprint, where a ball meets the keeper."""
+FEET_REACH = 0.12
+"""[m] to either side, that a standing robot covers; less than this a dive would let through."""
+DIVE_REACH = 0.7
+"""[m] to one side, that a dive covers."""
 
 
 # -- the body --------------------------------------------------------------------------------------
@@ -164,14 +177,40 @@ def ready_to_kick(s: Situation) -> bool:
 # -- the goal --------------------------------------------------------------------------------------
 
 
-def shot_at_goal(s: Situation) -> bool:
-    """The ball rolls towards the own goal and arrives within a second, within reach of the feet."""
+def _shot(s: Situation) -> float | None:
+    """Where a shot at the own goal passes the keeper, y [m] in base_footprint; None = no shot."""
     ball = s.world.ball
     if ball is None or not ball.seen_recently:
-        return False
-    x, y = ball.position
-    vx, vy = ball.velocity
-    if vx > -0.4 or x < 0.05:
-        return False
-    arrival = -(x - 0.05) / vx
-    return arrival < 1.2 and abs(y + vy * arrival) < 0.3
+        return None
+    x, vx = ball.position[0] - FEET, -ball.velocity[0]
+    # The time until it has rolled as far as the feet, slowed down on its way.
+    rest = vx * vx - 2.0 * BALL_DECELERATION * x
+    if vx < SHOT_SPEED or x < 0.0 or rest < 0.0:
+        return None
+    arrival = (vx - math.sqrt(rest)) / BALL_DECELERATION
+    if arrival > SHOT_TIME:
+        return None
+    bx, by = ball.position_in_field
+    wx, wy = ball.velocity_in_field
+    behind = bx + s.field.length / 2.0
+    if wx >= 0.0 or abs(by - wy / wx * behind) > s.goals.width / 2.0 + SHOT_MARGIN:
+        return None
+    return ball.position[1] + ball.velocity[1] / vx * x
+
+
+def shot_at_feet(s: Situation) -> bool:
+    """A shot comes within reach of the feet."""
+    y = _shot(s)
+    return y is not None and abs(y) <= FEET_REACH
+
+
+def shot_to_left(s: Situation) -> bool:
+    """A shot passes on the left, within reach of a dive."""
+    y = _shot(s)
+    return y is not None and FEET_REACH < y < DIVE_REACH
+
+
+def shot_to_right(s: Situation) -> bool:
+    """A shot passes on the right, within reach of a dive."""
+    y = _shot(s)
+    return y is not None and FEET_REACH < -y < DIVE_REACH

@@ -46,13 +46,17 @@ class WalkLimits(Settings):
         return VelocityCommand(scale * x, scale * y, scale * yaw)
 
 
-APART = 0.33
-"""[m] between the middles of two robots that do not touch, with a ball between them."""
-APART_FROM = 0.8
-"""[m] from which on another robot limits the speed."""
+APART = 0.36
+"""[m] between the middles of two robots that do not touch, also with their arms."""
+APART_BALL = 0.28
+"""[m] the same for robots that face each other, with the ball between their feet."""
+APART_FALLEN = 0.45
+"""[m] from the middle of a robot that lies or gets up."""
+APART_FROM = 0.5
+"""[m] beyond these, from which on another robot limits the speed."""
 APART_GAIN = 0.8
 """[1/s] Speed towards another robot over the room that is left."""
-APART_RETREAT = 0.05
+APART_RETREAT = 0.1
 """[m/s] Speed away from a robot that is too near."""
 
 
@@ -146,7 +150,7 @@ def _around(target: Point2, obstacles: Sequence[Round]) -> Point2:
 
 
 def kept_apart(
-    command: VelocityCommand, robots: Sequence[Point2], limits: WalkLimits
+    command: VelocityCommand, robots: Sequence[Round], limits: WalkLimits
 ) -> VelocityCommand:
     """The command without what would lead into another robot.
 
@@ -155,18 +159,18 @@ def kept_apart(
 
     Args:
         command: The velocity.
-        robots: x, y [m] of the other robots in base_footprint.
+        robots: The other robots, with the distance to keep from each.
         limits: Largest speeds.
     """
     if command.is_zero:
         return command
     x, y = command.x, command.y
-    for place in robots:
+    for place, radius, influence in robots:
         gap = math.hypot(*place)
-        if not 0.0 < gap < APART_FROM:
+        if not 0.0 < gap < radius + influence:
             continue
         ox, oy = place[0] / gap, place[1] / gap
-        too_fast = x * ox + y * oy - max(APART_GAIN * (gap - APART), -APART_RETREAT)
+        too_fast = x * ox + y * oy - max(APART_GAIN * (gap - radius), -APART_RETREAT)
         if too_fast > 0.0:
             x, y = x - too_fast * ox, y - too_fast * oy
     return limits.command(x, y, command.yaw)

@@ -25,7 +25,7 @@ from nao_soccer.world.odometry import Motion, OdometryHistory
 from nao_soccer.world.planar_track import matrix, point, triple
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamMate, WorldState
-from nao_soccer.world.team_knowledge import TeamKnowledge, in_field, own_team_ball
+from nao_soccer.world.team_knowledge import TeamKnowledge, in_field, own_team_ball, told_obstacle
 
 AHEAD_MAX = 500_000_000
 """[ns] How far a percept may be ahead of the odometry."""
@@ -41,6 +41,10 @@ JUMP_TURN, JUMP_MOVE = math.radians(30.0), 0.5
 """[rad, m] Assumed largest change of heading and place while the odometry was missing."""
 OFF_FIELD = 0.5
 """[m] How far beyond the carpet a ball may seem to be, besides 30 % of its distance."""
+MATE_MAX = 2_000_000_000
+"""[ns] For which a team mate is where it told."""
+SAME_ROBOT = 0.5
+"""[m] A robot that is seen so near to where a team mate told to be is that team mate."""
 VARIANCE_MIN = 1e-8
 """[m^2] A smaller variance is an error of the sender."""
 
@@ -207,7 +211,7 @@ class WorldModel:
         own = replace(own, valid=own.valid and self._upright)
         ball = self._own_ball(own, motion, seconds)
         mates = self._team.at(now)
-        robots = tuple(self._robots(own, motion, mates))
+        robots = tuple(self._robots(now, own, motion, mates))
         told = None if ball is None else own_team_ball(ball)
         for log_ratio in self._team.half_evidence(now, own, ball):
             self.localization.judge_half(log_ratio)
@@ -235,9 +239,12 @@ class WorldModel:
         )
 
     def _robots(
-        self, own: PoseEstimate, motion: Motion, mates: tuple[TeamMate, ...]
+        self, now: int, own: PoseEstimate, motion: Motion, mates: tuple[TeamMate, ...]
     ) -> Iterator[Obstacle]:
-        fallen = [mate.pose[:2] for mate in mates if mate.fallen and mate.valid]
+        """The robots that were seen, and the team mates that told where they are."""
+        # A robot that lies holds no valid pose, but lies where it fell.
+        told = [mate for mate in mates if mate.valid or mate.fallen]
+        fallen = [mate.pose[:2] for mate in told if mate.fallen]
         found = []
         for robot in self._obstacles.robots:
             track = robot.track.copy()
@@ -250,10 +257,17 @@ class WorldModel:
                     triple(track.covariance[:2, :2]),
                     point(track.mean[2:]),
                     robot.team,
-                    own.valid and near((x, y), fallen, 0.5),
+                    own.valid and near((x, y), fallen, SAME_ROBOT),
                     robot.age,
                 )
             )
+        if own.valid:
+            seen = [each.position_in_field for each in found]
+            found += [
+                told_obstacle(own, mate, (now - mate.stamp) * 1e-9)
+                for mate in told
+                if now - mate.stamp < MATE_MAX and not near(mate.pose[:2], seen, SAME_ROBOT)
+            ]
         yield from sorted(found, key=lambda each: math.hypot(*each.position))
 
 

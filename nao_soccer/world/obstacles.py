@@ -13,7 +13,7 @@ SPEED = 0.3
 """[m/s] Deviation of the velocity of a robot that was seen once."""
 ACCELERATION = 0.2
 """[m/s/s^0.5] Unknown changes of the velocity of a robot that walks."""
-DAMPING = 2.0
+DAMPING = 0.7
 """[s] Time constant by which a velocity fades that is not seen."""
 NOISE_MIN = 0.05
 """[m] Least deviation of a measurement: the middle of a robot is not well defined."""

@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.geometry import compose, rotate_planar
+from nao_lipm_gait.geometry import compose, relative, rotate_planar
 from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.percepts import Covariance2
 from nao_soccer.world.planar_track import matrix, point, triple
-from nao_soccer.world.state import BallEstimate, PoseEstimate, TeamBall, TeamMate
+from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamBall, TeamMate
 
 SILENT = 5.0
 """[s] A team mate that is silent for longer is not reported."""
@@ -190,3 +190,11 @@ def _from_field(
 def _log_fit(error: FloatArray, covariance: FloatArray) -> float:
     square = float(error @ np.linalg.solve(covariance, error))
     return math.log((1.0 - WRONG) * math.exp(-0.5 * square) + WRONG)
+
+
+def told_obstacle(own: PoseEstimate, mate: TeamMate, age: float) -> Obstacle:
+    """A team mate as a robot to walk around, where it told to be some time [s] ago."""
+    place = mate.pose[:2]
+    var = TEAM_ERROR**2
+    x, y, _ = relative((*place, 0.0), own.pose)
+    return Obstacle((x, y), place, (var, 0.0, var), (0.0, 0.0), None, mate.fallen, age)

@@ -40,6 +40,7 @@ TINY: dict[str, dict[str, Any]] = {
     "heat": {"speeds": ("10",), "window": 1.0},
     "soles": {"tasks": ("spot", "forward=10"), "window": 2.0},
     "behavior": {"limit": 3.0},
+    "keeper": {"targets": ("right",), "limit": 2.0},
     "paper": {"tasks": ("forward=10",), "window": 0.5, "drawn": "off", "open_loop": "off",
               "push": False},
     "localization": {"window": 4.0, "ablation": False},
@@ -65,6 +66,7 @@ HEADLINES = {
               "paper_com_error_slow", "default_com_error_true_slow"),
     "localization": ("pose_error_median", "pose_error_p95", "heading_error_median", "wrong_half",
                      "valid_wrong_share"),
+    "keeper": ("shots_held", "corners_held", "motions_at_wide_balls", "up_again", "falls"),
     "ball": ("ball_position_error_median", "ball_velocity_error_median", "ball_known_share"),
 }  # fmt: skip
 

@@ -16,7 +16,14 @@ from nao_soccer.behavior.ball_plan import DRIBBLE, Planner
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.situation import Body, Role
-from nao_soccer.behavior.walking import Round, WalkLimits, kept_apart, walk_to
+from nao_soccer.behavior.walking import (
+    APART,
+    APART_FROM,
+    Round,
+    WalkLimits,
+    kept_apart,
+    walk_to,
+)
 from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.vision.settings import settings_of_scene
@@ -133,6 +140,16 @@ def test_a_ball_at_a_post_is_not_sent_into_the_post() -> None:
     assert along < 0.0 or across > 0.1
 
 
+@pytest.mark.parametrize("ball", [(-0.1, 0.0), (0.7, 0.0), (1.3, 0.3)])
+def test_an_opponent_behind_the_ball_is_passed(ball: tuple[float, float]) -> None:
+    """Head on over the ball: no plan pushes it into the opponent's feet."""
+    opponent = (ball[0] + 0.17, ball[1])
+    plan = planner().choose((ball[0] - 0.16, ball[1] + 0.06, 0.0), ball, [opponent])
+    assert plan.kick is not None
+    assert 0.17 * abs(math.sin(plan.direction)) > 0.14
+    assert math.cos(plan.direction) > -0.2
+
+
 def test_a_plan_is_kept_unless_another_one_is_clearly_better() -> None:
     own, ball = (1.0, 0.3, -0.9), (1.3, 0.05)
     plans = {planner().choose(own, ball).name}
@@ -218,16 +235,21 @@ def test_two_robots_that_walk_into_each_other_stop_before_they_touch(heading: fl
         for own, other in (poses, poses[::-1]):
             c, s = math.cos(own[2]), math.sin(own[2])
             dx, dy = other[0] - own[0], other[1] - own[1]
-            command = kept_apart(ahead, [(c * dx + s * dy, -s * dx + c * dy)], LIMITS)
+            command = kept_apart(
+                ahead, [Round((c * dx + s * dy, -s * dx + c * dy), APART, APART_FROM)], LIMITS
+            )
             moves.append(compose(own, (0.05 * command.x, 0.05 * command.y, 0.0)))
         poses = moves
         nearest = min(nearest, math.dist(poses[0][:2], poses[1][:2]))
-    assert nearest > 0.3
+    assert nearest > 0.9 * APART
 
 
 def test_a_robot_far_away_or_behind_changes_nothing() -> None:
     command = VelocityCommand(0.3, 0.0, 0.2)
-    assert kept_apart(command, [(2.0, 0.0), (-0.5, 0.1)], LIMITS) == command
+    assert (
+        kept_apart(command, [Round((2.0, 0.0), APART), Round((-0.5, 0.1), APART)], LIMITS)
+        == command
+    )
 
 
 # -- the tree --------------------------------------------------------------------------------------
@@ -303,14 +325,28 @@ def test_during_a_kick_off_of_the_others_the_robot_keeps_its_distance() -> None:
     assert path[-1] == "wait"
 
 
-def test_a_keeper_blocks_a_shot_and_not_a_ball_that_misses() -> None:
-    for velocity, moves in (((-1.0, 0.0), True), ((-1.0, 0.9), False), ((0.0, 0.0), False)):
-        mind = new_mind()
-        state = world((-2.0, 0.0, 0.0), (-1.2, 0.0), velocity=velocity)
-        mind.update(state, Body(), role=Role.KEEPER)
-        late = world((-2.0, 0.0, 0.0), (-1.2, 0.0), velocity=velocity, time=0.1)
-        decision = mind.update(late, Body(), role=Role.KEEPER)
-        assert (decision.action.motion == "block") is moves
+@pytest.mark.parametrize(
+    ("ball", "velocity", "state"),
+    [
+        ((-1.2, 0.0), (-1.2, 0.0), "stay"),
+        ((-1.2, 0.3), (-1.2, 0.0), "dive left"),
+        ((-1.2, -0.3), (-1.2, 0.0), "dive right"),
+        ((-1.2, 0.0), (-1.2, 1.5), "guard"),
+        ((-1.2, 0.3), (-0.6, 0.0), "guard"),
+        ((-1.2, 0.0), (0.0, 0.0), "guard"),
+    ],
+    ids=["at the feet", "left", "right", "wide", "too slow", "rests"],
+)
+def test_a_keeper_dives_for_a_shot_and_not_for_a_ball_that_misses(
+    ball: tuple[float, float], velocity: tuple[float, float], state: str
+) -> None:
+    mind = new_mind()
+    for time in (0.0, 0.1):
+        decision = mind.update(
+            world((-2.05, 0.0, 0.0), ball, velocity=velocity, time=time), Body(), role=Role.KEEPER
+        )
+    assert decision.path[-1].state == state
+    assert decision.action.motion == (state.replace(" ", "_") if "dive" in state else "")
 
 
 def test_a_robot_that_stands_on_the_spot_kicks_once() -> None:

@@ -109,7 +109,7 @@ def test_an_option_that_contains_itself_is_refused() -> None:
 def test_the_picture_shows_every_state_and_transition_of_the_player() -> None:
     picture = mermaid(PLAYER)
     assert picture.startswith("stateDiagram-v2\n")
-    for text in ("play the ball__dribble", "striker__search", "keeper__block", "after 1.5 s"):
+    for text in ("play the ball__dribble", "striker__search", "keeper__dive_left", "after 1.5 s"):
         assert text.replace(" ", "_") in picture.replace(" ", "_")
     assert picture.count("{\n") == picture.count("  }\n")
 
