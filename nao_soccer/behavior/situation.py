@@ -25,6 +25,8 @@ ROBOT_RADIUS = 0.3
 """[m] between the middles of two robots that pass each other."""
 AT_BALL = 0.4
 """[m] A nearer ball is played."""
+PRECEDENCE = 0.03
+"""[m] Two robots that are equally near to the ball by this both play it."""
 BEHIND_BALL = 0.6
 """[rad] from the ball's bearing, up to which a robot is behind the ball."""
 
@@ -134,14 +136,16 @@ class Situation:
     def near_robots(self) -> list[Round]:
         """The other robots with the distance to keep from each, in base_footprint.
 
-        A robot may come nearer to another one that is behind the ball which it plays.
+        A robot may come nearer to another one that is behind the ball which it plays; of two, only
+        the one that is nearer to the ball.
         """
         found = []
         for each in self.world.obstacles:
             keep = APART_FALLEN if each.fallen else APART
-            if self.role is Role.STRIKER and self.ball_distance < min(
-                AT_BALL, math.hypot(*each.position)
-            ):
+            theirs = math.dist(each.position, self.ball)
+            first = self.ball_distance < theirs + PRECEDENCE
+            behind = self.ball_distance < math.hypot(*each.position)
+            if self.role is Role.STRIKER and self.ball_distance < AT_BALL and first and behind:
                 bearing = math.atan2(each.position[1], each.position[0])
                 turn = bearing - math.atan2(self.ball[1], self.ball[0])
                 if abs(math.remainder(turn, math.tau)) < BEHIND_BALL:

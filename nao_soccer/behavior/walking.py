@@ -59,6 +59,9 @@ APART_GAIN = 0.8
 APART_RETREAT = 0.1
 """[m/s] Speed away from a robot that is too near."""
 
+APART_TURN = 0.6
+"""[rad/s] at most beside a robot that is too near: arms and feet of a fast turn hit it."""
+
 
 class Round(NamedTuple):
     """What the robot walks around.
@@ -155,7 +158,7 @@ def kept_apart(
     """The command without what would lead into another robot.
 
     The nearer a robot, the slower this one walks towards it; from one that is too near it walks
-    away.
+    away, and turns slowly.
 
     Args:
         command: The velocity.
@@ -164,16 +167,18 @@ def kept_apart(
     """
     if command.is_zero:
         return command
-    x, y = command.x, command.y
+    x, y, yaw = command.x, command.y, command.yaw
     for place, radius, influence in robots:
         gap = math.hypot(*place)
         if not 0.0 < gap < radius + influence:
             continue
+        if gap < radius:
+            yaw = min(max(yaw, -APART_TURN), APART_TURN)
         ox, oy = place[0] / gap, place[1] / gap
         too_fast = x * ox + y * oy - max(APART_GAIN * (gap - radius), -APART_RETREAT)
         if too_fast > 0.0:
             x, y = x - too_fast * ox, y - too_fast * oy
-    return limits.command(x, y, command.yaw)
+    return limits.command(x, y, yaw)
 
 
 def turn_by(angle: float, limits: WalkLimits) -> VelocityCommand:

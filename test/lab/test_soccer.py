@@ -26,6 +26,12 @@ def test_a_robot_before_the_goal_scores() -> None:
     assert result.falls == 0
 
 
+def test_with_the_goal_behind_it_the_robot_scores() -> None:
+    """As Fig. 10 of Friedmann et al.: it does not see the goal, but knows where it is."""
+    result = solo(SoloSpec(seed=1, start=(1.7, 0.0, math.pi), ball=(1.85, -0.06), limit=40.0))
+    assert result.goal is not None, result.path
+
+
 def test_a_match_begins_and_each_team_has_one_striker() -> None:
     with Match(MatchSpec(minutes=0.1, seed=2)) as match:
         for frame in match.play():

@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,6 +16,7 @@ from nao_lipm_gait.types import GaitState, PoseCovariance, VelocityCommand
 from nao_soccer.behavior.ball_plan import DRIBBLE, Planner
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.behavior.mind import Mind
+from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body, Role
 from nao_soccer.behavior.walking import (
     APART,
@@ -26,6 +28,7 @@ from nao_soccer.behavior.walking import (
 )
 from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
+from nao_soccer.referee.protocol import ControlMessage, PlayerInfo, TeamInfo
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.state import BallEstimate, HeadMode, Obstacle, PoseEstimate, WorldState
 
@@ -363,3 +366,29 @@ def test_a_robot_that_stands_on_the_spot_kicks_once() -> None:
         body = Body(GaitState.MOTION if decision.action.motion else body.state)
     assert motions.count(kick.motion) == 1
     assert set(motions) == {"", kick.motion}
+
+
+def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> None:
+    """Ten seconds without the referee, 30 % of the team messages lost."""
+    random = np.random.default_rng(3)
+    team = [
+        PlayerBehavior(Identity(1, number), "nao_h21", SCENE.field, GOALS) for number in (1, 2)
+    ]
+    players = (PlayerInfo(), PlayerInfo())
+    teams = (TeamInfo(1, 0, 0, 1200, 1, 1, players), TeamInfo(2, 0, 0, 1200, 0, 0, players))
+    playing = ControlMessage(teams, Phase.PLAYING, packet=1).encode()
+    for each in team:
+        each.hear_referee(playing, 0.0)
+    counts = []
+    for tick in range(1, 201):
+        time = 0.05 * tick
+        poses = ((-0.6, 0.1, 0.0), (-1.4, -0.4, 0.0))
+        for each, mate, pose in zip(team, team[::-1], poses, strict=True):
+            decision = each.update(world(pose, (0.0, 0.0), time=time), Body())
+            assert decision.path[1].state == "play" or tick == 1
+            data = each.team_message(time)
+            if data is not None and random.random() >= 0.3:
+                mate.hear_mate(data, time)
+        counts.append(sum(each.role is Role.STRIKER for each in team))
+    assert np.mean(np.array(counts[20:]) == 1) > 0.98  # the first messages take a second
+    assert team[0].role is Role.STRIKER

@@ -52,7 +52,7 @@ def keeper(options: Options) -> SuiteResult:
     rows = (
         Measurement("shots_held", "%", _share(each.held for each in at_goal)),
         Measurement(
-            "corners_held", "%", _share(each.held for each in _of(results, "left", "right"))
+            "corners_held", "%", _share(each.held for each in corners)
         ),
         Measurement("motions_at_wide_balls", "shots", sum(bool(each.motions) for each in wide)),
         Measurement("up_again", "%", _share(each.up is not None for each in moved)),
@@ -65,8 +65,8 @@ def keeper(options: Options) -> SuiteResult:
     notes = (
         f"Shots from {DISTANCE:g} m before the goal line at {SPEEDS[0]:g} to {SPEEDS[1]:g} m/s; "
         "slower balls stop before the line. Left and right: at the corners; wide: "
-        f"{WIDE:g} m beside the posts. Held: not in the goal. Up again: stands within {options.limit:g} s "
-        "after it has moved for the ball.",
+        f"{WIDE:g} m beside the posts. Held: not in the goal. Up again: stands within "
+        f"{options.limit:g} s after a shot for which it has moved.",
     )
     title = f"Shots at a keeper; {options.title}, {options.scene}"
     return SuiteResult(rows, title, (Table(columns, lines),), notes)
