@@ -142,7 +142,7 @@ SPOT_TURN = 1e-3
 TASKS = {
     task.name: task
     for task in (
-        walk("forward", x=0.46, axis="x"),
+        walk("forward", x=0.47, axis="x"),
         walk("back", x=-0.40, axis="x"),
         walk("side", y=0.255, axis="y"),
         walk("side_right", y=-0.255, axis="y"),

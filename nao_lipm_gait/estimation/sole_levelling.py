@@ -52,9 +52,12 @@ SOFTNESS_MIN, SOFTNESS_MAX = 0.2, 2.5
 ROLL_ERROR_BY_SPEED, ROLL_ERROR_BY_TURN = 0.04, 0.002
 """Additional systematic error of the roll per speed squared [rad s^2/m^2] and per turning rate
 [rad s/rad], as measured over robots."""
-BETTER = 0.5
+BETTER, BETTER_IN_TURNS, FAST_TURN = 0.25, 0.5, 1.0
 """Deviation of a value as a share of a measurement's constant error from which on the value is
-known much better."""
+known much better; the second one above the turning rate [rad/s], where soles stand on their edges
+and the measured tilt follows the one that is applied."""
+LASTING = 0.7
+"""Deviation as a share of that error below which no measurement brings it: learning never ends."""
 KNOWN_SIGMA = 0.012
 """Deviation [rad] below which pitch and roll are known well enough for long strides, ..."""
 KNOWN_STEPS = 10
@@ -83,6 +86,9 @@ ROCKING_SIGMA = 0.002
 """Deviation [rad] of that rotation."""
 ROCKING_SPEED_MAX, ROCKING_TURN_MAX = 0.06, 0.3
 """Speeds [m/s, rad/s] above which the swing leg disturbs that measurement."""
+ROCKING_STEPS = 8
+"""Number of single supports below these speeds before it is used: the first ones of a walk that
+speeds up are disturbed too."""
 
 
 @final
@@ -160,26 +166,31 @@ class _Learned:
         self.variance = sigma * sigma
         self._low, self._high = low, high
 
-    def correct(self, innovation: float, h: float, r: float, error: float) -> None:
+    def correct(
+        self, innovation: float, h: float, r: float, error: float, better: float = BETTER
+    ) -> None:
         """Kalman correction, if the measurement can improve the value.
 
         Args:
             innovation: Measured minus expected.
             h: Change of the measurement per change of the value.
-            r: Variance of the measurement; an outlier counts less.
-            error: Constant error of the measurement, in units of the value. The deviation does not
-                fall below it by this measurement, and a value that is known much better is not
-                corrected.
+            r: Variance of the measurement's noise; an outlier counts less.
+            error: Deviation of the measurement's constant error, in units of the value. It makes
+                the gain smaller, the deviation does not fall below `LASTING` of it by this
+                measurement, and a value that is known much better is not corrected.
+            better: Deviation of a value that is known much better, as a share of `error`.
         """
-        if self.variance < BETTER * BETTER * error * error:
+        if self.variance < better * better * error * error:
             return
+        r += h * h * error * error
         s = h * h * self.variance + r
         surprise = innovation * innovation / (OUTLIER * OUTLIER * s)
         if surprise > 1.0:
             s += (surprise - 1.0) * r
         gain = self.variance * h / s
         self.value = min(max(self.value + gain * innovation, self._low), self._high)
-        self.variance = max((1.0 - gain * h) * self.variance, min(self.variance, error * error))
+        lasting = min(self.variance, LASTING * LASTING * error * error)
+        self.variance = max((1.0 - gain * h) * self.variance, lasting)
 
 
 class SoleLevelling:
@@ -215,6 +226,7 @@ class SoleLevelling:
         self._yaw_rate = 0.0
         self._support = 0
         self._supports = 0
+        self._slow_supports = 0
         self._ticks: list[_Tick] = []
         self._last_zmp: tuple[float, float] | None = None
 
@@ -314,24 +326,27 @@ class SoleLevelling:
         if last_zmp is None or self._supports <= FIRST_STEPS:
             return
         vx, vy, turn = velocity
-        if hypot(vx, vy) < ROCKING_SPEED_MAX and abs(turn) < ROCKING_TURN_MAX:
+        slow = hypot(vx, vy) < ROCKING_SPEED_MAX and abs(turn) < ROCKING_TURN_MAX
+        self._slow_supports = self._slow_supports + 1 if slow else 0
+        if self._slow_supports > ROCKING_STEPS:
             self._learn_softness(ticks, dt)
         side = 1.0 if self._support == LEFT else -1.0
         springs, softness = self._springs, self._softness
         moved_x = springs.pitch * (zmp_x - last_zmp[0])
         moved_y = springs.roll * (zmp_y - last_zmp[1] - 2.0 * side * springs.center_y)
         self._measurements += 1
+        better = BETTER_IN_TURNS if abs(turn) > FAST_TURN else BETTER
         # An error of the softness is the same in every step.
         softer = sqrt(softness.variance)
         left = self._pitch.value - self.applied_pitch
         expected = side * left - softness.value * moved_x
         error = TILT_ERROR + softer * abs(moved_x)
-        self._pitch.correct(tick.pitch - expected, side, _variance(left), error)
+        self._pitch.correct(tick.pitch - expected, side, _variance(left), error, better)
         left = self._roll.value - self.applied_roll
         expected = side * left + softness.value * moved_y
         error = TILT_ERROR + softer * abs(moved_y)
         error += ROLL_ERROR_BY_SPEED * vx * vx + ROLL_ERROR_BY_TURN * abs(turn)
-        self._roll.correct(tick.roll - expected, side, _variance(left), error)
+        self._roll.correct(tick.roll - expected, side, _variance(left), error, better)
 
     def _learn_softness(self, ticks: Sequence[_Tick], dt: float) -> None:
         """From the slope of the sole's pitch over the ZMP, which it follows with a lag."""
