@@ -190,7 +190,8 @@ class Modes:
         if transition is not None:
             self._enter(transition)
         self._requests.relax = False
-        if self.state not in BUSY:
+        ended_lying = transition is not None and transition.before is MOTION
+        if self.state not in BUSY and not ended_lying:
             self._requests.stand = False
         return transition
 

@@ -175,11 +175,10 @@ def find_task(text: str) -> Task:
     if not math.isfinite(speed) or speed <= 0.0:
         raise NaoGaitError("task", text, f"{name}=SPEED with a speed in {unit}, more than 0")
     # The sign belongs to the name: back=20 walks backward.
-    scale = speed / abs(task.asked)
-    command = task.command
+    command, asked = task.command, abs(task.asked)
     return walk(
-        name, scale * command.x, scale * command.y, scale * command.yaw, task.axis,
-        task.end - task.start,
+        name, speed * (command.x / asked), speed * (command.y / asked),
+        speed * (command.yaw / asked), task.axis, task.end - task.start,
     )
 
 

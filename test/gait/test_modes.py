@@ -302,6 +302,17 @@ def test_a_motion_to_the_floor_is_no_fall_and_ends_relaxed() -> None:
     assert machine.states(100) == [RELAXED]
 
 
+def test_a_stand_requested_on_the_way_to_the_floor_is_not_lost() -> None:
+    machine = Machine(gets_up=True)
+    machine.request("lie_down")
+    machine.tick()
+    machine.robot.falls = True
+    machine.requests.stand = True
+    machine.robot.lying_side = Posture.LYING_FRONT
+    states = machine.states(3 * MOTION_TICKS)
+    assert states[:4] == [MOTION, RELAXED, FALLEN, GETTING_UP]
+
+
 def test_a_fall_drops_the_motions_that_need_feet() -> None:
     machine = walking()
     machine.request("nod")

@@ -14,7 +14,7 @@ from gait_lab.bench import BenchOptions, SuiteResult, score, suite
 from gait_lab.bench.suites import plant
 from gait_lab.bench.suites.plant import INGREDIENTS, Ingredient
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout
-from gait_lab.trials.tasks import walk
+from gait_lab.trials.tasks import find_task, walk
 from nao_lipm_gait.errors import NaoGaitError
 from sim_bridge.plant import Plant, load_plant, with_options
 
@@ -22,6 +22,8 @@ OPTIONS = plant.Options(
     robots=2, engine="mujoco", tasks=("forward", "back"), window=5.0, jobs=1, show=False,
     ingredients=("stiffness", "play_deg"), open_loop="beside",
 )  # fmt: skip
+FORWARD = 100.0 * find_task("forward").asked
+"""Speed [cm/s] of a robot that walks as fast as it is asked."""
 
 
 def metrics_of(spec: RolloutSpec) -> Metrics:
@@ -49,12 +51,12 @@ def result(monkeypatch: pytest.MonkeyPatch) -> SuiteResult:
 
 def test_rows_name_the_change_the_task_and_the_loop(result: SuiteResult) -> None:
     found = values(result.measurements)
-    assert found["unchanged_forward_median"] == pytest.approx(46.0)
+    assert found["unchanged_forward_median"] == pytest.approx(FORWARD)
     assert found["stiffness_100_back_median"] == pytest.approx(40.0)
-    assert found["stiffness_50_forward_median"] == pytest.approx(0.7 * 46.0)
+    assert found["stiffness_50_forward_median"] == pytest.approx(0.7 * FORWARD)
     assert found["stiffness_50_forward_open_loop_upright"] == 1
     assert found["stiffness_50_forward_open_loop_median"] is None  # a fall: does not count
-    assert found["stiffness_50_forward_open_loop_median_of_upright"] == pytest.approx(0.7 * 46.0)
+    assert found["stiffness_50_forward_open_loop_median_of_upright"] == pytest.approx(0.7 * FORWARD)
     assert found["play_deg_5_forward_open_loop_upright"] == 2
     assert len(found) == len(result.measurements)
 
@@ -79,9 +81,9 @@ def test_the_table_marks_falls_and_slow_walks(result: SuiteResult) -> None:
         for line in result.tables[0].text().splitlines()
         if line.startswith(("motor.", "nothing"))
     }
-    assert lines["nothing closed"] == ["2/2", "46.0", "2/2", "40.0"]
-    assert lines["motor.stiffness 100 N m/rad open"] == ["2/2", "46.0", "2/2", "40.0"]
-    assert lines["motor.stiffness 75 N m/rad open"] == ["x1/2", "~32.2", "2/2", "~28.0"]
+    assert lines["nothing closed"] == ["2/2", f"{FORWARD:.1f}", "2/2", "40.0"]
+    assert lines["motor.stiffness 100 N m/rad open"] == ["2/2", f"{FORWARD:.1f}", "2/2", "40.0"]
+    assert lines["motor.stiffness 75 N m/rad open"] == ["x1/2", f"~{0.7 * FORWARD:.1f}", "2/2", "~28.0"]
 
 
 @pytest.mark.parametrize("ingredient", INGREDIENTS.values(), ids=list(INGREDIENTS))
