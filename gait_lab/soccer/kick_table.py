@@ -1,4 +1,4 @@
-"""Writes the table of a robot's kicks from kicks of several simulated robots.
+"""Writes the table of a robot's kicks, standing and walking, from several simulated robots.
 
 python -m gait_lab.soccer.kick_table --robot bruno --robots 10 > config/kicks/bruno.yaml
 """
@@ -7,17 +7,25 @@ import argparse
 import math
 import statistics
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from gait_lab.bench.suites.kick import kicks_of
+from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
 from gait_lab.trials.kick import KickResult, KickSpec, kick
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.library import shipped_library
+from nao_soccer.behavior.walking import WalkLimits
 
 STANDS = 0.95
 """Share of the robots that have to stand after a kick of the table."""
+FOOT = "kick_front_left"
+"""A ball that this kick hits lies before the left foot."""
+DRIBBLES = {"dribble_left": 1.0, "dribble_right": -1.0}
+"""Names, and the side of the foot."""
+HIT_TIME = 0.5
+"""[s] A dribbling robot walks on: time of the step that hits the ball."""
 
 
 def measured(urdf: str, robots: int, engine: str, jobs: int | None) -> list[KickResult]:
@@ -31,12 +39,49 @@ def measured(urdf: str, robots: int, engine: str, jobs: int | None) -> list[Kick
     return results
 
 
-def table(urdf: str, results: Sequence[KickResult]) -> str:
+def dribbled(urdf: str, robots: int, engine: str, jobs: int | None) -> list[DribbleResult]:
+    """One attempt with each foot of each robot."""
+    spot = shipped_library(loaded_robot(urdf)).find(FOOT).kick
+    if spot is None:
+        raise NaoGaitError("motion", FOOT, "a kick")
+    speed = WalkLimits().forward
+    specs = [
+        DribbleSpec(robot_seed=seed, urdf=urdf, engine=engine, across=side * spot.y, speed=speed)
+        for side in DRIBBLES.values()
+        for seed in range(robots)
+    ]
+    results: list[DribbleResult] = parallel_map(dribble, specs, jobs=jobs, label="dribbles")
+    return results
+
+
+def dribble_rows(results: Sequence[DribbleResult]) -> Iterator[str]:
+    """The part `dribbles` of the file."""
+    yield "dribbles:"
+    for name, side in DRIBBLES.items():
+        mine = [each for each in results if each.spec.across * side > 0.0 and each.stood]
+        directions = [each.direction for each in mine]
+        values = {
+            "x": statistics.fmean(each.spot[0] for each in mine),
+            "y": mine[0].spec.across,
+            "direction": statistics.fmean(directions),
+            "direction_spread": statistics.pstdev(directions),
+            "distance": statistics.fmean(each.distance for each in mine),
+            "distance_spread": statistics.pstdev([each.distance for each in mine]),
+            "speed": statistics.fmean(each.speed for each in mine),
+            "seconds": HIT_TIME,
+        }
+        yield _row(name, values)
+
+
+def table(
+    urdf: str, results: Sequence[KickResult], dribbles: Sequence[DribbleResult]
+) -> str:
     """The text of the file; kicks after which too many robots fall are left out."""
     motions = shipped_library(loaded_robot(urdf)).motions
     lines = [
         f"# Kicks of {len({each.spec.robot_seed for each in results})} simulated robots each; "
         "written by gait_lab.soccer.kick_table.",
+        *dribble_rows(dribbles),
         "kicks:",
     ]
     for name in dict.fromkeys(each.spec.motion for each in results):
@@ -56,9 +101,13 @@ def table(urdf: str, results: Sequence[KickResult]) -> str:
             "speed": statistics.fmean(each.speed for each in mine),
             "seconds": statistics.fmean(each.seconds for each in mine),
         }
-        row = ", ".join(f"{key}: {value:.3g}" for key, value in values.items())
-        lines.append(f"  - {{motion: {name}, {row}}}")
+        lines.append(_row(name, values))
     return "\n".join(lines) + "\n"
+
+
+def _row(name: str, values: Mapping[str, float]) -> str:
+    row = ", ".join(f"{key}: {value:.3g}" for key, value in values.items())
+    return f"  - {{motion: {name}, {row}}}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -70,8 +119,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=None, metavar="N")
     given = parser.parse_args(arguments)
     try:
-        results = measured(given.robot, given.robots, given.engine, given.jobs)
-        sys.stdout.write(table(given.robot, results))
+        what = given.robot, given.robots, given.engine, given.jobs
+        sys.stdout.write(table(given.robot, measured(*what), dribbled(*what)))
     except NaoGaitError as error:
         sys.stderr.write(f"kick_table: {error}\n")
         return 2

@@ -13,17 +13,16 @@ from typing import NamedTuple
 
 import attrs
 
-from nao_lipm_gait.geometry import rotate_planar
 from nao_lipm_gait.schema import Settings, number
 from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.behavior.kicks import Kick, KickTable
 from nao_soccer.behavior.walking import APART_BALL, WalkLimits
 from nao_soccer.field import SIDES, Field, Goals
 
-DRIBBLE = "dribble"
-"""Name of the plan that pushes the ball while walking."""
 INTO_GOAL = 0.2
 """[m] behind the goal line to which the ball is sent."""
+AT_ONCE = 0.3
+"""[s] of walking that are left, at which a standing robot kicks without a step."""
 HIT_SHARE = 0.6
 """Share of a kick's time after which the foot hits the ball."""
 BEFORE_GOAL = 0.6
@@ -56,7 +55,6 @@ SAME_WAY = 0.5
 class PlanSettings(Settings):
     """How plans are compared."""
 
-    dribble_x: float = number(0.13, 0.0, 0.5, "m", "Distance at which a foot touches the ball.")
     dribble_speed: float = number(0.2, 0.01, 1.0, "m/s", "Mean speed of a dribbled ball.")
     settle: float = number(1.2, 0.0, 10.0, "s", "From walking to standing before a kick.")
     aim_spread: float = number(0.12, 0.0, 1.0, "rad", "Standard deviation of the robot's heading.")
@@ -74,37 +72,37 @@ class BallPlan:
     """What to do with the ball.
 
     Attributes:
-        name: Name of the kick's motion, or `DRIBBLE`.
-        kick: The kick; None for dribbling.
+        kick: The kick, or how a foot of the walking robot hits the ball.
+        dribbles: The robot walks on; no motion is played.
         direction: Where the ball has to go [rad] in the frame of the field.
         approach: Estimated time [s] to the place from which it begins.
         seconds: Expected time [s] until the ball is in the goal.
     """
 
-    name: str
-    kick: Kick | None
+    kick: Kick
+    dribbles: bool
     direction: float
     approach: float
     seconds: float
+
+    @property
+    def name(self) -> str:
+        """Name of the kick."""
+        return self.kick.motion
 
     def is_like(self, other: "BallPlan") -> bool:
         """The other plan does the same in nearly the same direction."""
         turn = math.remainder(other.direction - self.direction, math.tau)
         return other.name == self.name and abs(turn) < SAME_WAY
 
-    def robot_pose(self, ball: Point2, yaw: float, dribble_x: float) -> Pose2:
-        """Where the robot has to stand, in base_footprint.
+    def robot_pose(self, ball: Point2, yaw: float) -> Pose2:
+        """Where the robot has to be when it hits the ball, in base_footprint.
 
         Args:
             ball: x, y [m] in base_footprint.
             yaw: [rad] of base_footprint in the field.
-            dribble_x: [m] from the robot to a ball that it dribbles.
         """
-        direction = math.remainder(self.direction - yaw, math.tau)
-        if self.kick is not None:
-            return self.kick.robot_pose(ball, direction)
-        dx, dy = rotate_planar(dribble_x, 0.0, direction)
-        return ball[0] - dx, ball[1] - dy, direction
+        return self.kick.robot_pose(ball, math.remainder(self.direction - yaw, math.tau))
 
 
 class _Way(NamedTuple):
@@ -170,6 +168,7 @@ class Planner:
         before: BallPlan | None = None,
         *,
         valid: bool = True,
+        stands: bool = False,
     ) -> BallPlan:
         """The plan that brings the ball into the goal soonest.
 
@@ -180,11 +179,12 @@ class Planner:
             before: The last plan, which is kept unless another one is clearly better.
             valid: The own pose may be trusted. If not, only a kick to where the robot looks, or a
                 dribble, is chosen, and the direction of the goal is that of the last known pose.
+            stands: The robot stands, and could kick at once.
 
         Returns:
             The plan.
         """
-        plans = list(self._plans(own, ball, robots, valid=valid))
+        plans = list(self._plans(own, ball, robots, valid=valid, stands=stands))
         best = min(plans, key=lambda plan: plan.seconds)
         if before is not None:
             kept = [plan for plan in plans if before.is_like(plan)]
@@ -194,32 +194,27 @@ class Planner:
         return best
 
     def _plans(
-        self, own: Pose2, ball: Point2, robots: Sequence[Point2], *, valid: bool
+        self, own: Pose2, ball: Point2, robots: Sequence[Point2], *, valid: bool, stands: bool
     ) -> Iterator[BallPlan]:
-        s = self.settings
+        s, table = self.settings, self._table
         for way in self._ways(ball, robots):
-            dx, dy = rotate_planar(s.dribble_x, 0.0, way.direction)
-            place = (ball[0] - dx, ball[1] - dy, way.direction)
-            walk = self._walk_time(own, ball, way.direction, way.direction)
-            step = min(DRIBBLE_STEP, way.free)
-            rest = self._rest(way.end(ball, step), robots)
-            seconds = walk + self._no_room(place, robots) + step / s.dribble_speed + rest
-            yield BallPlan(DRIBBLE, None, way.direction, walk, seconds)
-            if not valid:
-                continue
-            for kick in self._table.kicks:
+            for kick in (*table.dribbles, *table.kicks) if valid else table.dribbles:
                 x, y, heading = kick.robot_pose(ball, way.direction)
                 behind = math.atan2(ball[1] - y, ball[0] - x)
                 walk = self._walk_time(own, ball, behind, heading)
                 hit = self._chance(kick, ball, way)
                 gain = kick.distance * math.exp(-0.5 * (kick.direction_spread + s.aim_spread) ** 2)
-                rest = self._rest(way.end(ball, gain), robots) + s.retry
-                # A ball that goes in is in soon after the foot has hit it.
+                end = way.end(ball, gain)
+                rest = self._rest(end, robots) + self._way_time(math.dist(ball, end))
                 seconds = walk + self._no_room((x, y, heading), robots)
-                seconds += s.settle + HIT_SHARE * kick.seconds
-                seconds += hit * min(self._far(ball) / kick.speed, 2.0)
-                seconds += (1.0 - hit) * ((1.0 - HIT_SHARE) * kick.seconds + rest)
-                yield BallPlan(kick.motion, kick, way.direction, walk, seconds)
+                dribbles = kick in table.dribbles
+                if not dribbles:
+                    # A ball that goes in is in soon after the foot has hit it.
+                    seconds += HIT_SHARE * kick.seconds
+                    seconds += 0.0 if stands and walk < AT_ONCE else s.settle
+                    rest += (1.0 - HIT_SHARE) * kick.seconds + s.retry
+                seconds += hit * min(self._far(ball) / kick.speed, 2.0) + (1.0 - hit) * rest
+                yield BallPlan(kick, dribbles, way.direction, walk, seconds)
 
     def _ways(self, ball: Point2, robots: Sequence[Point2]) -> list[_Way]:
         """Directions that are worth comparing: into the goal, and past the robot in this way."""
@@ -239,6 +234,10 @@ class Planner:
                     if math.cos(direction) > BACKWARDS:
                         ways.append(_Way(direction, _free(ball, direction, things)))
         return ways
+
+    def _way_time(self, distance: float) -> float:
+        """Time [s] to walk straight ahead for a distance [m]."""
+        return distance / (0.8 * self._limits.forward)
 
     def _far(self, ball: Point2) -> float:
         """Distance [m] to the middle of the goal."""
@@ -325,6 +324,9 @@ class Planner:
         around = abs(math.remainder(behind - math.atan2(dy, dx), math.tau))
         radius = self.settings.orbit
         way = max(0.0, math.hypot(dx, dy) - radius)
-        turn = abs(math.remainder(heading - own[2], math.tau)) / self._limits.turn
-        arc = radius * around / self._limits.side
-        return way / (0.8 * self._limits.forward) + turn + arc
+        # A robot at the ball that has to turn steps back first.
+        near = max(0.0, radius - math.hypot(dx, dy))
+        back = near * min(1.0, around + abs(math.remainder(heading - own[2], math.tau)))
+        turn = abs(math.remainder(heading - own[2], math.tau)) / (0.8 * self._limits.turn)
+        arc = (back + radius * around) / self._limits.side
+        return self._way_time(way) + turn + arc

@@ -10,10 +10,10 @@ from nao_soccer.world.state import HeadMode
 
 BALL_ROUND = 0.24
 """[m] that the robot keeps from the ball on its way around it."""
-BEHIND = 0.13
-"""[m] behind the place from which it kicks, where the robot comes to face the ball."""
 KEEP_FACING = (0.7, 1.2)
 """[m] A nearer place is taken by steps backwards and to the side, with the ball in sight."""
+DRIBBLE_ACROSS = 0.08
+"""[m] beside the place in front of the foot, at which the robot stops to walk towards the ball."""
 LOST_TURN = 0.3
 """[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
 KEEPER_OUT = 0.2
@@ -58,12 +58,8 @@ def walk_to_middle(s: Situation) -> Action:
 
 def walk_behind_ball(s: Situation) -> Action:
     """Walk around the ball to the place from which the plan begins."""
-    x, y, yaw = s.kick_pose
-    ball = s.ball
-    away = math.atan2(y - ball[1], x - ball[0])
-    target = (x + BEHIND * math.cos(away), y + BEHIND * math.sin(away), yaw)
-    obstacles = s.obstacles(Round(ball, BALL_ROUND, 0.3))
-    return Action(walk_to(target, s.limits, obstacles), head=_head_near_ball(s))
+    obstacles = s.obstacles(Round(s.ball, BALL_ROUND, 0.3))
+    return Action(walk_to(s.start_pose, s.limits, obstacles), head=_head_near_ball(s))
 
 
 def step_to_ball(s: Situation) -> Action:
@@ -83,13 +79,15 @@ def kick(s: Situation) -> Action:
 
 
 def dribble(s: Situation) -> Action:
-    """Push the ball ahead while walking."""
+    """Walk on with the ball in front of one foot, which pushes it straight ahead.
+
+    A ball in the middle between the feet would go 30 degrees to either side.
+    """
     if s.plan is None:
         return stand(s)
-    ball = s.ball
     direction = math.remainder(s.plan.direction - s.own[2], math.tau)
-    across = rotate_planar(ball[0], ball[1], -direction)[1]
-    forward = s.limits.forward * max(0.25, 1.0 - abs(across) / 0.08)
+    across = rotate_planar(*s.ball, -direction)[1] - s.plan.kick.y
+    forward = s.limits.forward * max(0.25, 1.0 - abs(across) / DRIBBLE_ACROSS)
     vx, vy = rotate_planar(forward, 2.0 * across, direction)
     return Action(s.limits.command(vx, vy, 1.5 * direction), head=_head_near_ball(s))
 

@@ -62,6 +62,7 @@ class Kick(Settings):
 class _KickFile(Settings):
     """A file of `config/kicks/`."""
 
+    dribbles: tuple[Kick, ...] = schema.field(Sequence(Group(Kick), 1, 10))
     kicks: tuple[Kick, ...] = schema.field(Sequence(Group(Kick), 1, 50))
 
 
@@ -70,10 +71,12 @@ class KickTable:
     """All kicks of a robot.
 
     Attributes:
-        kicks: In the order of the file.
+        kicks: Motions of a standing robot, in the order of the file.
+        dribbles: What a walking robot does to a ball in front of one foot; `motion` is a name only.
     """
 
     kicks: tuple[Kick, ...]
+    dribbles: tuple[Kick, ...]
 
     def find(self, motion: str) -> Kick:
         """The kick of a motion; NaoGaitError if there is none."""
@@ -84,8 +87,10 @@ class KickTable:
 
 
 def kicks_of(robot: str) -> KickTable:
-    """The shipped table of a kind of robot; an empty one if there is none: it only dribbles."""
-    return load_kicks(robot) if robot in names("kicks") else KickTable(())
+    """The shipped table of a kind of robot; without one it only dribbles, as a NAO does."""
+    if robot in names("kicks"):
+        return load_kicks(robot)
+    return KickTable((), load_kicks("nao_h21").dribbles)
 
 
 @cache
@@ -99,8 +104,8 @@ def load_kicks(name_or_path: str | Path) -> KickTable:
     path = find("kicks", name_or_path)
     where = f"kick table {path}: "
     table = _KickFile.from_mapping(schema.read_yaml(path, "kick table"), where)
-    motions = [kick.motion for kick in table.kicks]
+    motions = [kick.motion for kick in (*table.dribbles, *table.kicks)]
     for motion in motions:
         if motions.count(motion) > 1:
-            raise NaoGaitError(f"{where}kicks", f"{motion} twice", "each motion once")
-    return KickTable(table.kicks)
+            raise NaoGaitError(f"{where}motion", f"{motion} twice", "each motion once")
+    return KickTable(table.kicks, table.dribbles)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from nao_lipm_gait.types import Point2
+from nao_lipm_gait.types import STAND, Point2
 from nao_soccer.behavior.ball_plan import BallPlan, Planner, PlanSettings
 from nao_soccer.behavior.engine import Activation, Engine
 from nao_soccer.behavior.kicks import KickTable
@@ -58,8 +58,7 @@ class Mind:
         self._field = field
         self._goals = goals
         self._limits = WalkLimits() if limits is None else limits
-        self._settings = PlanSettings() if settings is None else settings
-        self._planner = Planner(table, self._limits, field, goals, self._settings)
+        self._planner = Planner(table, self._limits, field, goals, settings)
         self._engine = Engine(PLAYER)
         self._plan: BallPlan | None = None
         self._last_valid: int | None = None
@@ -86,7 +85,7 @@ class Mind:
         """
         if world.own.valid or self._last_valid is None:
             self._last_valid = world.stamp
-        self._plan = self._planned(world)
+        self._plan = self._planned(world, body)
         situation = Situation(
             world,
             GameState() if game is None else game,
@@ -97,7 +96,6 @@ class Mind:
             self._field,
             self._goals,
             self._limits,
-            self._settings,
             striker,
             self._lost(world),
         )
@@ -110,7 +108,7 @@ class Mind:
         last = self._last_valid
         return last is not None and world.stamp - last > VALID_MEMORY
 
-    def _planned(self, world: WorldState) -> BallPlan | None:
+    def _planned(self, world: WorldState, body: Body) -> BallPlan | None:
         if world.ball is None:
             return None
         robots: Sequence[Point2] = [each.position_in_field for each in world.obstacles]
@@ -120,4 +118,5 @@ class Mind:
             robots,
             self._plan,
             valid=not self._lost(world),
+            stands=body.state is STAND,
         )

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.geometry import relative, rotate_planar
 from nao_lipm_gait.types import STANDSTILL, GaitState, Point2, Pose2, VelocityCommand
-from nao_soccer.behavior.ball_plan import BallPlan, PlanSettings
+from nao_soccer.behavior.ball_plan import BallPlan
 from nao_soccer.behavior.walking import (
     APART,
     APART_BALL,
@@ -25,6 +25,8 @@ ROBOT_RADIUS = 0.3
 """[m] between the middles of two robots that pass each other."""
 AT_BALL = 0.4
 """[m] A nearer ball is played."""
+BEHIND = 0.13
+"""[m] against the ball's way, from the place of a kick to the one where the robot lines up."""
 PRECEDENCE = 0.03
 """[m] Two robots that are equally near to the ball by this both play it."""
 BEHIND_BALL = 0.6
@@ -81,7 +83,6 @@ class Situation:
         field: The field.
         goals: The goals.
         limits: Largest speeds.
-        settings: How plans are compared.
         striker: The team mate who is the striker, if it is another one.
         lost: The own pose has not been valid for a while.
     """
@@ -95,7 +96,6 @@ class Situation:
     field: Field
     goals: Goals
     limits: WalkLimits
-    settings: PlanSettings
     striker: TeamMate | None = None
     lost: bool = False
 
@@ -123,10 +123,19 @@ class Situation:
 
     @property
     def kick_pose(self) -> Pose2:
-        """Where to stand for the plan, in base_footprint; only with a plan."""
+        """Where the robot hits the ball, in base_footprint; only with a plan."""
         if self.plan is None:
             return 0.0, 0.0, 0.0
-        return self.plan.robot_pose(self.ball, self.own[2], self.settings.dribble_x)
+        return self.plan.robot_pose(self.ball, self.own[2])
+
+    @property
+    def start_pose(self) -> Pose2:
+        """From where the robot walks straight to `kick_pose`: there the ball is not touched."""
+        x, y, yaw = self.kick_pose
+        if self.plan is None:
+            return x, y, yaw
+        dx, dy = rotate_planar(BEHIND, 0.0, self.plan.direction - self.own[2])
+        return x - dx, y - dy, yaw
 
     def in_base(self, pose: Pose2) -> Pose2:
         """A pose of the field in base_footprint."""

@@ -117,7 +117,7 @@ def ball_lost(s: Situation) -> bool:
 
 def _behind_error(s: Situation) -> tuple[float, float]:
     """Angles [rad]: of the robot's place as seen from the ball, and of its heading."""
-    x, y, yaw = s.kick_pose
+    x, y, yaw = s.start_pose
     ball = s.ball
     wanted = math.atan2(ball[1] - y, ball[0] - x)
     place = math.remainder(math.atan2(ball[1], ball[0]) - wanted, math.tau)
@@ -140,17 +140,17 @@ def not_behind_ball(s: Situation) -> bool:
 
 def plan_is_kick(s: Situation) -> bool:
     """The ball is to be kicked, not dribbled."""
-    return s.plan is not None and s.plan.kick is not None
+    return s.plan is not None and not s.plan.dribbles
 
 
 def plan_is_dribble(s: Situation) -> bool:
     """The ball is to be dribbled."""
-    return s.plan is not None and s.plan.kick is None
+    return s.plan is not None and s.plan.dribbles
 
 
 def _spot_error(s: Situation) -> tuple[float, float]:
     """How far [m] the ball is from the kick's spot, and the heading error [rad]."""
-    if s.plan is None or s.plan.kick is None:
+    if s.plan is None or s.plan.dribbles:
         return math.inf, math.inf
     spot, ball = s.plan.kick.spot, s.ball
     return math.hypot(ball[0] - spot[0], ball[1] - spot[1]), abs(s.kick_pose[2])

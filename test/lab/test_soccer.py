@@ -11,6 +11,7 @@ from gait_lab.soccer.match import Match, MatchSpec, match_scene
 from gait_lab.soccer.pitch import Pitch, identity_of
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.solo import SoloSpec, solo
+from gait_lab.trials.dribble import DribbleSpec, dribble
 from nao_lipm_gait.errors import NaoGaitError
 from nao_soccer.behavior.situation import Role
 from nao_soccer.game_state import Phase
@@ -24,6 +25,19 @@ def test_a_robot_before_the_goal_scores() -> None:
     result = solo(SoloSpec(seed=1, start=(1.45, 0.1, 0.0), ball=(1.75, 0.1), limit=25.0))
     assert result.goal is not None, result.path
     assert result.falls == 0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_ball_before_a_foot_of_a_walking_robot_goes_straight_ahead(side: float) -> None:
+    """Between the feet it goes aside: so dribbling leads one foot to it."""
+    before, between = (
+        dribble(DribbleSpec(robot_seed=2, engine="mujoco", across=across, speed=0.35))
+        for across in (0.06 * side, 0.0)
+    )
+    assert before.stood
+    assert abs(before.direction) < 0.05
+    assert before.distance > 1.0
+    assert abs(between.direction) > 0.15
 
 
 def test_with_the_goal_behind_it_the_robot_scores() -> None:
@@ -66,13 +80,14 @@ def test_of_two_robots_at_the_ball_the_nearer_goes_on_and_the_other_steps_back()
     ) as pitch:
         pitch.world.put_ball(*ball)
         for _ in pitch.run(lambda ticks: None):
-            if pitch.count >= 450:
+            if pitch.count >= 400:
                 break
-        near, far = (math.dist(pose[:2], ball) for pose in pitch.poses)
+        far = math.dist(pitch.poses[1][:2], ball)
+        moved = pitch.ball[0] - ball[0]
         roles = [player.behavior.role for player in pitch.players]
         paths = [player.decision.path for player in pitch.players if player.decision]
     assert roles == [Role.STRIKER, Role.SUPPORTER]
-    assert near < 0.36
+    assert moved > 0.3  # to the opponents' goal
     assert far > 0.75
     assert paths[0][3].state == "play"
     assert paths[1][3].state == "support"

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import compose
+from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.types import GaitState, PoseCovariance, VelocityCommand
-from nao_soccer.behavior.ball_plan import DRIBBLE, Planner
+from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
@@ -114,15 +114,15 @@ def test_with_the_ball_at_its_heel_and_the_goal_behind_the_robot_kicks_back() ->
     """Fig. 10 of Friedmann et al.: it does not see the goal, but knows where it is."""
     own = (1.75, 0.0, math.pi)
     ball = (own[0] + 0.1, own[1] - 0.06)
-    plan = planner().choose(own, ball)
+    plan = planner().choose(own, ball, stands=True)
     assert plan.name == "kick_backheel_left"
     assert math.cos(plan.direction) > 0.9
-    assert planner().choose(own, ball, valid=False).name == DRIBBLE
+    assert planner().choose(own, ball, valid=False).dribbles
 
 
 def test_far_from_the_goal_the_ball_is_dribbled_towards_it() -> None:
     plan = planner().choose((-1.5, 0.3, 0.0), (-1.2, 0.3))
-    assert plan.name == DRIBBLE
+    assert plan.dribbles
     assert abs(plan.direction) < 0.2
 
 
@@ -148,7 +148,7 @@ def test_an_opponent_behind_the_ball_is_passed(ball: tuple[float, float]) -> Non
     """Head on over the ball: no plan pushes it into the opponent's feet."""
     opponent = (ball[0] + 0.17, ball[1])
     plan = planner().choose((ball[0] - 0.16, ball[1] + 0.06, 0.0), ball, [opponent])
-    assert plan.kick is not None
+    assert plan
     assert 0.17 * abs(math.sin(plan.direction)) > 0.14
     assert math.cos(plan.direction) > -0.2
 
@@ -366,6 +366,26 @@ def test_a_robot_that_stands_on_the_spot_kicks_once() -> None:
         body = Body(GaitState.MOTION if decision.action.motion else body.state)
     assert motions.count(kick.motion) == 1
     assert set(motions) == {"", kick.motion}
+
+
+@pytest.mark.parametrize("start", [(-1.0, 0.3, 0.5), (0.9, -0.4, 2.0), (0.4, 0.4, -2.5)])
+def test_the_robot_leads_one_foot_to_the_ball_that_it_dribbles(
+    start: tuple[float, float, float],
+) -> None:
+    """From any side, ideally walked: at the touch the ball lies before a foot, not between."""
+    mind, pose, ball = new_mind(), start, (0.0, 0.1)
+    for i in range(600):
+        decision = mind.update(world(pose, ball, time=0.05 * i), Body(GaitState.WALK))
+        assert decision.plan is not None
+        kick = decision.plan.kick
+        x, y, _ = relative((*ball, 0.0), pose)
+        if abs(x - kick.x) < 0.03 and abs(y) < 0.09:
+            break
+        pose = compose(pose, tuple(0.05 * each for each in decision.action.walk))
+    assert decision.path[-1].state == "dribble"
+    assert y == pytest.approx(kick.y, abs=0.025)
+    assert math.remainder(pose[2] - decision.plan.direction, math.tau) == pytest.approx(0, abs=0.15)
+    assert decision.action.walk.x > 0.2
 
 
 def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> None:

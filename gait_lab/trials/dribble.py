@@ -1,0 +1,133 @@
+"""A walking robot pushes a ball with one foot: one attempt.
+
+It is led by the truth, so the result shows what the foot does to the ball, not where behaviour
+brings the robot.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gait_lab.trials.rendered_frames import footprint_of
+from gait_lab.trials.trial import (
+    CONTROL_PERIOD,
+    HeldCommand,
+    Tick,
+    TrialSpec,
+    make_gait,
+    make_world,
+    run,
+)
+from nao_lipm_gait.geometry import compose, relative
+from nao_lipm_gait.types import Point2, VelocityCommand
+from sim_bridge.ball import Ball
+from sim_bridge.world import World
+
+RUN_UP = (0.3, 0.5)
+"""[m] from the robot to the ball at the start; drawn, as the phase of the step at the touch."""
+BIAS_WAIT = 1.0
+"""[s] of standing at the start."""
+MOVED = 0.01
+"""[m] A ball that has moved this far was touched."""
+STEER = 1.5
+"""[1/s] Speed to the side over the ball's distance from its place before the foot."""
+SIDE = 0.1
+"""[m/s] Greatest speed to the side."""
+TURN = 2.0
+"""[1/s] Turning speed over the error of the heading."""
+LIMIT = 15.0
+"""[s] after which a ball that was not touched is not waited for."""
+ROLL = 6.0
+"""[s] for which the ball may roll."""
+
+
+@dataclass(frozen=True, slots=True)
+class DribbleSpec(TrialSpec):
+    """Everything that an attempt depends on.
+
+    Attributes:
+        across: y [m] of the ball before the foot, in base_footprint; left is positive.
+        speed: [m/s] commanded forwards.
+    """
+
+    across: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class DribbleResult:
+    """Result of an attempt.
+
+    Attributes:
+        spec: The specification.
+        spot: x, y [m] of the ball in base_footprint when it was touched.
+        direction: [rad] of its way, counter-clockwise from the robot's heading at the touch.
+        distance: [m] from where it lay to where it came to rest.
+        speed: [m/s] largest of the ball.
+        stood: The robot never fell, and touched the ball.
+    """
+
+    spec: DribbleSpec
+    spot: Point2
+    direction: float
+    distance: float
+    speed: float
+    stood: bool
+
+
+def dribble(spec: DribbleSpec) -> DribbleResult:
+    """Run one attempt."""
+    with make_world(spec, ball=Ball(10.0, 0.0)) as world:
+        policy = HeldCommand()
+        ticks = run(world, make_gait(spec), policy, past_falls=True)
+        return _attempt(spec, world, policy, ticks)
+
+
+def _attempt(
+    spec: DribbleSpec, world: World, policy: HeldCommand, ticks: Iterator[Tick]
+) -> DribbleResult:
+    up = True
+
+    def advance() -> Tick:
+        nonlocal up
+        tick = next(ticks)
+        up = up and not tick.fallen
+        return tick
+
+    for _ in range(round(BIAS_WAIT / CONTROL_PERIOD)):
+        tick = advance()
+    random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed])
+    start = footprint_of(tick.truth)
+    line = compose(start, (0.0, spec.across, 0.0))
+    lay = compose(line, (float(random.uniform(*RUN_UP)), 0.0, 0.0))
+    world.put_ball(*lay[:2])
+    place, way, fastest = start, np.zeros(2), 0.0
+    for _ in range(round(LIMIT / CONTROL_PERIOD)):
+        place = footprint_of(tick.truth)
+        _, y, yaw = relative(place, start)
+        aside = min(max(-STEER * y, -SIDE), SIDE)
+        policy.action = VelocityCommand(spec.speed, aside, -TURN * math.remainder(yaw, math.tau))
+        tick = advance()
+        way = _ball(world)[0] - lay[:2]
+        if float(np.hypot(*way)) > MOVED or not up:
+            break
+    touched = float(np.hypot(*way)) > MOVED
+    policy.action = VelocityCommand()
+    for _ in range(round(ROLL / CONTROL_PERIOD)):
+        advance()
+        position, speed = _ball(world)
+        way, fastest = position - lay[:2], max(fastest, speed)
+    x, y, _ = relative(lay, place)
+    direction = math.remainder(math.atan2(way[1], way[0]) - place[2], math.tau)
+    return DribbleResult(
+        spec, (x, y), direction, float(np.hypot(*way)), fastest, up and touched
+    )
+
+
+def _ball(world: World) -> tuple[np.ndarray, float]:
+    """(2,) place [m] and speed [m/s] of the ball."""
+    ball = world.ball
+    assert ball is not None
+    return ball.position[:2], float(np.hypot(*ball.velocity[:2]))
