@@ -44,14 +44,17 @@ MODEL_SHARE = 0.5
 CENTER_SHARE = 0.85
 """Center of the springs of a loaded sole relative to that of its corners, as measured: the sole
 leans over its outer edge, so the inner corners carry less."""
+ZMP_SHARE = 0.87
+"""Movement of the ZMP per movement of the measured one, as measured on the spot; below 1 because
+the accelerometer measures the torso and not the CoM."""
 SOFTNESS_SIGMA = 0.25
 """Deviation of the softness at first."""
 SOFTNESS_ERROR = 0.05
 """Systematic error of the measured softness; the robot may also walk onto a carpet."""
 SOFTNESS_MIN, SOFTNESS_MAX = 0.2, 2.5
-ROLL_ERROR_BY_SPEED, ROLL_ERROR_BY_TURN = 0.04, 0.002
-"""Additional systematic error of the roll per speed squared [rad s^2/m^2] and per turning rate
-[rad s/rad], as measured over robots."""
+ROLL_ERROR_AHEAD, ROLL_ERROR_SIDEWAYS, ROLL_ERROR_IN_TURNS = 0.04, 0.1, 0.002
+"""Additional systematic error of the roll per speed squared ahead and sideways [rad s^2/m^2] and
+per turning rate [rad s/rad], as measured over robots."""
 BETTER, BETTER_IN_TURNS, FAST_TURN = 0.25, 0.5, 1.0
 """Deviation of a value as a share of a measurement's constant error from which on the value is
 known much better; the second one above the turning rate [rad/s], where soles stand on their edges
@@ -79,9 +82,6 @@ ROCKING_TIME = 0.14
 """Time [s] from then on in which the sole's rotation is compared with the ZMP."""
 ROCKING_LAG = 0.025
 """Time constant [s] with which a sole on soft ground follows the ZMP."""
-ROCKING_SHARE = 0.87
-"""Measured rotation of the sole per movement of the measured ZMP, relative to `SoleSprings`;
-below 1 because the accelerometer measures the torso and not the CoM."""
 ROCKING_SIGMA = 0.002
 """Deviation [rad] of that rotation."""
 ROCKING_SPEED_MAX, ROCKING_TURN_MAX = 0.06, 0.3
@@ -96,8 +96,9 @@ class SoleSprings:
     """A sole on four equal springs, one under each corner.
 
     Attributes:
-        pitch: Pitch of the sole per distance of the ZMP ahead of the springs' center [rad/m].
-        roll: Roll of the sole per distance of the ZMP to the right of their center [rad/m].
+        pitch: Pitch of the sole per measured distance of the ZMP ahead of the springs' center
+            [rad/m].
+        roll: Roll of the sole per measured distance of the ZMP to the right of it [rad/m].
         center_y: Center of the left sole's springs [m]; that of the right sole is mirrored.
     """
 
@@ -112,13 +113,15 @@ class SoleSprings:
 def sole_springs(corners: Sequence[Point2], mass: float) -> SoleSprings:
     """The springs of the expected ground: tilt = m g distance / (stiffness sum of d_i^2).
 
+    The distance is `ZMP_SHARE` of the measured one.
+
     Args:
         corners: Corners of the left sole in its frame [m].
         mass: Mass of the robot [kg].
     """
     x = sum(corner[0] for corner in corners) / len(corners)
     y = sum(corner[1] for corner in corners) / len(corners)
-    load = mass * GRAVITY / CORNER_STIFFNESS
+    load = ZMP_SHARE * mass * GRAVITY / CORNER_STIFFNESS
     return SoleSprings(
         load / sum((corner[0] - x) ** 2 for corner in corners),
         load / sum((corner[1] - y) ** 2 for corner in corners),
@@ -345,7 +348,8 @@ class SoleLevelling:
         left = self._roll.value - self.applied_roll
         expected = side * left + softness.value * moved_y
         error = TILT_ERROR + softer * abs(moved_y)
-        error += ROLL_ERROR_BY_SPEED * vx * vx + ROLL_ERROR_BY_TURN * abs(turn)
+        error += ROLL_ERROR_AHEAD * vx * vx + ROLL_ERROR_SIDEWAYS * vy * vy
+        error += ROLL_ERROR_IN_TURNS * abs(turn)
         self._roll.correct(tick.roll - expected, side, _variance(left), error, better)
 
     def _learn_softness(self, ticks: Sequence[_Tick], dt: float) -> None:
@@ -366,7 +370,7 @@ class SoleLevelling:
         for zmp, tick in zip(followed, rocking, strict=True):
             moment += (zmp - mean_zmp) * (-tick.pitch - mean_pitch)
             moved += (zmp - mean_zmp) * (zmp - mean_zmp)
-        h = ROCKING_SHARE * self._springs.pitch * sqrt(moved)
+        h = self._springs.pitch * sqrt(moved)
         if h > 0.0:
             measured = moment / sqrt(moved)
             innovation = measured - h * self._softness.value

@@ -13,7 +13,7 @@ from gait_lab.trials.trial import Push, TrialSpec, make_gait, make_world
 from nao_lipm_gait.calibration import NOT_CALIBRATED
 from nao_lipm_gait.estimation.com_measurement import level_frame
 from nao_lipm_gait.estimation.sole_levelling import (
-    ROCKING_SHARE,
+    ZMP_SHARE,
     SoleLevelling,
     SoleSprings,
     sole_springs,
@@ -31,11 +31,12 @@ HEIGHT = 0.24
 
 def test_springs_tilt_as_much_as_the_moment_of_the_zmp_bends_them() -> None:
     """A sole of four corners: stiffness times tilt, summed with its arms, is the moment."""
-    corners, mass, distance = ((0.1, 0.03), (0.1, -0.05), (-0.06, 0.03), (-0.06, -0.05)), 5.0, 0.01
+    corners, mass, measured = ((0.1, 0.03), (0.1, -0.05), (-0.06, 0.03), (-0.06, -0.05)), 5.0, 0.01
     springs = sole_springs(corners, mass)
-    moment = sum(1e4 * 0.08**2 * springs.pitch * distance for _ in corners)
+    distance = ZMP_SHARE * measured
+    moment = sum(1e4 * 0.08**2 * springs.pitch * measured for _ in corners)
     assert moment == pytest.approx(mass * GRAVITY * distance)
-    moment = sum(1e4 * 0.04**2 * springs.roll * distance for _ in corners)
+    moment = sum(1e4 * 0.04**2 * springs.roll * measured for _ in corners)
     assert moment == pytest.approx(mass * GRAVITY * distance)
 
 
@@ -80,7 +81,7 @@ class SteppingTorso:
         # The ZMP moves along the sole and back, and lies inside of its springs' center.
         zmp_x = 0.03 * math.cos(2.0 * math.pi * phase) + (self._ahead if support == LEFT else 0.0)
         zmp_y = support * (SPRINGS.center_y - 0.01)
-        stance_pitch = ROCKING_SHARE * self._softness * SPRINGS.pitch * zmp_x
+        stance_pitch = self._softness * SPRINGS.pitch * zmp_x
         # As the estimator assumes it: the sole follows the ZMP with a lag while it rocks.
         self._sole_pitch += min(1.0, DT / 0.025) * (stance_pitch - self._sole_pitch)
         if phase == 0.0:
