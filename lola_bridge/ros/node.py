@@ -266,6 +266,8 @@ class LolaBridgeNode(Node):
             return
         frame, sensors = self._last
         self._battery.publish(battery_state(frame.stamp, sensors))
+        # Who joined after the last change gets to know it too.
+        self._touch.publish(self._writer.touch(frame.stamp, sensors))
         for message in temperatures(frame.stamp, sensors):
             self._temperature.publish(message)
         name = self.get_fully_qualified_name().lstrip("/")
