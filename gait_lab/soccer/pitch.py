@@ -142,7 +142,7 @@ class Pitch:
             zip(scene.robots, make_gaits(self.world), strict=True)
         ):
             description = self.world.robots[index].description
-            behavior = PlayerBehavior(identity(robot), description.name, self.field, self.goals)
+            behavior = PlayerBehavior(identity(robot), description, self.field, self.goals)
             senses = Senses(
                 description, robot.team, self.field, self.goals, errors, 1000 * first + index,
                 robot.pose,

@@ -21,7 +21,7 @@ from nao_soccer.field import SIDES, Field, Goals
 
 INTO_GOAL = 0.2
 """[m] behind the goal line to which the ball is sent."""
-AT_ONCE = 0.3
+AT_ONCE = 0.5
 """[s] of walking that are left, at which a standing robot kicks without a step."""
 HIT_SHARE = 0.6
 """Share of a kick's time after which the foot hits the ball."""

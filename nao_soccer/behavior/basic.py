@@ -1,6 +1,7 @@
 """The basic behaviours: what the robot does in the states at the leaves of the tree."""
 
 import math
+from dataclasses import replace
 
 from nao_lipm_gait.geometry import rotate_planar
 from nao_lipm_gait.types import Point2, Pose2, VelocityCommand
@@ -18,6 +19,8 @@ LOST_TURN = 0.3
 """[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
 KEEPER_OUT = 0.2
 """[m] ahead of the goal line at which a keeper stands."""
+DIVES = "dive_left", "dive_right"
+"""Motions of a goalkeeper; not every kind of robot has them."""
 BALL_FREE_DISTANCE = 0.75
 """[m] that the other team keeps from the ball of a kick-off or set play."""
 
@@ -123,7 +126,8 @@ def take_place(s: Situation) -> Action:
         place = (-0.3 * length, 0.15 * s.field.width)
     if s.game.goalkeeper:
         place = (-length / 2.0 + 0.3, 0.0)
-    return _walk_and_stay(s, (*place, 0.0), Round(s.ball, 0.3, 0.1))
+    action = _walk_and_stay(s, (*place, 0.0), Round(s.ball, 0.3, 0.1))
+    return replace(action, head=HeadMode.LOCALIZE)
 
 
 def support(s: Situation) -> Action:
@@ -154,12 +158,12 @@ def guard_goal(s: Situation) -> Action:
 
 def dive_left(s: Situation) -> Action:
     """Dive to the left."""
-    return Action(motion="dive_left", head=HeadMode.BALL)
+    return Action(motion=DIVES[0], head=HeadMode.BALL)
 
 
 def dive_right(s: Situation) -> Action:
     """Dive to the right."""
-    return Action(motion="dive_right", head=HeadMode.BALL)
+    return Action(motion=DIVES[1], head=HeadMode.BALL)
 
 
 def _stand_at(s: Situation, place: Point2, *obstacles: Round) -> Action:

@@ -1,5 +1,6 @@
 """From the world model to an action, at every update."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -12,11 +13,19 @@ from nao_soccer.behavior.options import PLAYER
 from nao_soccer.behavior.situation import Action, Body, Role, Situation
 from nao_soccer.behavior.walking import WalkLimits, kept_apart
 from nao_soccer.field import Field, Goals
-from nao_soccer.game_state import GameState
-from nao_soccer.world.state import TeamMate, WorldState
+from nao_soccer.game_state import GameState, Phase
+from nao_soccer.world.state import HeadMode, TeamMate, WorldState
 
 VALID_MEMORY = 2_000_000_000
 """[ns] A pose that was valid so short a time ago is good enough to choose a kick."""
+
+
+WAY_PERIOD, WAY_GLANCE = 2.4, 0.8
+"""[s] Between two glances along the way; how long one lasts: a turn of the head and two images."""
+WAY_SPEED = 0.12
+"""[m/s] ahead, from which on the way is watched."""
+IN_VIEW = 0.5
+"""[rad] Bearing up to which a ball that is looked at shows the way too."""
 
 
 class Decision(NamedTuple):
@@ -43,6 +52,7 @@ class Mind:
         goals: The goals.
         limits: Largest speeds.
         settings: How plans are compared.
+        dives: The robot can dive.
     """
 
     def __init__(
@@ -53,12 +63,15 @@ class Mind:
         goals: Goals,
         limits: WalkLimits | None = None,
         settings: PlanSettings | None = None,
+        *,
+        dives: bool = True,
     ) -> None:
         self._number = number
         self._field = field
         self._goals = goals
         self._limits = WalkLimits() if limits is None else limits
         self._planner = Planner(table, self._limits, field, goals, settings)
+        self._dives = dives
         self._engine = Engine(PLAYER)
         self._plan: BallPlan | None = None
         self._last_valid: int | None = None
@@ -85,10 +98,13 @@ class Mind:
         """
         if world.own.valid or self._last_valid is None:
             self._last_valid = world.stamp
+        game = GameState() if game is None else game
+        if game.phase is not Phase.PLAYING:
+            self._plan = None  # nothing has begun that would be worth keeping
         self._plan = self._planned(world, body)
         situation = Situation(
             world,
-            GameState() if game is None else game,
+            game,
             body,
             role,
             self._number,
@@ -98,10 +114,11 @@ class Mind:
             self._limits,
             striker,
             self._lost(world),
+            self._dives,
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
         walk = kept_apart(action.walk, situation.near_robots(), self._limits)
-        action = replace(action, walk=walk)
+        action = replace(action, walk=walk, head=_watching_way(action, situation))
         return Decision(action, path, self._plan)
 
     def _lost(self, world: WorldState) -> bool:
@@ -120,3 +137,15 @@ class Mind:
             valid=not self._lost(world),
             stands=body.state is STAND,
         )
+
+
+def _watching_way(action: Action, s: Situation) -> HeadMode:
+    """What the head looks for: now and then where the robot walks, unless it looks there anyway."""
+    if action.head not in (HeadMode.AUTO, HeadMode.LOCALIZE) or action.walk.x < WAY_SPEED:
+        return action.head
+    ball = s.world.ball
+    follows = action.head is HeadMode.AUTO and ball is not None and ball.seen_recently
+    if follows and abs(math.atan2(s.ball[1], s.ball[0])) < IN_VIEW:
+        return action.head
+    glance = s.world.stamp * 1e-9 % WAY_PERIOD < WAY_GLANCE
+    return HeadMode.AHEAD if glance else action.head

@@ -10,7 +10,10 @@ data = behavior.team_message(state.stamp * 1e-9)      # what to send now, if any
 import math
 from dataclasses import dataclass
 
+from nao_lipm_gait.motion.library import shipped_library
+from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import Point2
+from nao_soccer.behavior.basic import DIVES
 from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body, Role
@@ -53,7 +56,7 @@ class PlayerBehavior:
 
     Args:
         identity: Who it is.
-        robot: Name of the kind of robot, which has a table of kicks.
+        robot: The robot; its motions say which kicks and dives it has.
         field: The field.
         goals: The goals.
         limits: Largest speeds; None = the defaults.
@@ -67,7 +70,7 @@ class PlayerBehavior:
     def __init__(
         self,
         identity: Identity,
-        robot: str,
+        robot: RobotDescription,
         field: Field,
         goals: Goals,
         limits: WalkLimits | None = None,
@@ -76,7 +79,14 @@ class PlayerBehavior:
         self.link = TeamLink(identity.team, identity.player, field, identity.players)
         self.role = Role.SUPPORTER
         self.game = GameState(phase=Phase.INITIAL if identity.waits else Phase.PLAYING)
-        self._mind = Mind(identity.player, kicks_of(robot), field, goals, limits)
+        self._mind = Mind(
+            identity.player,
+            kicks_of(robot.motions),
+            field,
+            goals,
+            limits,
+            dives=all(name in shipped_library(robot).motions for name in DIVES),
+        )
         self._roles = RoleChoice(identity.player)
         self._decision: Decision | None = None
         self._state: WorldState | None = None

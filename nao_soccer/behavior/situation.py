@@ -85,6 +85,7 @@ class Situation:
         limits: Largest speeds.
         striker: The team mate who is the striker, if it is another one.
         lost: The own pose has not been valid for a while.
+        dives: The robot can dive.
     """
 
     world: WorldState
@@ -98,6 +99,7 @@ class Situation:
     limits: WalkLimits
     striker: TeamMate | None = None
     lost: bool = False
+    dives: bool = True
 
     @property
     def own(self) -> Pose2:

@@ -207,10 +207,10 @@ def shot_at_feet(s: Situation) -> bool:
 def shot_to_left(s: Situation) -> bool:
     """A shot passes on the left, within reach of a dive."""
     y = _shot(s)
-    return y is not None and FEET_REACH < y < DIVE_REACH
+    return s.dives and y is not None and FEET_REACH < y < DIVE_REACH
 
 
 def shot_to_right(s: Situation) -> bool:
     """A shot passes on the right, within reach of a dive."""
     y = _shot(s)
-    return y is not None and FEET_REACH < -y < DIVE_REACH
+    return s.dives and y is not None and FEET_REACH < -y < DIVE_REACH

@@ -28,6 +28,9 @@ COLOR_CODES = {"red": 1, "blue": 0}
 """Colour of each team in messages."""
 TOUCH = 0.28
 """[m] between the middles of a ball and the robot that is said to have moved it."""
+TOUCH_SPEED = 0.15
+"""[m/s] by which a touch changes the velocity of the ball; one that only rolls past a robot loses
+0.03 m/s between two looks."""
 MOVED = 0.1
 """[m] by which the ball has to move to be in play, or not to be stuck."""
 
@@ -112,6 +115,7 @@ class _Ball:
     moved_at: float = 0.0
     out_since: float | None = None
     last: Point2 = (0.0, 0.0)
+    velocity: Point2 = (0.0, 0.0)
     placed: Point2 | None = None
 
 
@@ -235,9 +239,9 @@ class Referee:
         Returns:
             What is to be done now.
         """
-        self._time = time
+        since, self._time = time - self._time, time
         orders: list[Order] = []
-        self._watch_ball(ball, robots)
+        self._watch_ball(ball, robots, since)
         self._watch_robots(robots, orders)
         if self._phase is Phase.INITIAL:
             self._enter(Phase.READY)
@@ -286,9 +290,17 @@ class Referee:
         self._ball.moved_from, self._ball.moved_at = ball[:2], self._time
         self._ball.out_since = None
 
-    def _watch_ball(self, ball: Point3, robots: Mapping[str, RobotPlace]) -> None:
+    def _watch_ball(
+        self, ball: Point3, robots: Mapping[str, RobotPlace], since: float
+    ) -> None:
         here, state = ball[:2], self._ball
-        if math.dist(here, state.last) > 1e-3:
+        before = state.velocity
+        if since > 0.0:
+            state.velocity = (
+                (here[0] - state.last[0]) / since,
+                (here[1] - state.last[1]) / since,
+            )
+        if math.dist(state.velocity, before) > TOUCH_SPEED:
             near = [
                 (math.dist(here, robot.position), name)
                 for name, robot in robots.items()
@@ -390,6 +402,7 @@ class Referee:
         orders.append(PutBall(place))
         self._restart_ball((*place, 0.0))
         self._ball.last, self._ball.touched_by = place, ""
+        self._ball.velocity = (0.0, 0.0)
 
 
 def free_place(place: Point2, robots: Sequence[Point2], room: float = 0.25) -> Point2:

@@ -6,6 +6,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.ros.messages import to_time
 from nao_lipm_gait.ros.parameters import declare, node_parameter, of_type
 from nao_lipm_gait.ros.topics import LATCHED, Inputs
@@ -50,7 +51,7 @@ class BehaviorPart:
     Args:
         node: The node `player`.
         inputs: Its subscriptions.
-        robot: Name of the kind of robot.
+        robot: The robot.
         field: The field.
         goals: The goals.
 
@@ -58,7 +59,9 @@ class BehaviorPart:
         NaoGaitError: A parameter cannot be used, or a port is not free.
     """
 
-    def __init__(self, node: Node, inputs: Inputs, robot: str, field: Field, goals: Goals) -> None:
+    def __init__(
+        self, node: Node, inputs: Inputs, robot: RobotDescription, field: Field, goals: Goals
+    ) -> None:
         team = of_type(declare(node, TEAM), str)
         number = of_type(declare(node, TEAM_NUMBER), int) or TEAM_NUMBERS[team]
         identity = Identity(

@@ -67,7 +67,7 @@ class PlayerNode(Node):
         if self._start is not None:
             self._player.world.start((self._start,))
         self._inputs = Inputs(self, burst=1)
-        self._behavior = BehaviorPart(self, self._inputs, robot.name, settings.field, goals)
+        self._behavior = BehaviorPart(self, self._inputs, robot, settings.field, goals)
         self._parts: dict[int, convert.PerceptParts] = {}
         self._reported = 0
         self._was_penalized = False

@@ -39,6 +39,8 @@ YAW_SCALE = 1.0
 """[m/rad] Weight of the heading against the place."""
 BETTER = 1.3
 """Another landmark has to improve the pose by this factor more than the one that is looked at."""
+AHEAD = 1.2, 0.0, 0.1
+"""[m] What the head looks at that watches the robot's way: robots from 0.6 m on are in view."""
 BALL_RADIUS = 0.05
 """[m] Height of the point to look at."""
 
@@ -70,6 +72,8 @@ class Looking:
         """
         if mode is HeadMode.FREE:
             return None
+        if mode is HeadMode.AHEAD:
+            return LookAt(AHEAD, Frame.FOOTPRINT)
         now = state.stamp * 1e-9
         if now < self._since or now < self._glance_end - 60.0:  # the clock started anew
             self._since = self._glance_end = -math.inf

@@ -21,8 +21,9 @@ GATE = 9.0
 """Squared standard deviations up to which a measurement is of a known robot."""
 NEAR = 0.25
 """[m] Measurements that are nearer to a robot than this are always of it."""
-FORGET = 4.0
-"""[s] Time without a sighting after which a robot is forgotten."""
+FORGET = 8.0
+"""[s] Time without a sighting after which a robot is forgotten. One beside this robot is out of the
+image for so long."""
 MISSES = 6
 """Number of images that should show a robot and do not, after which it is forgotten."""
 SURE_RANGE = 2.0

@@ -19,12 +19,14 @@ class HeadMode(StrEnum):
         AUTO: Ball and landmarks in turn, whichever is known less well.
         BALL: Follow the ball; search if it is not known where it is.
         LOCALIZE: Look at the landmarks that improve the own pose most.
+        AHEAD: Look to where the robot walks, for robots that stand there.
         FREE: The gait controls the head.
     """
 
     AUTO = "auto"
     BALL = "ball"
     LOCALIZE = "localize"
+    AHEAD = "ahead"
     FREE = "free"
 
 

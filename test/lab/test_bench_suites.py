@@ -41,6 +41,7 @@ TINY: dict[str, dict[str, Any]] = {
     "soles": {"tasks": ("spot", "forward=10"), "window": 2.0},
     "behavior": {"limit": 3.0},
     "keeper": {"targets": ("right",), "limit": 2.0},
+    "scenes": {"scenes": ("two at the ball",)},
     "paper": {"tasks": ("forward=10",), "window": 0.5, "drawn": "off", "open_loop": "off",
               "push": False},
     "localization": {"window": 4.0, "ablation": False},
@@ -66,6 +67,7 @@ HEADLINES = {
               "paper_com_error_slow", "default_com_error_true_slow"),
     "localization": ("pose_error_median", "pose_error_p95", "heading_error_median", "wrong_half",
                      "valid_wrong_share"),
+    "scenes": ("two_at_the_ball_done",),
     "keeper": ("shots_held", "corners_held", "motions_at_wide_balls", "up_again", "falls"),
     "ball": ("ball_position_error_median", "ball_velocity_error_median", "ball_known_share"),
 }  # fmt: skip

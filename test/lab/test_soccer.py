@@ -8,15 +8,13 @@ import pytest
 
 from gait_lab.soccer.frames import Frame, RobotFrame
 from gait_lab.soccer.match import Match, MatchSpec, match_scene
-from gait_lab.soccer.pitch import Pitch, identity_of
 from gait_lab.soccer.replay_page import write_replay
+from gait_lab.soccer.scenes import SceneSpec, play_scene
 from gait_lab.soccer.solo import SoloSpec, solo
 from gait_lab.trials.dribble import DribbleSpec, dribble
 from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.behavior.situation import Role
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal
-from sim_bridge.scene import load_scene
 
 pytest.importorskip("mujoco")
 
@@ -40,10 +38,10 @@ def test_a_ball_before_a_foot_of_a_walking_robot_goes_straight_ahead(side: float
     assert abs(between.direction) > 0.15
 
 
-def test_with_the_goal_behind_it_the_robot_scores() -> None:
-    """As Fig. 10 of Friedmann et al.: it does not see the goal, but knows where it is."""
-    result = solo(SoloSpec(seed=1, start=(1.7, 0.0, math.pi), ball=(1.85, -0.06), limit=40.0))
-    assert result.goal is not None, result.path
+def test_with_the_goal_behind_it_the_robot_scores_by_a_kick_backwards() -> None:
+    """Fig. 10 of Friedmann et al.: it does not see the goal, but knows where it is."""
+    result = play_scene(SceneSpec(name="backheel", seed=3))
+    assert result.done, result.doing
 
 
 def test_a_match_begins_and_each_team_has_one_striker() -> None:
@@ -66,31 +64,8 @@ def test_a_match_begins_and_each_team_has_one_striker() -> None:
 
 def test_of_two_robots_at_the_ball_the_nearer_goes_on_and_the_other_steps_back() -> None:
     """Fig. 11 of Friedmann et al."""
-    scene = load_scene("pitch_small")
-    ball = (0.1, 0.0)
-    red = [
-        robot.replace(pose=pose, seed=4 + index)
-        for index, (robot, pose) in enumerate(
-            zip(scene.robots, [(-0.35, 0.0, 0.0), (-0.3, 0.55, -0.9)], strict=False)
-        )
-    ]
-    two = scene.replace(robots=tuple(red))
-    with Pitch(
-        two, 4, "mujoco", "reference", lambda robot: identity_of(robot, 2, waits=False)
-    ) as pitch:
-        pitch.world.put_ball(*ball)
-        for _ in pitch.run(lambda ticks: None):
-            if pitch.count >= 400:
-                break
-        far = math.dist(pitch.poses[1][:2], ball)
-        moved = pitch.ball[0] - ball[0]
-        roles = [player.behavior.role for player in pitch.players]
-        paths = [player.decision.path for player in pitch.players if player.decision]
-    assert roles == [Role.STRIKER, Role.SUPPORTER]
-    assert moved > 0.3  # to the opponents' goal
-    assert far > 0.75
-    assert paths[0][3].state == "play"
-    assert paths[1][3].state == "support"
+    result = play_scene(SceneSpec(name="two at the ball", seed=4))
+    assert result.done, result.doing
 
 
 @pytest.mark.parametrize(

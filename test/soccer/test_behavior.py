@@ -1,6 +1,7 @@
 """Kicks, plans and walking: the decisions of a player, without a simulation."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ SCENE = settings_of_scene("pitch_small")
 GOALS = SCENE.goals or Goals()
 LIMITS = WalkLimits()
 TABLE = load_kicks("nao_h21")
+NAO = load_robot("nao_h21_v33")
 VARIANCE = (0.0004, 0.0, 0.0004)
 
 
@@ -352,6 +354,19 @@ def test_a_keeper_dives_for_a_shot_and_not_for_a_ball_that_misses(
     assert decision.action.motion == (state.replace(" ", "_") if "dive" in state else "")
 
 
+def test_a_keeper_without_dives_stays_on_its_feet() -> None:
+    """Bruno has no such motion: it goes on to guard the goal."""
+    shot = world((-2.05, 0.0, 0.0), (-1.2, 0.3), velocity=(-1.2, 0.0))
+    game = GameState(goalkeeper=True)
+    for robot, motion in ((NAO, "dive_left"), (load_robot("bruno"), "")):
+        player = PlayerBehavior(Identity(1, 1, waits=False), robot, SCENE.field, GOALS)
+        player.game = game
+        for step in range(3):
+            decision = player.update(replace(shot, stamp=step * 50_000_000), Body())
+        assert decision.path[-1].option == "keeper"
+        assert decision.action.motion == motion
+
+
 def test_a_robot_that_stands_on_the_spot_kicks_once() -> None:
     """With the ball at its heel; the kick is requested until it runs, and not again after it."""
     mind, motions = new_mind(), []
@@ -392,7 +407,7 @@ def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> Non
     """Ten seconds without the referee, 30 % of the team messages lost."""
     random = np.random.default_rng(3)
     team = [
-        PlayerBehavior(Identity(1, number), "nao_h21", SCENE.field, GOALS) for number in (1, 2)
+        PlayerBehavior(Identity(1, number), NAO, SCENE.field, GOALS) for number in (1, 2)
     ]
     players = (PlayerInfo(), PlayerInfo())
     teams = (TeamInfo(1, 0, 0, 1200, 1, 1, players), TeamInfo(2, 0, 0, 1200, 0, 0, players))

@@ -102,6 +102,18 @@ def test_a_goal_into_the_own_goal_is_one_for_the_others() -> None:
     assert (goal.team, goal.own) == ("blue", True)
 
 
+def test_a_ball_that_rolls_past_a_robot_was_not_touched_by_it() -> None:
+    game = Game()
+    game.kick_off()
+    game.robots["red1"] = RobotPlace((-1.5, 0.2), True)
+    game.shoot("blue1", -0.1, 0.0)
+    for step in range(23):
+        game.ball = (-0.2 - 0.1 * step, 0.0, 0.05)
+        game.run(0.1)
+    goal = game.referee.goals_scored[0]
+    assert (goal.team, goal.player, goal.own) == ("blue", "blue1", False)
+
+
 @pytest.mark.parametrize(
     ("name", "out", "kind", "own_kick"),
     [

@@ -272,7 +272,7 @@ def test_a_robot_near_a_fallen_team_mate_is_marked():
     run.player.world.add_mate(TeamMate(2, run.stamp, ahead, True, fallen=True))
     (robot,) = run.player.state().obstacles
     assert robot.fallen
-    assert run.go(5.0).obstacles == ()
+    assert run.go(9.0).obstacles == ()
 
 
 # -- head ------------------------------------------------------------------------------------------

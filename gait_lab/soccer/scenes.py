@@ -1,0 +1,207 @@
+"""Scenes that show one ability each, alone or with a team mate, with percepts by the model.
+
+- `backheel`, Fig. 10 of Friedmann et al.: the goal is behind the robot, the ball at its heel. It
+  sees neither, but knows its pose and has seen the ball. It scores by a kick backwards.
+- `two at the ball`, Fig. 11: of two robots that see the ball, the nearer one goes on, the other one
+  steps back.
+- `sprint`: 6 m straight ahead, as in the technical challenges of the SPL; the robot walks along the
+  middle line by what its own world model says.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gait_lab.soccer.pitch import Pitch, RobotPlayer, identity_of
+from gait_lab.trials.trial import CONTROL_PERIOD
+from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.types import STANDSTILL, Pose2, VelocityCommand
+from nao_soccer.behavior.mind import Decision
+from nao_soccer.behavior.player_behavior import PlayerBehavior
+from nao_soccer.behavior.situation import Action, Body, Role
+from nao_soccer.field import BallPlace
+from nao_soccer.game_state import GameState, Phase
+from nao_soccer.vision.percepts import Kind, Percept, Percepts
+from nao_soccer.world.state import HeadMode, WorldState
+from sim_bridge.plant import Plant
+from sim_bridge.scene import SceneRobot, load_scene
+
+HEEL_BALL = 1.85, -0.06
+"""[m] Ball before the opponents' goal on the small pitch."""
+HEEL_START = 1.75, 0.0, math.pi
+"""The robot stands before it with its back to the goal."""
+HEEL_WAIT, HEEL_ERROR = 1.5, 0.005
+"""[s] of standing in which it finds its pose and has seen the ball; [m] deviation of that."""
+HEEL_LIMIT = 15.0
+"""[s] for the goal."""
+BALL_RADIUS = 0.05
+"""[m]"""
+PAIR_BALL = 0.1, 0.0
+PAIR = (-0.35, 0.0, 0.0), (-0.3, 0.55, -0.9)
+"""Two team mates at a ball."""
+PAIR_TIME = 4.0
+"""[s] after which it is judged who does what."""
+PAIR_PUSHED, PAIR_APART = 0.3, 0.7
+"""[m] by which the ball has moved towards the goal, and distance of the one who steps back."""
+SPRINT = 6.0
+"""[m]"""
+OUT_OF_THE_WAY = 0.0, 2.5
+"""[m] where the ball lies during a sprint."""
+SPRINT_AHEAD = 1.0
+"""[m] beyond the end, to which the robot walks: it does not slow down before the end."""
+SPRINT_LIMIT = 40.0
+"""[s]"""
+SPRINT_SPEED = 0.43
+"""[m/s]"""
+SPRINT_STEER = 1.0
+"""[1/s] Turning speed over the bearing of the end; strong turns slow the walk down."""
+STAND = 3.0
+"""[s] of standing and looking around before the sprint begins."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneSpec:
+    """One trial of a scene.
+
+    Attributes:
+        name: One of `SCENES`.
+        seed: The individual and its percepts.
+        urdf: The robot; None = the first one of the scene.
+        engine: Physics engine.
+        plant: The plant, or its name or file.
+    """
+
+    name: str
+    seed: int
+    urdf: str | None = None
+    engine: str = "mujoco"
+    plant: str | Plant = "reference"
+
+
+class SceneResult(NamedTuple):
+    """What came of it.
+
+    Attributes:
+        spec: The specification.
+        done: The robots did what the scene is about.
+        seconds: [s] that it took; None if they did not.
+        doing: What they did, for reports.
+    """
+
+    spec: SceneSpec
+    done: bool
+    seconds: float | None
+    doing: str
+
+
+def play_scene(spec: SceneSpec) -> SceneResult:
+    """Run one trial."""
+    return SCENES[spec.name](spec)
+
+
+def _backheel(spec: SceneSpec) -> SceneResult:
+    with _pitch(spec, "pitch_small", HEEL_START) as pitch:
+        pitch.world.put_ball(*HEEL_BALL)
+        player = pitch.players[0]
+        player.behavior.game = GameState(phase=Phase.SET)
+        goal, time = False, 0.0
+        for _ in pitch.run(lambda _: None):
+            time = pitch.count * CONTROL_PERIOD
+            if time >= HEEL_WAIT:
+                player.behavior.game = GameState(phase=Phase.PLAYING)
+            elif player.senses.player.state() is not None:
+                _show_ball(player, pitch.world.time, relative((*HEEL_BALL, 0.0), pitch.poses[0]))
+            lies_in = pitch.field.place_of(pitch.ball_position, BALL_RADIUS, pitch.goals)
+            goal = lies_in is BallPlace.IN_BLUE_GOAL
+            if goal or time > HEEL_LIMIT:
+                break
+        kicks = player.kicks
+        path = () if player.decision is None else player.decision.path
+    done = goal and len(kicks) == 1 and "backheel" in kicks[0]
+    doing = ", ".join(kicks) or " > ".join(map(str, path))
+    return SceneResult(spec, done, time - HEEL_WAIT if goal else None, doing)
+
+
+def _show_ball(player: RobotPlayer, now: int, place: Pose2) -> None:
+    """The robot has just seen the ball, which it does not see any more where it stands now."""
+    ball = Percept(Kind.BALL, place[:2], (HEEL_ERROR**2, 0.0, HEEL_ERROR**2))
+    nothing = np.zeros((0, 2))
+    percepts = Percepts(now, ball, (), nothing, np.zeros((0, 3)), (), nothing)
+    player.senses.player.world.add_percepts(percepts)
+
+
+def _pitch(spec: SceneSpec, name: str, *poses: Pose2) -> Pitch:
+    """The field of a scene with robots of one team."""
+    scene = load_scene(name)
+    urdf = spec.urdf or scene.robots[0].urdf
+    robots = tuple(
+        SceneRobot(
+            name=f"red{number}", team="red", number=number, urdf=urdf, pose=pose,
+            seed=spec.seed + number - 1,
+        )
+        for number, pose in enumerate(poses, start=1)
+    )  # fmt: skip
+    return Pitch(
+        scene.replace(robots=robots), spec.seed, spec.engine, spec.plant,
+        lambda robot: identity_of(robot, len(poses), waits=False),
+    )  # fmt: skip
+
+
+def _two_at_ball(spec: SceneSpec) -> SceneResult:
+    with _pitch(spec, "pitch_small", *PAIR) as pitch:
+        pitch.world.put_ball(*PAIR_BALL)
+        for _ in pitch.run(lambda _: None):
+            if pitch.count * CONTROL_PERIOD >= PAIR_TIME:
+                break
+        moved = pitch.ball[0] - PAIR_BALL[0]
+        apart = math.dist(pitch.poses[1][:2], PAIR_BALL)
+        roles = [player.behavior.role for player in pitch.players]
+    done = roles == [Role.STRIKER, Role.SUPPORTER] and moved > PAIR_PUSHED and apart > PAIR_APART
+    doing = f"{', '.join(roles)}; ball moved {moved:.2f} m, the other one at {apart:.2f} m"
+    return SceneResult(spec, done, PAIR_TIME if done else None, doing)
+
+
+def _sprint(spec: SceneSpec) -> SceneResult:
+    start: Pose2 = (-SPRINT / 2.0, 0.0, 0.0)
+    began = None
+    with _pitch(spec, "pitch", start) as pitch:
+        pitch.world.put_ball(*OUT_OF_THE_WAY)
+        player = pitch.players[0]
+        player.behavior = _Sprinter(
+            player.behavior.identity, pitch.world.robot.description, pitch.field, pitch.goals
+        )
+        for _ in pitch.run(lambda _: None):
+            time = pitch.count * CONTROL_PERIOD
+            way = pitch.poses[0][0] - start[0]
+            walks = player.decision is not None and not player.decision.action.walk.is_zero
+            if began is None and walks:
+                began = time
+            if way >= SPRINT or time > SPRINT_LIMIT:
+                break
+        across = pitch.poses[0][1]
+    done = began is not None and way >= SPRINT
+    seconds = time - began if began is not None and done else None
+    return SceneResult(spec, done, seconds, f"{way:.2f} m ahead, {across:.2f} m aside")
+
+
+class _Sprinter(PlayerBehavior):
+    """A player that walks straight to a place beyond the end of the sprint."""
+
+    def update(self, state: WorldState, body: Body) -> Decision:
+        decision = super().update(state, body)
+        x, y, _ = relative((SPRINT / 2.0 + SPRINT_AHEAD, 0.0, 0.0), state.own.pose)
+        stands = state.stamp * 1e-9 < STAND
+        steer = SPRINT_STEER * math.atan2(y, x)
+        walk = STANDSTILL if stands else VelocityCommand(SPRINT_SPEED, 0.0, steer)
+        return decision._replace(action=Action(walk, head=HeadMode.LOCALIZE))
+
+
+SCENES: dict[str, Callable[[SceneSpec], SceneResult]] = {
+    "backheel": _backheel,
+    "two at the ball": _two_at_ball,
+    "sprint": _sprint,
+}
+"""The scenes by their names."""
