@@ -151,7 +151,7 @@ def decode_sensors(message: bytes) -> LolaSensors:
     """
     if len(message) != SENSOR_BYTES:
         raise NaoGaitError("LoLA message", f"{len(message)} bytes", f"{SENSOR_BYTES} bytes")
-    found = _unpack(message, "LoLA message")
+    found = _unpack(message)
     if found.keys() != _SENSOR_KEYS:
         wrong = sorted(map(str, found.keys() ^ _SENSOR_KEYS))
         allowed = f"the keys {', '.join(sorted(_SENSOR_KEYS))}"
@@ -197,17 +197,6 @@ def encode_command(command: LolaCommand) -> bytes:
         _check_actuator(key, value)
     message: bytes = msgpack.packb(_as_float(mapping), use_single_float=True)
     return message
-
-
-def decode_command(message: bytes) -> LolaCommand:
-    """Read a command.
-
-    Raises:
-        NaoGaitError: Another map, or a number that is not finite.
-    """
-    if len(message) > COMMAND_BYTES:
-        raise NaoGaitError("LoLA command", f"{len(message)} bytes", f"at most {COMMAND_BYTES}")
-    return read_command(_unpack(message, "LoLA command"))
 
 
 def read_command(found: Any) -> LolaCommand:
@@ -281,7 +270,8 @@ def _as_float(mapping: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _unpack(message: bytes, field: str) -> dict[Any, Any]:
+def _unpack(message: bytes) -> dict[Any, Any]:
+    field = "LoLA message"
     try:
         found = msgpack.unpackb(message, use_list=False, strict_map_key=True)
     except (ValueError, TypeError, msgpack.UnpackException, RecursionError) as error:

@@ -14,7 +14,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 
 from lola_bridge.codec import LolaSensors, decode_sensors
 from lola_bridge.driver import DriverSettings
@@ -136,6 +136,8 @@ class LolaBridgeNode(Node):
             publisher(self, WrenchStamped, f"{frame}/wrench") for frame in robot.sole_frames
         ]
         self._touch = publisher(self, Joy, "touch")
+        self._motors_ready = publisher(self, Bool, "motors_ready", LATCHED)
+        self._ready: bool | None = None
         self._battery = publisher(self, BatteryState, "battery")
         self._temperature = publisher(self, Temperature, "temperature", MOTORS)
         self._diagnostics = publisher(self, DiagnosticArray, "/diagnostics")
@@ -213,6 +215,10 @@ class LolaBridgeNode(Node):
 
     def _publish(self, frame: Frame) -> None:
         sensors, stamp, writer = decode_sensors(frame.sensors), frame.stamp, self._writer
+        ready = frame.status.mode is Mode.ACTIVE
+        if ready is not self._ready:
+            self._ready = ready
+            self._motors_ready.publish(Bool(data=ready))
         # The IMU goes first: the joint state of the same stamp starts a tick of the gait.
         self._imu.publish(writer.imu(stamp, sensors))
         self._joint_states.publish(writer.joints(stamp, sensors))

@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState, Temperature
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -184,15 +184,16 @@ class GaitNode(Node):
         self._subscribe(Temperature, "temperature", temperature_input, 50)  # one for each motor
         controller, robot = self._controller, self._robot
 
-        def on(kind: type, topic: str, act: Callable[[Any], object]) -> None:
+        def on(kind: type, topic: str, act: Callable[[Any], object], qos: Any = 10) -> None:
             def receive(message: Any) -> None:
                 self._publish(controller.run(topic, partial(act, message)))
 
-            self.create_subscription(kind, topic, receive, 10)
+            self.create_subscription(kind, topic, receive, qos)
 
         def look(kind: type, topic: str, goal: Callable[[Any], Goal | None]) -> None:
             on(kind, topic, lambda message: controller.look(goal(message)))
 
+        on(Bool, "motors_ready", lambda m: controller.note_motors(m.data), _LATCHED)
         on(String, "~/motion", lambda m: controller.request_motion(m.data))
         look(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
         look(String, "~/head_mode", lambda m: head_mode(m.data))

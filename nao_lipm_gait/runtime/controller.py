@@ -184,6 +184,7 @@ class GaitController:
         self._motion_results: list[str] = []
         self._state_log = StateLog(self._gait, self._diagnostics, settings.cmd_vel_timeout)
         self._bias_wait = BiasWait(settings.bias_wait)
+        self._motors_ready = True
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
         self._held = 0
@@ -377,6 +378,11 @@ class GaitController:
         command = self._heat.limited(self._velocity.at(frame.stamp))
         if self._sensors_are_missing(frame.stamp):
             command = STANDSTILL
+        if not self._motors_ready:
+            if not command.is_zero:
+                text = "standing until the motors are ready"
+                self._diagnostics.begin(COMMANDS, Level.OK, "motors", text)
+            command = STANDSTILL
         if not self._bias_wait.over and self._must_wait(frame.stamp, command):
             command = STANDSTILL
         begin = self._clock()
@@ -450,6 +456,12 @@ class GaitController:
         return GRAVITY * np.array(up)
 
     # -- services and parameters -------------------------------------------------------------------
+
+    def note_motors(self, ready: bool) -> None:
+        """Whether the motors follow what is commanded; until then the robot stands."""
+        self._motors_ready = ready
+        if ready:
+            self._diagnostics.end("motors", "the motors are ready")
 
     def stand(self) -> str:
         """Stop and stand; describes what is going to happen."""

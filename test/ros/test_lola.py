@@ -2,6 +2,7 @@
 
 import math
 import signal
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
+from std_msgs.msg import Bool, String
 
 from nao_lipm_gait.robot import load_robot
 from ros_probe import Probe
@@ -23,12 +25,13 @@ UPRIGHT = 0.24
 class Robot:
     """The three processes, each of which can be killed and started again."""
 
-    def __init__(self, probe: Probe, socket: Path) -> None:
+    def __init__(self, probe: Probe, socket: Path, stiffness_ramp: float = 0.3) -> None:
         self.probe = probe
         self._parameters: dict[str, dict[str, object]] = {
             "lola_server": {"socket": socket, "engine": "mujoco", "real_time_factor": 0},
             "lola_bridge": {
-                "socket": socket, "lockstep": True, "stiffness_ramp": 0.3, "sit_time": 0.5,
+                "socket": socket, "lockstep": True, "stiffness_ramp": stiffness_ramp,
+                "sit_time": 0.5,
             },
             "gait": {"urdf": "nao_v6", "control_period": 0.012, "bias_wait": 0.5},
         }  # fmt: skip
@@ -47,17 +50,21 @@ class Robot:
 
     def walk(self) -> None:
         """Walk forward until the speed is right."""
-        twist = Twist()
-        twist.linear.x = 0.2
-        publisher = self.probe.publisher(Twist, "cmd_vel")
 
         def walks() -> bool:
             speed = [message.twist.twist.linear.x for message in self.truth[-100:]]
             return len(speed) == 100 and float(np.mean(speed)) > 0.12
 
-        self.probe.wait(walks, "a walk", every=lambda: publisher.publish(twist))
-        self.probe.node.destroy_publisher(publisher)
+        self.drive_until(walks, "a walk")
         assert self.height > UPRIGHT
+
+    def drive_until(self, reached: Callable[[], bool], what: str) -> None:
+        """Command a walk until something holds."""
+        twist = Twist()
+        twist.linear.x = 0.2
+        publisher = self.probe.publisher(Twist, "cmd_vel")
+        self.probe.wait(reached, what, every=lambda: publisher.publish(twist))
+        self.probe.node.destroy_publisher(publisher)
 
     @property
     def height(self) -> float:
@@ -80,6 +87,7 @@ def test_a_robot_behind_lola_walks_and_shows_its_sensors(robot: Robot, probe: Pr
     temperature = probe.subscribe(Temperature, "temperature")
     touch = probe.subscribe(Joy, "touch")
     robot.walk()
+    probe.wait(lambda: len(imu) > 50, "readings of the IMU")
     assert np.mean([each.linear_acceleration.z for each in imu]) == pytest.approx(9.81, abs=0.7)
     assert set(ROBOT.joint_names) < set(joints[-1].name)
     assert finite(joints[-1].position)
@@ -90,6 +98,21 @@ def test_a_robot_behind_lola_walks_and_shows_its_sensors(robot: Robot, probe: Pr
     for command in robot.commands:
         assert (np.array(command.position) >= ROBOT.lower).all()
         assert (np.array(command.position) <= ROBOT.upper).all()
+
+
+def test_it_does_not_step_before_it_is_stiff(probe: Probe, tmp_path: Path) -> None:
+    robot = Robot(probe, tmp_path / "lola", stiffness_ramp=3.0)
+    support = probe.subscribe(String, "gait/support")
+    steps_before: list[int] = []
+
+    def note(message: Bool) -> None:
+        if message.data and not steps_before:
+            steps_before.append(sum(each.data.startswith("walk") for each in support))
+
+    probe.subscribe(Bool, "motors_ready", callback=note)
+    robot.walk()
+    # The first step may be seen before the message that allowed it; a walk of 2 s has seven.
+    assert steps_before[0] <= 1
 
 
 @pytest.mark.parametrize("name", ["gait", "lola_bridge", "lola_server"])

@@ -577,6 +577,25 @@ def test_a_bias_that_was_learned_outlives_a_reset() -> None:
     assert not any("standing until" in line for line in robot.log)
 
 
+def test_a_robot_whose_motors_are_not_ready_does_not_step() -> None:
+    robot = Robot()
+    robot.take(robot.controller.run("motors_ready", lambda: robot.controller.note_motors(False)))
+    states = []
+    for ready in (False, True, False):
+        robot.take(
+            robot.controller.run("motors_ready", lambda r=ready: robot.controller.note_motors(r))
+        )
+        for _ in range(150):
+            robot.drive(0.1)
+            robot.tick()
+        states.append(robot.controller.state)
+    assert states == [GaitState.STAND, GaitState.WALK, GaitState.STAND]
+    assert [line for line in robot.log if "motors" in line] == [
+        "standing until the motors are ready", "the motors are ready",
+        "standing until the motors are ready",
+    ]  # fmt: skip
+
+
 def heat(robot: Robot, joint: str, degrees: float) -> None:
     message = TemperatureInput(1, 0, joint, degrees)
     robot.take(robot.controller.receive("temperature", lambda: message))
