@@ -4,8 +4,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from gait_lab.soccer.frames import Frame, RobotFrame
+from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
 from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
+from gait_lab.soccer.senses import in_field
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.errors import NaoGaitError
 from nao_soccer.behavior.situation import Role
@@ -71,7 +72,7 @@ class MatchResult:
         one_striker: Share of the playing time in which a team had exactly one striker; NaN if it
             was not watched.
         conflict: Longest time [s] with two strikers in a team; likewise.
-        wrong_half: Goals into the own goal.
+        wrong_half: Goals into the own goal by robots that took one half for the other.
         frames: The replay.
     """
 
@@ -87,6 +88,11 @@ class MatchResult:
     wrong_half: int
     frames: list[Frame] = field(default_factory=list)
 
+    @property
+    def own_goals(self) -> int:
+        """Goals that a defender touched last."""
+        return sum(goal.own for goal in self.goals)
+
     def as_json(self) -> dict[str, object]:
         """The result as a JSON object."""
         return {
@@ -98,6 +104,7 @@ class MatchResult:
                 {"t": round(goal.time, 2), "team": goal.team, "player": goal.player}
                 for goal in self.goals
             ],
+            "own_goals": self.own_goals,
             "wrong_half": self.wrong_half,
             "crashes": 0,
             "messages": self.messages,
@@ -201,7 +208,11 @@ class Match:
             doing = f"{path[-1].option}: {path[-1].state}" if path else ""
             x, y, heading = (round(each, 3) for each in pose)
             role = player.behavior.role.value
-            robots[robot.name] = RobotFrame(x, y, heading, state, role, doing)
+            # From the field of the team into the world is the same turn as back.
+            turned = player.believes is not None and is_turned(
+                heading, in_field(player.believes, robot.team)[2]
+            )
+            robots[robot.name] = RobotFrame(x, y, heading, state, role, doing, turned)
         score = self.referee.score
         x, y = pitch.ball
         return Frame(
@@ -225,8 +236,8 @@ class Match:
             self.pitch.messages,
             self._strikers.share,
             self._strikers.longest,
-            sum(goal.own for goal in goals),
-            list(frames),
+            wrong_half(goals, frames),
+            list(frames) if self.spec.frames else [],
         )
 
     def __enter__(self) -> "Match":
@@ -303,8 +314,7 @@ def play_match(
     frames = []
     with Match(spec) as match:
         for frame in match.play():
-            if spec.frames:
-                frames.append(frame)
+            frames.append(frame)
             if progress is not None:
                 progress(frame, match.referee)
         return match.result(frames)

@@ -35,6 +35,11 @@ class RobotPlayer(Policy):
         behavior: Its behaviour.
         senses: Its senses.
         gait: Its gait.
+
+    Attributes:
+        decision: The last one.
+        believes: Its own pose in the field of its team, as it believes.
+        kicks: Names of the motions that kicked so far.
     """
 
     def __init__(
@@ -44,6 +49,7 @@ class RobotPlayer(Policy):
         self.senses = senses
         self.gait = gait
         self.decision: Decision | None = None
+        self.believes: Pose2 | None = None
         self.kicks: list[str] = []
         self._pitch = pitch
         self._index = index
@@ -71,6 +77,7 @@ class RobotPlayer(Policy):
             return
         state = replace(state, stamp=round(time * 1e9))
         body = Body(tick.status.state, tick.status.motion)
+        self.believes = state.own.pose
         self.decision = self.behavior.update(state, body)
         action = self.decision.action
         self._walk = action.walk

@@ -13,7 +13,7 @@ from gait_lab.analysis.bag import BagWriter
 from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
-from gait_lab.soccer.frames import Frame, RobotFrame
+from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.senses import in_field
 from nao_lipm_gait.errors import NaoGaitError
@@ -192,6 +192,7 @@ class _Watcher:
         self._moved = time.monotonic()
         self._ball: tuple[float, float] | None = None
         self._robots = {r.name: RobotFrame(*r.pose, "stand", "", "") for r in scene.robots}
+        self._teams = {robot.name: robot.team for robot in scene.robots}
         self._game: dict[str, str] = {}
         self._frames: list[Frame] = []
         self._kicks = 0
@@ -218,7 +219,7 @@ class _Watcher:
             subscribe(String, f"{name}/gait/support", on(self._on_support), latched)
             subscribe(DiagnosticArray, f"{name}/behavior", on(self._on_behavior))
             subscribe(String, f"{name}/gait/motion", self._on_motion)
-            subscribe(PoseWithCovarianceStamped, f"{name}/pose", None)
+            subscribe(PoseWithCovarianceStamped, f"{name}/pose", on(self._on_pose))
             subscribe(Odometry, f"{name}/ball", None)
 
     def run(self) -> None:
@@ -261,7 +262,7 @@ class _Watcher:
             0,
             float("nan"),
             float("nan"),
-            sum(goal.own for goal in goals),
+            wrong_half(goals, self._frames),
             self._frames,
         )
 
@@ -304,6 +305,12 @@ class _Watcher:
         self._robots[name] = self._robots[name]._replace(
             x=round(place.x, 3), y=round(place.y, 3), heading=round(heading, 3)
         )
+
+    def _on_pose(self, message: Any, name: str) -> None:
+        q = message.pose.pose.orientation
+        believed = in_field((0.0, 0.0, yaw_of_quaternion(q.x, q.y, q.z, q.w)), self._teams[name])[2]
+        robot = self._robots[name]
+        self._robots[name] = robot._replace(turned=is_turned(robot.heading, believed))
 
     def _on_support(self, message: Any, name: str) -> None:
         state = message.data.split()[0] if message.data else ""

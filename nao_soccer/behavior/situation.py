@@ -11,6 +11,7 @@ from nao_soccer.behavior.walking import (
     APART,
     APART_BALL,
     APART_FALLEN,
+    APART_FIRST,
     APART_FROM,
     Round,
     WalkLimits,
@@ -147,8 +148,8 @@ class Situation:
     def near_robots(self) -> list[Round]:
         """The other robots with the distance to keep from each, in base_footprint.
 
-        A robot may come nearer to another one that is behind the ball which it plays; of two, only
-        the one that is nearer to the ball.
+        Of two robots at the ball the one that is nearer to it plays it, and may come nearer to
+        another one behind the ball. The other one keeps off.
         """
         found = []
         for each in self.world.obstacles:
@@ -156,7 +157,9 @@ class Situation:
             theirs = math.dist(each.position, self.ball)
             first = self.ball_distance < theirs + PRECEDENCE
             behind = self.ball_distance < math.hypot(*each.position)
-            if self.role is Role.STRIKER and self.ball_distance < AT_BALL and first and behind:
+            if not (first or each.fallen) and theirs < AT_BALL and self.role is not Role.KEEPER:
+                keep = APART_FIRST
+            elif self.role is Role.STRIKER and self.ball_distance < AT_BALL and first and behind:
                 bearing = math.atan2(each.position[1], each.position[0])
                 turn = bearing - math.atan2(self.ball[1], self.ball[0])
                 if abs(math.remainder(turn, math.tau)) < BEHIND_BALL:

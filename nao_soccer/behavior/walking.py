@@ -50,6 +50,8 @@ APART = 0.36
 """[m] between the middles of two robots that do not touch, also with their arms."""
 APART_BALL = 0.28
 """[m] the same for robots that face each other, with the ball between their feet."""
+APART_FIRST = 0.45
+"""[m] from a robot that is first at the ball: it has to be let play, two at one ball fall."""
 APART_FALLEN = 0.45
 """[m] from the middle of a robot that lies or gets up."""
 APART_FROM = 0.5

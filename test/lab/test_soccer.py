@@ -2,12 +2,14 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from gait_lab.soccer.frames import Frame, RobotFrame
-from gait_lab.soccer.match import Match, MatchSpec, match_scene
+from gait_lab.soccer import match_store
+from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
+from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.scenes import SceneSpec, play_scene
 from gait_lab.soccer.solo import SoloSpec, solo
@@ -78,6 +80,42 @@ def test_of_two_robots_at_the_ball_the_nearer_goes_on_and_the_other_steps_back()
 def test_a_match_that_cannot_be_played_is_refused(spec: MatchSpec, message: str) -> None:
     with pytest.raises(NaoGaitError, match=message):
         match_scene(spec)
+
+
+def test_a_finished_match_is_not_played_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    played = []
+
+    def play(spec: MatchSpec) -> MatchResult:
+        played.append(spec.seed)
+        goals = [Goal(40.5, "red", "red2", False), Goal(80.0, "blue", "red1", True)]
+        score = {"red": 1, "blue": 1}
+        return MatchResult(spec, score, goals, 300.0, {"red1": 2}, 3, 900, 0.98, 0.4, 0)
+
+    monkeypatch.setattr(match_store, "play_match", play)
+    file = str(tmp_path / "matches.jsonl")
+    spec = MatchSpec(seed=3, frames=False)
+    first = match_store.play_or_recall(spec, file)
+    assert match_store.play_or_recall(spec, file) == first
+    match_store.play_or_recall(replace(spec, seed=4), file)
+    match_store.play_or_recall(replace(spec, loss=0.3), file)
+    assert played == [3, 4, 3]
+    Path(file).write_text("nonsense\n")
+    with pytest.raises(NaoGaitError, match="finished matches") as error:
+        match_store.play_or_recall(spec, file)
+    assert "\n" not in str(error.value)
+
+
+def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_others() -> None:
+    def frame(time: float, believed: float) -> Frame:
+        robot = RobotFrame(-1.5, 0.0, 3.1, "walk", "striker", "", is_turned(3.1, believed))
+        return Frame(time, (-2.0, 0.0), {"red1": robot}, "playing", (0, 0))
+
+    goal = Goal(10.0, "blue", "red1", True)
+    assert wrong_half([goal], [frame(9.9, 0.1), frame(10.1, 3.0)]) == 1
+    assert wrong_half([goal], [frame(9.9, 3.0), frame(10.1, 0.1)]) == 0
+    assert wrong_half([goal._replace(own=False)], [frame(9.9, 0.1)]) == 0
 
 
 def test_the_replay_page_has_the_match(tmp_path: Path) -> None:

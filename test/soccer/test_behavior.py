@@ -308,6 +308,27 @@ def test_of_two_who_see_the_ball_one_goes_on_and_the_other_steps_back() -> None:
     assert x < 0.0  # away from the opponents' goal
 
 
+def test_of_two_opponents_at_the_ball_the_later_one_keeps_off() -> None:
+    alone, later = (
+        new_mind().update(world((0.0, 0.0, 0.0), (0.35, 0.0), robots=robots), Body())
+        for robots in ((), ((0.5, 0.0),))
+    )
+    assert alone.action.walk.x > 0.1
+    assert later.action.walk.x < 0.05
+
+
+def test_a_robot_that_walks_with_its_head_turned_away_looks_along_its_way() -> None:
+    mind, game = new_mind(), GameState(phase=Phase.READY)
+    heads = [
+        mind.update(world((-2.0, 0.0, 0.0), (-2.2, 0.5), time=0.1 * i), Body(), game).action.head
+        for i in range(60)
+    ]
+    looks = [head is HeadMode.AHEAD for head in heads]
+    assert 0.2 < np.mean(looks) < 0.5
+    longest = max(len(run) for run in "".join("ax"[each] for each in looks).split("x"))
+    assert longest < 20
+
+
 def test_a_robot_that_is_lost_looks_around_before_it_walks_to_its_place() -> None:
     mind, game = new_mind(), GameState(phase=Phase.READY)
     for i in range(60):

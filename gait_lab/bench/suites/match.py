@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.soccer.match import MatchResult, MatchSpec, play_match
+from gait_lab.soccer.match_store import play_or_recall
 from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
 
@@ -20,6 +22,9 @@ class Options(BenchOptions):
     scene: str = option("pitch_small", "field and robots: a shipped scene or a YAML file", "S")
     loss: float = option(0.0, "share of team messages that are lost", "P", minimum=0.0, maximum=1.0)
     red_alone: bool = option(False, "team red plays without roles")
+    keep: str = option(
+        "", "file of finished matches: those in it are not played again, others are added", "FILE"
+    )
 
 
 def matches(options: Options) -> SuiteResult:
@@ -38,8 +43,9 @@ def matches(options: Options) -> SuiteResult:
         )
         for seed in options.seeds
     ]
+    play = partial(play_or_recall, file=options.keep) if options.keep else play_match
     results: list[MatchResult] = parallel_map(
-        play_match, specs, jobs=options.jobs, label="matches", show=options.show, note=_note
+        play, specs, jobs=options.jobs, label="matches", show=options.show, note=_note
     )
     count = len(results)
     minutes = sum(result.seconds for result in results) / 60.0
@@ -47,6 +53,7 @@ def matches(options: Options) -> SuiteResult:
     red, blue = (sum(result.score[team] for result in results) for team in ("red", "blue"))
     falls = sum(sum(result.falls.values()) for result in results)
     wrong = sum(result.wrong_half for result in results)
+    own = sum(result.own_goals for result in results)
     conflict = max(result.conflict for result in results)
     one = 100.0 * sum(result.one_striker for result in results) / count
     difference = [result.score["blue"] - result.score["red"] for result in results]
@@ -55,6 +62,7 @@ def matches(options: Options) -> SuiteResult:
         Measurement("goals_red", "goals", red),
         Measurement("goals_blue", "goals", blue),
         Measurement("falls_per_robot_minute", "1/min", falls / (minutes * robots)),
+        Measurement("own_goals", "goals", own),
         Measurement("wrong_half", "goals", wrong),
         Measurement("one_striker", "%", one),
         Measurement("role_conflict_seconds_max", "s", conflict),
@@ -62,17 +70,20 @@ def matches(options: Options) -> SuiteResult:
     columns = (
         Column("matches"), Column("red", "goals"), Column("blue", "goals"),
         Column("goals", "a match", 1), Column("falls", "per robot and minute", 2),
-        Column("own goals"), Column("one striker", "%"), Column("longest conflict", "s"),
+        Column("own goals"), Column("wrong half", "goals"), Column("one striker", "%"),
+        Column("longest conflict", "s"),
     )  # fmt: skip
     line = (
-        count, red, blue, (red + blue) / count, falls / (minutes * robots), wrong, one, conflict,
+        count, red, blue, (red + blue) / count, falls / (minutes * robots), own, wrong, one,
+        conflict,
     )  # fmt: skip
     spread = _deviation(difference) / math.sqrt(count)
     notes = (
         f"{options.minutes:g} simulated minutes a half. Goals of blue minus those of red: "
         f"{sum(difference) / count:.2f} a match, standard error {spread:.2f}.",
-        "one striker: share of the playing time in which a team has exactly one; conflict: longest "
-        "time with two.",
+        "own goals: a defender touched the ball last; wrong half: and took its own goal for the "
+        "opponents'. one striker: share of the playing time in which a team has exactly one; "
+        "conflict: longest time with two.",
     )
     title = f"Matches; {options.title}, {options.scene}"
     return SuiteResult(rows, title, (Table(columns, [line]),), notes)
