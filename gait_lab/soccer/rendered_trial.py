@@ -94,7 +94,8 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
                 cost = clock.perf_counter() - began
                 if state is not None and state.stamp in truths:
                     gait.request_look(player.look(head))
-                    rows.add(state, *truths[state.stamp], cost)
+                    delay = (state.stamp - percepts.stamp) * 1e-9
+                    rows.add(state, *truths[state.stamp], delay, cost)
             for old in [stamp for stamp in truths if stamp < status.stamp]:
                 del truths[old]
     return rows.trace()

@@ -49,6 +49,8 @@ DELAYS = (0.0, 0.1, 0.3)
 """[s] Delays of the images of the ablation."""
 IGNORED = 0.3
 """[s] Delay of the images that the filters of its last row do not know."""
+REPEAT_SEED = 1000
+"""Between the seeds of two trials over one walk."""
 Score = TypeVar("Score")
 
 
@@ -63,6 +65,9 @@ class WorldOptions(BenchOptions):
     )  # fmt: skip
     scene: str = option("pitch_small", "field and goals: a shipped scene or a file", "NAME")
     ablation: bool = option(True, "the measured delay only", flags=("--no-ablation",))
+    repeats: int = option(
+        1, "trials over each walk, with other percepts each", "N", minimum=1, maximum=1000
+    )
     vision: str = option(
         "model", "percepts by the measured model, or from rendered images", "KIND",
         choices=("model", "camera"),
@@ -125,14 +130,19 @@ def first_trials(
 def trials(
     options: WorldOptions, walked: Sequence[Walk], kind: str = "known", **changes: object
 ) -> list[WorldTrace]:
-    """A trial over each walk; `changes` are of its specification."""
+    """Trials over each walk; `changes` are of their specification."""
     base = WorldTrialSpec(scene=options.scene, urdf=options.urdf)
     jobs = [
         Job(
             kind,
-            replace(base, seed=options.seed + number, **changes),  # type: ignore[arg-type]
+            replace(
+                base,
+                seed=options.seed + number + REPEAT_SEED * repeat,
+                **changes,  # type: ignore[arg-type]
+            ),
             (walk, walked[(number + 1) % len(walked)]),
         )
+        for repeat in range(options.repeats)
         for number, walk in enumerate(walked)
     ]
     return parallel_map(run_job, jobs, jobs=options.jobs, label=kind, show=options.show)

@@ -99,7 +99,7 @@ class WorldTrace:
         ball: (n, 4) estimated place [m] and velocity [m/s] in base_footprint; NaN if not known.
         ball_truth: (n, 4) true.
         ball_covariance: (n, 3) of the place [m^2].
-        ball_age: (n,) [s] since the ball was put down or kicked.
+        ball_age: (n,) [s] since the ball was put down or kicked, at the time of the image.
         ball_recent: (n,) It was seen recently.
         cost: (n,) [s] of computing for each image.
     """
@@ -193,8 +193,18 @@ class TraceRows:
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
 
-    def add(self, state: WorldState, truth: Pose2, ball: BallTruth, cost: float) -> None:
-        """Add the state after an image, the truth at its time, and the time [s] it took."""
+    def add(
+        self, state: WorldState, truth: Pose2, ball: BallTruth, delay: float, cost: float
+    ) -> None:
+        """Add the state after an image.
+
+        Args:
+            state: The state.
+            truth: The true pose at its time.
+            ball: The true ball at its time.
+            delay: [s] from the exposure of the image to the state.
+            cost: [s] of computing.
+        """
         x, y, _ = relative((*ball.position, 0.0), truth)
         estimate: tuple[float, ...] = (math.nan,) * 8
         if state.ball is not None:
@@ -215,7 +225,7 @@ class TraceRows:
                 *estimate[:4],
                 *(x, y, *rotate_planar(*ball.velocity, -truth[2])),
                 *estimate[4:7],
-                ball.since,
+                ball.since - delay,
                 estimate[7],
                 cost,
             )
@@ -281,7 +291,7 @@ def run_trial(
         if mate is not None:
             mate.tell(player, stamp, ball)
         while arrivals and arrivals[0].due <= stamp:
-            percepts = arrivals.popleft().percepts
+            due, percepts = arrivals.popleft()
             if not spec.knows_delay:
                 percepts = replace(percepts, stamp=stamp)
             began = clock.perf_counter()
@@ -291,7 +301,7 @@ def run_trial(
             if state is None:
                 continue
             head.control.ask(player.look(spec.head))
-            rows.add(state, truth, ball, cost)
+            rows.add(state, truth, ball, (stamp - due + delay) * 1e-9, cost)
             cost = 0.0
             if watch is not None:
                 watch(player, state)

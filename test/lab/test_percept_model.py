@@ -9,7 +9,7 @@ import pytest
 from gait_lab.soccer.ball_course import BallCourse
 from gait_lab.soccer.percept_model import PerceptModel
 from gait_lab.soccer.walks import Walk
-from gait_lab.soccer.world_scores import pose_score, right_again
+from gait_lab.soccer.world_scores import WorldOptions, pose_score, right_again, trials
 from gait_lab.soccer.world_trial import (
     Gap,
     WorldTrialSpec,
@@ -110,6 +110,20 @@ def test_a_trial_follows_the_robot():
     assert score.valid > 80.0
     assert score.valid_wrong == 0.0
     assert score.wrong_half == 0
+
+
+def test_a_walk_serves_several_trials_with_percepts_of_their_own():
+    options = WorldOptions(robots=1, repeats=3, jobs=1)
+    errors = [trace.place_error[-1] for trace in trials(options, [circle(1.0)])]
+    assert len(set(errors)) == 3
+
+
+def test_the_age_of_a_ball_is_that_in_the_image():
+    early, late = (
+        run_trial(WorldTrialSpec(seed=1, delay=delay), circle(1.0)) for delay in (0.0, 0.3)
+    )
+    assert late.ball_age[0] == pytest.approx(early.ball_age[0])
+    assert late.time[0] - early.time[0] == pytest.approx(0.3)
 
 
 def test_a_robot_that_is_carried_stands_elsewhere_and_odometry_does_not_know():

@@ -50,9 +50,9 @@ def ball(options: WorldOptions) -> SuiteResult:
         f"{options.scene}, {percepts_title(options)}; {options.title}",
         (Table(columns, [_line(name, score) for name, score in scores]),),
         (
-            "known: the ball was seen within the last second. Errors are those of a known ball, "
-            f"from {ROLLED_FOR:g} s after it was put down or kicked on; velocity: of a ball that "
-            "rolls; at rest: the speed that a ball at rest seems to have.",
+            "known: the ball was seen within the last second. Errors are those of a known ball in "
+            f"images from {ROLLED_FOR:g} s after it was put down or kicked; velocity: of a ball "
+            "that rolls; at rest: the speed that a ball at rest seems to have.",
         ),
     )
 
