@@ -17,6 +17,9 @@ DRIBBLE_ACROSS = 0.08
 """[m] beside the place in front of the foot, at which the robot stops to walk towards the ball."""
 LOST_TURN = 0.3
 """[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
+SEARCH_TURN = 0.7
+"""[rad] by which a robot that searches always wants to turn: all things stay in the image for
+both looks of the head."""
 KEEPER_OUT = 0.2
 """[m] ahead of the goal line at which a keeper stands."""
 DIVES = "dive_left", "dive_right"
@@ -47,7 +50,7 @@ def turn_around(s: Situation) -> Action:
     """Turn on the spot, first to where the ball was seen last."""
     last = s.world.ball
     side = 1.0 if last is None or last.position[1] >= 0.0 else -1.0
-    return Action(turn_by(side * 1.0, s.limits), head=HeadMode.BALL)
+    return Action(turn_by(side * SEARCH_TURN, s.limits), head=HeadMode.SCAN)
 
 
 def walk_to_middle(s: Situation) -> Action:

@@ -41,6 +41,11 @@ BETTER = 1.3
 """Another landmark has to improve the pose by this factor more than the one that is looked at."""
 AHEAD = 1.2, 0.0, 0.1
 """[m] What the head looks at that watches the robot's way: robots from 0.6 m on are in view."""
+SCAN = (1.0, 0.0, 0.0), (4.5, 0.0, 0.0)
+"""[m] What the head looks at in turn while the robot turns to search. The cameras of a NAO leave a
+gap between them, 0.9 to 1.1 m away in the far look, 0.4 to 0.5 m in the near one."""
+SCAN_PERIOD = 0.8
+"""[s] of one near and one far look."""
 BALL_RADIUS = 0.05
 """[m] Height of the point to look at."""
 
@@ -75,6 +80,8 @@ class Looking:
         if mode is HeadMode.AHEAD:
             return LookAt(AHEAD, Frame.FOOTPRINT)
         now = state.stamp * 1e-9
+        if mode is HeadMode.SCAN:
+            return LookAt(SCAN[now % SCAN_PERIOD < 0.5 * SCAN_PERIOD], Frame.FOOTPRINT)
         if now < self._since or now < self._glance_end - 60.0:  # the clock started anew
             self._since = self._glance_end = -math.inf
         ball = _at_ball(state.ball)

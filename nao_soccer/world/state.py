@@ -20,6 +20,7 @@ class HeadMode(StrEnum):
         BALL: Follow the ball; search if it is not known where it is.
         LOCALIZE: Look at the landmarks that improve the own pose most.
         AHEAD: Look to where the robot walks, for robots that stand there.
+        SCAN: Look straight ahead, near and far in turn: a turning robot sees all ground around it.
         FREE: The gait controls the head.
     """
 
@@ -27,6 +28,7 @@ class HeadMode(StrEnum):
     BALL = "ball"
     LOCALIZE = "localize"
     AHEAD = "ahead"
+    SCAN = "scan"
     FREE = "free"
 
 

@@ -300,6 +300,21 @@ def test_the_head_looks_at_a_landmark_that_can_be_seen():
     assert np.hypot(landmarks[:, 0] - x, landmarks[:, 1] - y).min() < 1e-3
 
 
+def test_a_scan_looks_near_and_far_while_one_place_is_in_the_image():
+    run = Run()
+    looks = []
+    for _ in range(16):
+        run.go(0.05)
+        goal = run.player.look(HeadMode.SCAN)
+        assert isinstance(goal, LookAt)
+        assert goal.point[1] == 0.0
+        looks.append(goal.point[0])
+    near, far = min(looks), max(looks)
+    assert near < 1.2
+    assert far > 3.0
+    assert min(looks.count(near), looks.count(far)) >= 6
+
+
 def test_landmarks_across_the_uncertain_direction_help_most():
     places = np.array(((1.0, 0.0), (0.3, 1.0)))
     lateral = np.diag((1e-6, 0.04, 1e-6))
