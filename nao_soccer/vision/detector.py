@@ -72,16 +72,15 @@ class Vision:
         torsos = find_torsos(frame)
         near = [each.box for each in torsos]
         ball = find_ball(frame, settings.ball_radius, near)
-        robots = find_robots(frame, torsos, ball)
         uprights = find_uprights(frame, self._uprights, near)
         mask = bright(frame, self._edge)
-        boxes = [each.box for each in (*uprights, *robots) if each.box is not None]
+        boxes = [each.box for each in uprights if each.box is not None]
         boxes += [each.reach for each in torsos]
         free = _free(mask.shape, boxes)
         points = find_line_points(frame, mask, free, self._edge, settings.field.line_width)
         circle = find_circle(frame, mask, points, 0.5 * settings.field.circle_diameter, random)
         straight = points
-        objects = [*uprights, *robots]
+        objects = list(uprights)
         if circle is not None:
             # Its shape has shown the tilt of this image: the lines are placed with it.
             geometry = geometry.lowered(circle.tilt.angle)
@@ -90,10 +89,10 @@ class Vision:
             straight = LinePoints(points.pixels[~circle.on], points.places[~circle.on])
             a, b, c = geometry.covariance(np.array([circle.centre]))[0].tolist()
             objects.append(Percept(Kind.CENTRE_CIRCLE, circle.centre, (a, b, c)))
+        width = settings.field.line_width
         segments = find_segments(frame, straight, random)
-        objects += find_crossings(
-            frame, mask, segments, circle, free, settings.field.line_width
-        )
+        objects += find_robots(frame, torsos, ball, segments, width)
+        objects += find_crossings(frame, mask, segments, circle, free, width)
         if calibration is not None:
             for each in (ball, circle, *uprights):
                 if each is not None and each.tilt is not None:

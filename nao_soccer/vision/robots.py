@@ -1,5 +1,6 @@
 """Robots: a torso in the colour of a team, and the feet below it; or legs that hide the field."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
@@ -9,7 +10,8 @@ from numpy.typing import NDArray
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import BLUE, FIELD, RED, WHITE
 from nao_soccer.vision.frame import Frame
-from nao_soccer.vision.percepts import Box, Kind, Percept
+from nao_soccer.vision.percepts import Box, Kind, LineSegment, Percept
+from nao_soccer.vision.scan_lines import GUARD, GUARD_GREEN
 
 TORSO_AREA = 20
 """[px] Smallest region of a team's colour."""
@@ -51,6 +53,11 @@ DEPTH = 0.05
 """[m] From the front of the feet to the middle of the robot."""
 RANGE_MAX = 4.0
 """[m] Largest distance."""
+STEEP = 0.5
+"""Least slope in the image of a line that may lead to a robot's feet; under a flatter one a foot
+ends as it does on the field."""
+BLUR = 1
+"""[px] To either side of a line that it colours too."""
 
 
 class Torso(NamedTuple):
@@ -128,13 +135,21 @@ def _joined(parts: list[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
     return joined
 
 
-def find_robots(frame: Frame, torsos: list[Torso], ball: Percept | None) -> list[Percept]:
+def find_robots(
+    frame: Frame,
+    torsos: list[Torso],
+    ball: Percept | None,
+    segments: Sequence[LineSegment],
+    line_width: float,
+) -> list[Percept]:
     """Robots whose feet are seen, at least in part.
 
     Args:
         frame: The image.
         torsos: Their torsos.
         ball: The ball, which may lie in front of the feet.
+        segments: Straight lines, which may lead to the feet and are as white as these.
+        line_width: [m].
     """
     if not torsos:
         return []
@@ -142,8 +157,46 @@ def find_robots(frame: Frame, torsos: list[Torso], ball: Percept | None) -> list
     if ball is not None and ball.box is not None:
         left, top, right, bottom = (int(max(each, 0.0)) for each in ball.box)
         ground[top : bottom + 2, left : right + 2] = True
+    for segment in segments:
+        _clear_line(frame, ground, segment, line_width)
     found = (_below(frame, ground, each.stats, each.kind) for each in torsos)
     return [each for each in found if each is not None]
+
+
+def _clear_line(
+    frame: Frame, ground: NDArray[np.bool_], segment: LineSegment, line_width: float
+) -> None:
+    """Add a line that leads away to the ground; in place.
+
+    It is followed upwards, over lines that cross it, while there is green on both sides, that is to
+    the feet of a robot.
+    """
+    column, row = segment.pixels.T
+    if np.ptp(row) < STEEP * np.ptp(column):
+        return
+    ends = np.array((segment.start, segment.end))
+    along = ends[1] - ends[0]
+    side = 0.5 * line_width / np.hypot(*along) * np.array((-along[1], along[0]))
+    edges = frame.geometry.pixels_of(np.concatenate((ends - side, ends + side)))
+    rows = np.arange(int(row.max()), -1, -1)
+    # Both edges are straight in the image.
+    sides = [
+        start[0] + (rows - start[1]) * (end[0] - start[0]) / (end[1] - start[1])
+        for start, end in (edges[:2], edges[2:])
+    ]
+    left = np.floor(np.minimum(*sides)).astype(int) - BLUR
+    right = np.ceil(np.maximum(*sides)).astype(int) + BLUR
+    hidden = 0
+    for v, first, last in zip(rows.tolist(), left.tolist(), right.tolist(), strict=True):
+        before = ground[v, max(first - GUARD, 0) : max(first, 0)]
+        after = ground[v, max(last + 1, 0) : max(last + 1 + GUARD, 0)]
+        if max((~before).sum(), (~after).sum()) <= GUARD - GUARD_GREEN:
+            ground[v, max(first, 0) : max(last + 1, 0)] = True
+            hidden = 0
+        elif v < row.min():
+            hidden += 1
+            if hidden > last - first:
+                break  # more than a line that crosses it
 
 
 def _below(

@@ -120,6 +120,23 @@ def test_robot_is_placed_while_its_feet_are_at_least_near_the_image(distance: fl
         assert math.dist(each.position, place) < 0.1 + 0.05 * distance
 
 
+@pytest.mark.parametrize("aside", [-0.06, 0.0, 0.06])
+@pytest.mark.parametrize("heading", [-0.15, 0.0])
+@pytest.mark.parametrize("distance", [1.2, 1.8, 2.8])
+def test_robot_on_a_line_that_leads_to_the_camera_is_placed_at_its_feet(
+    distance: float, heading: float, aside: float
+):
+    """Line and feet are equally white."""
+    touch_line = 0.5 * Field().width
+    view = camera(-2.5, touch_line - 0.3 * math.sin(-heading), heading)
+    place = (-2.5 + distance, touch_line + aside)
+    image = picture(view)
+    paint_upright(image, view, place, 0.2, (0.0, 0.23), WHITE)
+    paint_upright(image, view, place, 0.14, (0.23, 0.43), TEAM_RED)
+    (found,) = see(view, image).of(Kind.ROBOT_RED)
+    assert math.dist(found.position, place) < 0.06 + 0.04 * distance
+
+
 def test_column_behind_the_field_is_no_torso():
     view = camera(-2.5, 2.0, 0.0)
     for behind, count in ((True, 0), (False, 1)):
