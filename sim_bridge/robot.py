@@ -203,7 +203,7 @@ class SimulatedRobot:
         self._faded = np.ones(len(spec.robot.joint_names))
         self._friction: float | None = None
         self._faults_changed = False
-        self._time = 0
+        self._time = self._restarted = 0
 
     # -- for users ---------------------------------------------------------------------------------
 
@@ -215,12 +215,13 @@ class SimulatedRobot:
     def command(self, targets: JointTargets | None) -> None:
         """Set the joint targets from the next step on; None keeps the last ones.
 
-        Setpoints go linearly to the targets, limited by joint limits and joint speeds.
+        Setpoints go linearly to the targets, limited by joint limits and joint speeds. Answers to
+        frames of the time before the last restart are left out.
 
         Raises:
             NaoGaitError: the targets are not usable; the last ones stay.
         """
-        if targets is None:
+        if targets is None or 0 < targets.stamp < self._restarted:
             return
         position = np.array(targets.position, dtype=float)
         count = len(self.description.joint_names)
@@ -340,6 +341,7 @@ class SimulatedRobot:
             time: [ns] now.
             state: the robot at its start.
         """
+        self._restarted = time
         self._setpoints.reset(self.start.joint_position - self.individual.joint_zero)
         self.last_command = None
         self._target = self._setpoints.current.copy()

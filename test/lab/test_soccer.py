@@ -10,13 +10,16 @@ import pytest
 from gait_lab.soccer import match_store
 from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
 from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
+from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.scenes import SceneSpec, play_scene
 from gait_lab.soccer.solo import SoloSpec, solo
 from gait_lab.trials.dribble import DribbleSpec, dribble
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.types import GETTING_UP
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal
+from sim_bridge.scene import load_scene
 
 pytest.importorskip("mujoco")
 
@@ -44,6 +47,31 @@ def test_with_the_goal_behind_it_the_robot_scores_by_a_kick_backwards() -> None:
     """Fig. 10 of Friedmann et al.: it does not see the goal, but knows where it is."""
     result = play_scene(SceneSpec(name="backheel", seed=3))
     assert result.done, result.doing
+
+
+def test_a_fallen_robot_that_is_put_back_stands_at_once() -> None:
+    """It does not get up once more where it already stands on its feet."""
+    scene = load_scene("pitch_small")
+    (first, *_) = scene.robots
+    with Pitch(
+        scene.replace(robots=(first,)), 1, "mujoco", "reference",
+        lambda robot: identity_of(robot, 1, waits=False),
+    ) as pitch:  # fmt: skip
+        (player,) = pitch.players
+        states = []
+        for ticks in pitch.run(lambda _: None):
+            if pitch.count == 100:
+                player.gait.request_motion("dive_left")
+            if pitch.count == 550:
+                assert ticks[0].status is not None
+                assert ticks[0].status.state is GETTING_UP
+                pitch.world.reset_robot(first.name)
+                player.put_back(first.pose)
+            if pitch.count > 560:
+                states.append(is_upright(ticks[0]))
+            if pitch.count >= 700:
+                break
+    assert all(states)
 
 
 def test_a_match_begins_and_each_team_has_one_striker() -> None:
