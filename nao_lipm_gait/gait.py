@@ -59,8 +59,8 @@ HEIGHT_RATE = 0.05
 """Rate [m/s] at which the CoM height follows its parameter."""
 PITCH_RATE = 0.1
 """Rate [rad/s] at which the torso's pitch follows its parameters."""
-CAUTIOUS_SHARE = 0.55
-"""Share of the largest step sizes that is used until the tilt of the soles is known."""
+CAUTIOUS_SHARE, CAUTIOUS_TURN_SHARE = 0.55, 0.3
+"""Shares of the largest step sizes and turns that are used until the tilt of the soles is known."""
 
 
 class Gait:
@@ -401,7 +401,7 @@ class Gait:
             step_forward_max=CAUTIOUS_SHARE * p.step_forward_max,
             step_backward_max=CAUTIOUS_SHARE * p.step_backward_max,
             step_side_max=CAUTIOUS_SHARE * p.step_side_max,
-            step_turn_max=CAUTIOUS_SHARE * p.step_turn_max,
+            step_turn_max=CAUTIOUS_TURN_SHARE * p.step_turn_max,
         )
 
     # -- requests ----------------------------------------------------------------------------------

@@ -55,9 +55,9 @@ SOFTNESS_MIN, SOFTNESS_MAX = 0.2, 2.5
 ROLL_ERROR_AHEAD, ROLL_ERROR_SIDEWAYS, ROLL_ERROR_IN_TURNS = 0.04, 0.1, 0.002
 """Additional systematic error of the roll per speed squared ahead and sideways [rad s^2/m^2] and
 per turning rate [rad s/rad], as measured over robots."""
-BETTER, BETTER_IN_TURNS, FAST_TURN = 0.25, 0.5, 1.0
-"""Deviation of a value as a share of a measurement's constant error from which on the value is
-known much better; the second one above the turning rate [rad/s], where soles stand on their edges
+BETTER, BETTER_IN_TURNS, FAST_TURN = 0.25, 1.0, 1.0
+"""Deviation of a value as a share of a measurement's constant error below which the measurement
+does not correct it; the second one above the turning rate [rad/s], where soles stand on their edges
 and the measured tilt follows the one that is applied."""
 LASTING = 0.7
 """Deviation as a share of that error below which no measurement brings it: learning never ends."""
@@ -181,7 +181,7 @@ class _Learned:
             error: Deviation of the measurement's constant error, in units of the value. It makes
                 the gain smaller, the deviation does not fall below `LASTING` of it by this
                 measurement, and a value that is known much better is not corrected.
-            better: Deviation of a value that is known much better, as a share of `error`.
+            better: Deviation below which nothing is corrected, as a share of `error`.
         """
         if self.variance < better * better * error * error:
             return
