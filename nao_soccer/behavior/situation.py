@@ -28,8 +28,8 @@ AT_BALL = 0.4
 """[m] A nearer ball is played."""
 BEHIND = 0.13
 """[m] against the ball's way, from the place of a kick to the one where the robot lines up."""
-PRECEDENCE = 0.03
-"""[m] Two robots that are equally near to the ball by this both play it."""
+PRECEDENCE = 0.08
+"""[m] by which a robot may be farther than an opponent from a ball in its own half, and play it."""
 BEHIND_BALL = 0.6
 """[rad] from the ball's bearing, up to which a robot is behind the ball."""
 
@@ -149,13 +149,17 @@ class Situation:
         """The other robots with the distance to keep from each, in base_footprint.
 
         Of two robots at the ball the one that is nearer to it plays it, and may come nearer to
-        another one behind the ball. The other one keeps off.
+        another one behind the ball. The other one keeps off. If they are equally near, the ball is
+        that of the robot in whose half it lies: both come to the same result.
         """
         found = []
+        ball = self.world.ball
+        own_half = ball is not None and ball.position_in_field[0] < 0.0
+        lead = PRECEDENCE if own_half else -PRECEDENCE
         for each in self.world.obstacles:
             keep = APART_FALLEN if each.fallen else APART
             theirs = math.dist(each.position, self.ball)
-            first = self.ball_distance < theirs + PRECEDENCE
+            first = self.ball_distance < theirs + lead
             behind = self.ball_distance < math.hypot(*each.position)
             if not (first or each.fallen) and theirs < AT_BALL and self.role is not Role.KEEPER:
                 keep = APART_FIRST

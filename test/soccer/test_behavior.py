@@ -18,9 +18,11 @@ from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
-from nao_soccer.behavior.situation import Body, Role
+from nao_soccer.behavior.situation import Body, Role, Situation
 from nao_soccer.behavior.walking import (
     APART,
+    APART_BALL,
+    APART_FIRST,
     APART_FROM,
     Round,
     WalkLimits,
@@ -315,6 +317,21 @@ def test_of_two_opponents_at_the_ball_the_later_one_keeps_off() -> None:
     )
     assert alone.action.walk.x > 0.1
     assert later.action.walk.x < 0.05
+
+
+@pytest.mark.parametrize("x", [-1.2, -0.2, 0.3, 1.4])
+def test_of_two_opponents_equally_near_to_the_ball_one_keeps_off(x: float) -> None:
+    """Head on over the ball; each in the field of its team, with errors of what it sees."""
+    kept = []
+    for side in (1.0, -1.0):
+        ball = (side * x, 0.0)
+        state = world((ball[0] - 0.23, 0.0, 0.0), ball, robots=((ball[0] + 0.2, 0.03),))
+        situation = Situation(
+            state, GameState(), Body(), Role.STRIKER, 1, None, SCENE.field, GOALS, LIMITS
+        )
+        (opponent,) = situation.near_robots()
+        kept.append(opponent.radius)
+    assert sorted(kept) == [APART_BALL, APART_FIRST]
 
 
 def test_a_robot_that_walks_with_its_head_turned_away_looks_along_its_way() -> None:
