@@ -12,6 +12,9 @@ from gait_lab.soccer.match_store import play_or_recall
 from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
 
+SILENCE_FROM = 25.0
+"""[s] from which on the referee is silent; the ball is in play then."""
+
 
 @dataclass(frozen=True)
 class Options(BenchOptions):
@@ -21,6 +24,9 @@ class Options(BenchOptions):
     minutes: float = option(2.0, "simulated minutes of a half", "M", minimum=0.05, maximum=60.0)
     scene: str = option("pitch_small", "field and robots: a shipped scene or a YAML file", "S")
     loss: float = option(0.0, "share of team messages that are lost", "P", minimum=0.0, maximum=1.0)
+    silence: float = option(
+        0.0, "the referee is not heard for this time [s] of the first half", "T", minimum=0.0
+    )
     red_alone: bool = option(False, "team red plays without roles")
     keep: str = option(
         "", "file of finished matches: those in it are not played again, others are added", "FILE"
@@ -40,6 +46,7 @@ def matches(options: Options) -> SuiteResult:
             loss=options.loss,
             without_roles=("red",) if options.red_alone else (),
             frames=False,
+            silence=(SILENCE_FROM, SILENCE_FROM + options.silence) if options.silence else None,
         )
         for seed in options.seeds
     ]
