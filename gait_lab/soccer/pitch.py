@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.soccer.senses import Senses
+from gait_lab.soccer.rendered_eyes import RenderedEyes
+from gait_lab.soccer.senses import Eyes, ModelEyes, Senses
 from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.trials.several import make_gaits, make_scene_world, run_several
 from gait_lab.trials.trial import Action, Policy, Tick
@@ -18,6 +19,8 @@ from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body
 from nao_soccer.field import Field, Goals
 from nao_soccer.referee.rules import TEAM_NUMBERS
+from nao_soccer.vision.settings import VisionSettings
+from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, SceneRobot
 from sim_bridge.world import World
@@ -112,6 +115,7 @@ class Pitch:
         plant: The plant, or its name or file.
         identity: Who a robot of the scene is.
         loss: Share of team messages that are lost.
+        rendered: Percepts are seen in rendered images, and do not come from the model.
 
     Attributes:
         scene: The scene.
@@ -132,11 +136,19 @@ class Pitch:
         plant: str | Plant,
         identity: Callable[[SceneRobot], Identity],
         loss: float = 0.0,
+        *,
+        rendered: bool = False,
     ) -> None:
         self.field, self.goals = field_of(scene)
         self.scene = scene
         first = max(seed, 0)  # the nominal robot has the number -1
-        self.world = make_scene_world(scene, plant=plant, engine=engine, noise_seed=100 * first)
+        self.world = make_scene_world(
+            scene,
+            plant=plant,
+            engine=engine,
+            noise_seed=100 * first,
+            cameras=CameraSettings() if rendered else None,
+        )
         self.messages = 0
         self.count = 0
         self._loss = loss
@@ -150,10 +162,19 @@ class Pitch:
         ):
             description = self.world.robots[index].description
             behavior = PlayerBehavior(identity(robot), description, self.field, self.goals)
-            senses = Senses(
-                description, robot.team, self.field, self.goals, errors, 1000 * first + index,
-                robot.pose,
-            )  # fmt: skip
+            number = 1000 * first + index
+            eyes: Eyes
+            if rendered:
+                eyes = RenderedEyes(
+                    self.world.robots[index],
+                    gait,
+                    VisionSettings(
+                        field=self.field, goals=self.goals, poles=scene.poles
+                    ),
+                )
+            else:
+                eyes = ModelEyes(description, robot.team, self.field, self.goals, errors, number)
+            senses = Senses(robot.team, self.field, self.goals, eyes, number, robot.pose)
             self.players.append(RobotPlayer(self, index, behavior, senses, gait))
 
     @property

@@ -1,10 +1,10 @@
-"""What one simulated robot knows of the world: percepts by the model, its world model, its head."""
+"""What one simulated robot knows of the world: its eyes, its world model, its head."""
 
 import contextlib
 import math
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,6 +31,26 @@ IMAGE_PERIOD = 0.1
 KINDS = {"red": Kind.ROBOT_RED, "blue": Kind.ROBOT_BLUE}
 
 
+class Eyes(Protocol):
+    """The cameras of one robot and its vision."""
+
+    def arrived(
+        self,
+        now: int,
+        truth: GroundTruth,
+        ball: Point2,
+        others: Sequence[tuple[str, Pose2]],
+    ) -> list[Percepts]:
+        """What has been seen and is known by now; called in each control period.
+
+        Args:
+            now: Time of the world [ns].
+            truth: Of the robot.
+            ball: x, y [m] of the ball in the world.
+            others: Team and pose in the world of the other robots.
+        """
+
+
 class _Arrival(NamedTuple):
     """Percepts on their way; `due` [ns] is when they arrive."""
 
@@ -38,17 +58,16 @@ class _Arrival(NamedTuple):
     percepts: Percepts
 
 
-class Senses:
-    """Cameras by the percept model, world model and head of one robot.
+class ModelEyes:
+    """Percepts by the model of their errors, without images.
 
     Args:
         robot: The robot.
-        team: Its team, which says where the opponents' goal is.
+        team: Its team.
         field: The field.
         goals: The goals.
         errors: Of the percepts.
-        seed: Of the percepts and particles.
-        start: Pose at which it begins, in the world; None = it does not know.
+        seed: Of the percepts.
     """
 
     def __init__(
@@ -59,9 +78,7 @@ class Senses:
         goals: Goals,
         errors: PerceptErrors,
         seed: int,
-        start: Pose2 | None,
     ) -> None:
-        self.player = Player(WorldSettings(field=field, goals=goals, seed=seed))
         self._team = team
         self._model = PerceptModel(errors, field, goals, seed)
         self._delay = round(errors.delay * 1e9)
@@ -73,17 +90,57 @@ class Senses:
         self._next_image = 0
         self._camera = 0
         self._coming: deque[_Arrival] = deque()
+
+    def arrived(
+        self,
+        now: int,
+        truth: GroundTruth,
+        ball: Point2,
+        others: Sequence[tuple[str, Pose2]],
+    ) -> list[Percepts]:
+        """See `Eyes`."""
+        if now >= self._next_image:
+            self._next_image = now + self._period
+            self._camera = (self._camera + 1) % len(self._cameras)
+            footprint = footprint_of(truth)
+            percepts = self._model.see(
+                now,
+                _view(self._cameras[self._camera], truth, footprint),
+                in_field(footprint, self._team),
+                in_field((*ball, 0.0), self._team)[:2],
+                [(KINDS[team], in_field(pose, self._team)) for team, pose in others],
+            )
+            self._coming.append(_Arrival(now + self._delay, percepts))
+        found = []
+        while self._coming and self._coming[0].due <= now:
+            found.append(self._coming.popleft().percepts)
+        return found
+
+
+class Senses:
+    """Eyes, world model and head of one robot.
+
+    Args:
+        team: Its team, which says where the opponents' goal is.
+        field: The field.
+        goals: The goals.
+        eyes: Its cameras and vision.
+        seed: Of the particles.
+        start: Pose at which it begins, in the world.
+    """
+
+    def __init__(
+        self, team: str, field: Field, goals: Goals, eyes: Eyes, seed: int, start: Pose2
+    ) -> None:
+        self.player = Player(WorldSettings(field=field, goals=goals, seed=seed))
+        self._team = team
+        self._eyes = eyes
         self._stamp: int | None = None
-        if start is not None:
-            self.restart(start)
+        self.restart(start)
 
     def restart(self, start: Pose2) -> None:
         """The robot has been put to a pose of the world."""
-        self.player.world.start((self.in_field(start),))
-
-    def in_field(self, pose: Pose2) -> Pose2:
-        """A pose of the world in the field of the robot's team."""
-        return in_field(pose, self._team)
+        self.player.world.start((in_field(start, self._team),))
 
     def step(
         self,
@@ -93,40 +150,16 @@ class Senses:
         ball: Point2,
         others: Sequence[tuple[str, Pose2]],
     ) -> None:
-        """One control period.
-
-        Args:
-            now: Time of the world [ns].
-            truth: Of the robot, from which its percepts are made.
-            status: Of its gait.
-            ball: x, y [m] of the ball in the world.
-            others: Team and pose in the world of the other robots.
-        """
+        """One control period; `status` is that of the gait, for the rest see `Eyes`."""
         world = self.player.world
         world.set_upright(status.state not in (*DOWN, GETTING_UP))
         if status.stamp != self._stamp:
             self._stamp = status.stamp
             with contextlib.suppress(NaoGaitError):  # a jump after the robot was put back
                 world.add_odometry(status.stamp, status.base_footprint_in_odom)
-        if now >= self._next_image:
-            self._next_image = now + self._period
-            self._camera = (self._camera + 1) % len(self._cameras)
-            footprint = footprint_of(truth)
-            self._coming.append(
-                _Arrival(
-                    now + self._delay,
-                    self._model.see(
-                        now,
-                        self._view(self._cameras[self._camera], truth, footprint),
-                        self.in_field(footprint),
-                        self.in_field((*ball, 0.0))[:2],
-                        [(KINDS[team], self.in_field(pose)) for team, pose in others],
-                    ),
-                )
-            )
-        while self._coming and self._coming[0].due <= now:
+        for percepts in self._eyes.arrived(now, truth, ball, others):
             with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
-                world.add_percepts(self._coming.popleft().percepts)
+                world.add_percepts(percepts)
 
     def state(self, mates: Sequence[TeamMate]) -> WorldState | None:
         """The world model now; None before the first odometry."""
@@ -138,14 +171,13 @@ class Senses:
         """Turn the head."""
         gait.request_look(self.player.look(mode))
 
-    def _view(self, camera: CameraModel, truth: GroundTruth, footprint: Pose2) -> CameraView:
-        """The camera in base_footprint, by the truth."""
-        c, s = math.cos(footprint[2]), math.sin(footprint[2])
-        turn = np.array(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)))
-        place = turn @ (truth.torso_position - np.array((*footprint[:2], 0.0)))
-        return camera.view(
-            truth.joint_position, place, turn @ rotation_matrix(truth.torso_quaternion)
-        )
+
+def _view(camera: CameraModel, truth: GroundTruth, footprint: Pose2) -> CameraView:
+    """The camera in base_footprint, by the truth."""
+    c, s = math.cos(footprint[2]), math.sin(footprint[2])
+    turn = np.array(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)))
+    place = turn @ (truth.torso_position - np.array((*footprint[:2], 0.0)))
+    return camera.view(truth.joint_position, place, turn @ rotation_matrix(truth.torso_quaternion))
 
 
 def in_field(pose: Pose2, team: str) -> Pose2:

@@ -36,6 +36,7 @@ class SoloSpec:
         start: Pose of the robot in the world; None = drawn.
         ball: x, y [m] of the ball in the world; None = drawn.
         limit: [s] after which the trial ends.
+        rendered: The robot sees rendered images, not percepts by the model.
     """
 
     seed: int
@@ -47,6 +48,7 @@ class SoloSpec:
     start: Pose2 | None = None
     ball: Point2 | None = None
     limit: float = LIMIT
+    rendered: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +76,9 @@ def solo(spec: SoloSpec) -> SoloResult:
     """Run one trial."""
     scene, ball = _start(spec)
     with Pitch(
-        scene, spec.seed, spec.engine, spec.plant, lambda robot: identity_of(robot, 1, waits=False)
-    ) as pitch:
+        scene, spec.seed, spec.engine, spec.plant,
+        lambda robot: identity_of(robot, 1, waits=False), rendered=spec.rendered,
+    ) as pitch:  # fmt: skip
         pitch.world.put_ball(*ball)
         return _Trial(spec, pitch).run()
 

@@ -13,13 +13,15 @@ from gait_lab.trials.trial import (
 )
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.presets import DEFAULT, preset_for
+from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.scene import Scene
 from sim_bridge.world import World
 
 
 def make_scene_world(
-    scene: Scene, *, plant: str | Plant = "reference", engine: str = "mujoco", noise_seed: int = 0
+    scene: Scene, *, plant: str | Plant = "reference", engine: str = "mujoco", noise_seed: int = 0,
+    cameras: CameraSettings | None = None,
 ) -> World:
     """The world of a scene; the caller closes it.
 
@@ -28,6 +30,7 @@ def make_scene_world(
         plant: The plant, or its name or file.
         engine: `pybullet` or `mujoco`.
         noise_seed: Seed of the first robot's sensor noise; the next ones have the seeds after it.
+        cameras: Of all robots; None = none.
 
     Returns:
         The robots at rest, at time 0.
@@ -38,6 +41,7 @@ def make_scene_world(
         engine=engine,
         noise_seed=noise_seed,
         control_period=CONTROL_PERIOD,
+        cameras=cameras,
     )
 
 

@@ -19,6 +19,7 @@ class Options(BenchOptions):
     attempts: int = option(1, "starts of each robot", "N", minimum=1, maximum=100)
     scene: str = option("pitch_small", "field and goals: a shipped scene or a YAML file", "S")
     limit: float = option(LIMIT, "a trial ends after this time [s]", "T", minimum=1.0)
+    rendered: bool = option(False, "robots see rendered images, not percepts by the model")
 
 
 def behavior(options: Options) -> SuiteResult:
@@ -32,6 +33,7 @@ def behavior(options: Options) -> SuiteResult:
             engine=options.engine,
             plant=with_options(load_plant(options.plant), options.plant_options),
             limit=options.limit,
+            rendered=options.rendered,
         )
         for seed in options.seeds
         for attempt in range(options.attempts)
@@ -63,8 +65,10 @@ def behavior(options: Options) -> SuiteResult:
     )  # fmt: skip
     line = (count, len(times), median, times[-1] if times else None, falls, outs, kicks)
     notes = (
-        "Robot and ball start anywhere on the field; no opponents. Percepts have the errors that "
-        "were measured on rendered images. A ball that leaves the field is put back inside. "
+        "Robot and ball start anywhere on the field; no opponents. "
+        + ("Vision sees rendered images. " if options.rendered else
+           "Percepts have the errors that were measured on rendered images. ")
+        + "A ball that leaves the field is put back inside. "
         "median: a start without a goal counts with the time limit.",
     )
     title = f"Goals of a robot alone; {options.title}, {options.scene}"

@@ -1,0 +1,65 @@
+"""Percepts from rendered images, in the process of the simulation."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.geometry import rotation_from_rpy
+from nao_lipm_gait.types import Point2, Pose2
+from nao_soccer.vision.colors import load_color_table
+from nao_soccer.vision.controller import ImageInput, VisionController
+from nao_soccer.vision.percepts import Percepts
+from nao_soccer.vision.settings import VisionSettings
+from sim_bridge.robot import GroundTruth, SimulatedRobot
+
+
+class RenderedEyes:
+    """The simulated cameras of a robot, and its vision; see `Eyes`.
+
+    Args:
+        robot: A robot of a world with cameras.
+        gait: Its gait, which knows where the torso is.
+        settings: What is on the field.
+    """
+
+    def __init__(self, robot: SimulatedRobot, gait: Gait, settings: VisionSettings) -> None:
+        self._robot, self._gait = robot, gait
+        self._vision = VisionController(robot.description, load_color_table("pitch"), settings)
+        for camera in robot.cameras:
+            self._vision.set_camera(camera.name, camera.model.intrinsics)
+        self._names = list(robot.description.joint_names)
+        self._seen: dict[str, int] = {}
+        self._stamp: int | None = None
+
+    def arrived(
+        self,
+        now: int,
+        truth: GroundTruth,
+        ball: Point2,
+        others: Sequence[tuple[str, Pose2]],
+    ) -> list[Percepts]:
+        """See `Eyes`; the truth is not looked at."""
+        frame = self._robot.sense()
+        if frame is None or frame.stamp != self._gait.status.stamp:
+            return []
+        if frame.stamp != self._stamp:
+            self._stamp = frame.stamp
+            torso = self._gait.torso_pose
+            self._vision.add_joints(frame.stamp, self._names, frame.joint_position)
+            rotation = np.array(rotation_from_rpy(*torso[3:]))
+            self._vision.add_torso(frame.stamp, np.array(torso[:3]), rotation)
+        found = []
+        for camera in self._robot.cameras:
+            image = camera.newest(now)
+            if image is not None and self._seen.get(camera.name) != image.stamp:
+                self._seen[camera.name] = image.stamp
+                height, width, _ = image.pixels.shape
+                pixels = image.pixels.tobytes()
+                self._vision.add_image(
+                    camera.name, ImageInput(image.stamp, width, height, "rgb8", 3 * width, pixels)
+                )
+            percepts = self._vision.see(camera.name)
+            if percepts is not None:
+                found.append(percepts)
+        return found
