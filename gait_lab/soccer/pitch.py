@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.soccer.rendered_eyes import RenderedEyes
 from gait_lab.soccer.senses import Eyes, ModelEyes, Senses
 from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.trials.several import make_gaits, make_scene_world, run_several
@@ -19,7 +18,6 @@ from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body
 from nao_soccer.field import Field, Goals
 from nao_soccer.referee.rules import TEAM_NUMBERS
-from nao_soccer.vision.settings import VisionSettings
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, SceneRobot
@@ -163,19 +161,22 @@ class Pitch:
             description = self.world.robots[index].description
             behavior = PlayerBehavior(identity(robot), description, self.field, self.goals)
             number = 1000 * first + index
-            eyes: Eyes
-            if rendered:
-                eyes = RenderedEyes(
-                    self.world.robots[index],
-                    gait,
-                    VisionSettings(
-                        field=self.field, goals=self.goals, poles=scene.poles
-                    ),
-                )
-            else:
-                eyes = ModelEyes(description, robot.team, self.field, self.goals, errors, number)
+            eyes: Eyes = (
+                self._rendered(index, gait)
+                if rendered
+                else ModelEyes(description, robot.team, self.field, self.goals, errors, number)
+            )
             senses = Senses(robot.team, self.field, self.goals, eyes, number, robot.pose)
             self.players.append(RobotPlayer(self, index, behavior, senses, gait))
+
+    def _rendered(self, index: int, gait: Gait) -> Eyes:
+        """The cameras and vision of a robot."""
+        # OpenCV is an extra, which the percept model does not need.
+        from gait_lab.soccer.rendered_eyes import RenderedEyes
+        from nao_soccer.vision.settings import VisionSettings
+
+        settings = VisionSettings(field=self.field, goals=self.goals, poles=self.scene.poles)
+        return RenderedEyes(self.world.robots[index], gait, settings)
 
     @property
     def ball(self) -> Point2:

@@ -6,7 +6,7 @@ import numpy as np
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.types import Point2, Pose2
+from nao_lipm_gait.types import Point2, Pose2, SensorFrame
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.controller import ImageInput, VisionController
 from nao_soccer.vision.percepts import Percepts
@@ -30,6 +30,7 @@ class RenderedEyes:
             self._vision.set_camera(camera.name, camera.model.intrinsics)
         self._names = list(robot.description.joint_names)
         self._seen: dict[str, int] = {}
+        self._frame: SensorFrame | None = None
         self._stamp: int | None = None
 
     def arrived(
@@ -40,10 +41,8 @@ class RenderedEyes:
         others: Sequence[tuple[str, Pose2]],
     ) -> list[Percepts]:
         """See `Eyes`; the truth is not looked at."""
-        frame = self._robot.sense()
-        if frame is None or frame.stamp != self._gait.status.stamp:
-            return []
-        if frame.stamp != self._stamp:
+        frame, self._frame = self._frame, self._robot.sense()  # the gait has answered the last one
+        if frame is not None and frame.stamp == self._gait.status.stamp != self._stamp:
             self._stamp = frame.stamp
             torso = self._gait.torso_pose
             self._vision.add_joints(frame.stamp, self._names, frame.joint_position)

@@ -19,3 +19,12 @@ def test_a_robot_that_sees_a_rendered_pitch_knows_where_it_is():
     assert score.median < 8.0
     assert score.heading < 4.0
     assert score.valid > 80.0
+
+
+@pytest.mark.slow
+def test_a_robot_that_sees_a_rendered_ball_brings_it_into_the_goal():
+    from gait_lab.soccer.solo import SoloSpec, solo
+
+    start, ball = (1.0, 0.1, 0.0), (1.6, 0.1)
+    result = solo(SoloSpec(seed=1, start=start, ball=ball, limit=30.0, rendered=True))
+    assert result.goal is not None, result.path
