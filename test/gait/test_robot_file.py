@@ -12,9 +12,11 @@ import yaml
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.motion.library import library_of
+from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.resources import find
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.robot.robot_file import load_robot_file
+from obedient_robot import ObedientRobot
 
 Settings = dict[str, Any]
 
@@ -132,6 +134,16 @@ def test_a_v6_has_its_own_file_over_that_of_the_h21() -> None:
     assert v6.joint_names == h21.joint_names
     assert v6.motors["LKneePitch"].stall_torque > h21.motors["LKneePitch"].stall_torque
     assert library_of(v6).motions.keys() == library_of(h21).motions.keys()
+
+
+def test_a_v6_stands_with_its_knees_bent_as_those_of_the_h21() -> None:
+    knees = []
+    for name in ("nao_v6", "nao_h21_v33"):
+        model = load_robot(name)
+        robot = ObedientRobot(model, preset_for(model, "default").replace(torso_pitch=0.0))
+        robot.run(2.0)
+        knees.append(robot.joints[model.index("LKneePitch")])
+    assert knees[0] == pytest.approx(knees[1], abs=0.03)
 
 
 def test_the_force_sensors_of_the_right_sole_mirror_those_of_the_left() -> None:
