@@ -59,6 +59,8 @@ def dribble_rows(results: Sequence[DribbleResult]) -> Iterator[str]:
     yield "dribbles:"
     for name, side in DRIBBLES.items():
         mine = [each for each in results if each.spec.across * side > 0.0 and each.stood]
+        if not mine:
+            raise NaoGaitError(name, "no attempt", "robots that touch the ball and stay upright")
         directions = [each.direction for each in mine]
         values = {
             "x": statistics.fmean(each.spot[0] for each in mine),

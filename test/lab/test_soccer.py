@@ -9,14 +9,17 @@ import pytest
 
 from gait_lab.soccer import match_store
 from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
+from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.scenes import SceneSpec, play_scene
 from gait_lab.soccer.solo import SoloSpec, solo
-from gait_lab.trials.dribble import DribbleSpec, dribble
+from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
+from gait_lab.trials.kick import KickResult, KickSpec
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import GETTING_UP
+from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal
 from sim_bridge.scene import load_scene
@@ -108,6 +111,29 @@ def test_of_two_robots_at_the_ball_the_nearer_goes_on_and_the_other_steps_back()
 def test_a_match_that_cannot_be_played_is_refused(spec: MatchSpec, message: str) -> None:
     with pytest.raises(NaoGaitError, match=message):
         match_scene(spec)
+
+
+def test_the_written_table_of_kicks_can_be_read(tmp_path: Path) -> None:
+    kicks = [
+        KickResult(KickSpec("kick_front_left", robot_seed=seed), 1.0 + seed, 0.1, 1.2, True, 2.9)
+        for seed in (0, 1)
+    ]
+    dribbles = [
+        DribbleResult(
+            DribbleSpec(robot_seed=seed, across=0.06 * side, speed=0.35),
+            (0.12, 0.06 * side), 0.02 * side, 1.0 + seed, 1.3, stood,
+        )
+        for side in (1.0, -1.0)
+        for seed, stood in ((0, True), (2, True), (9, False))
+    ]  # fmt: skip
+    file = tmp_path / "kicks.yaml"
+    file.write_text(table("nao_h21_v33", kicks, dribbles))
+    read = load_kicks(file)
+    assert [each.distance for each in read.kicks] == [1.5]
+    left, right = read.dribbles
+    assert (left.distance, left.distance_spread) == (2.0, 1.0)  # that of the robot that fell is out
+    assert (left.y, right.y) == (0.06, -0.06)
+    assert (left.direction, right.direction) == (0.02, -0.02)
 
 
 def test_a_finished_match_is_not_played_again(
