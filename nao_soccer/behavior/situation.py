@@ -18,7 +18,7 @@ from nao_soccer.behavior.walking import (
 )
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState
-from nao_soccer.world.state import HeadMode, TeamMate, WorldState
+from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 
 BALL_DECELERATION = 0.3
 """[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
@@ -152,24 +152,26 @@ class Situation:
         another one behind the ball. The other one keeps off. If they are equally near, the ball is
         that of the robot in whose half it lies: both come to the same result.
         """
-        found = []
-        ball = self.world.ball
-        own_half = ball is not None and ball.position_in_field[0] < 0.0
-        lead = PRECEDENCE if own_half else -PRECEDENCE
-        for each in self.world.obstacles:
-            keep = APART_FALLEN if each.fallen else APART
-            theirs = math.dist(each.position, self.ball)
-            first = self.ball_distance < theirs + lead
-            behind = self.ball_distance < math.hypot(*each.position)
-            if not (first or each.fallen) and theirs < AT_BALL and self.role is not Role.KEEPER:
-                keep = APART_FIRST
-            elif self.role is Role.STRIKER and self.ball_distance < AT_BALL and first and behind:
-                bearing = math.atan2(each.position[1], each.position[0])
-                turn = bearing - math.atan2(self.ball[1], self.ball[0])
-                if abs(math.remainder(turn, math.tau)) < BEHIND_BALL:
-                    keep = APART_BALL
-            found.append(Round(each.position, keep, APART_FROM))
-        return found
+        robots = self.world.obstacles
+        return [Round(each.position, self._apart(each), APART_FROM) for each in robots]
+
+    def _apart(self, other: Obstacle) -> float:
+        """The distance [m] to keep from another robot."""
+        keep = APART_FALLEN if other.fallen else APART
+        if self.world.ball is None:
+            return keep
+        lead = PRECEDENCE if self.world.ball.position_in_field[0] < 0.0 else -PRECEDENCE
+        theirs = math.dist(other.position, self.ball)
+        if self.ball_distance >= theirs + lead:  # the other one is first
+            plays = theirs < AT_BALL and not other.fallen and self.role is not Role.KEEPER
+            return APART_FIRST if plays else keep
+        behind = self.ball_distance < math.hypot(*other.position)
+        if self.role is Role.STRIKER and self.ball_distance < AT_BALL and behind:
+            bearing = math.atan2(other.position[1], other.position[0])
+            turn = bearing - math.atan2(self.ball[1], self.ball[0])
+            if abs(math.remainder(turn, math.tau)) < BEHIND_BALL:
+                return APART_BALL
+        return keep
 
     def obstacles(self, *more: Round) -> list[Round]:
         """The other robots and goal posts to walk around, in base_footprint."""
