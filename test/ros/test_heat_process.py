@@ -30,6 +30,8 @@ def test_a_robot_with_a_hot_leg_sits_down_and_says_so(probe: Probe, tmp_path: Pa
     probe.start(
         "sim_bridge", urdf="nao_v6", engine="mujoco", plant=plant, lockstep=True, real_time_factor=0
     )
+    # Discovery takes real time, in which a robot as fast as possible walks itself hot.
+    probe.wait(lambda: temperature and battery and truth, "the sensors")
     twist = Twist()
     twist.linear.x = 0.2
     publisher = probe.publisher(Twist, "cmd_vel")
