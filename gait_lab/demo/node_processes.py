@@ -19,7 +19,7 @@ MODULES = {
     "referee": "nao_soccer.ros.referee_main",
 }
 """The modules of the nodes, by the names of their executables."""
-END_TIME = 8.0
+END_TIME = 60.0
 """Time [s] that a node gets to end after SIGINT, before it is killed."""
 _PR_SET_PDEATHSIG = 1
 
