@@ -189,10 +189,11 @@ class Modes:
         transition = self._first_transition()
         if transition is not None:
             self._enter(transition)
-        self._requests.relax = False
-        ended_lying = transition is not None and transition.before is MOTION
-        if self.state not in BUSY and not ended_lying:
+        # A motion has just ended on the floor: the relaxed robot has still to serve a stand.
+        entered = transition is not None and transition.after is RELAXED
+        if self.state not in BUSY and (self._requests.relax or not entered):
             self._requests.stand = False
+        self._requests.relax = False
         return transition
 
     def _first_transition(self) -> Transition | None:

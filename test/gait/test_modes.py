@@ -313,6 +313,16 @@ def test_a_stand_requested_on_the_way_to_the_floor_is_not_lost() -> None:
     assert states[:4] == [MOTION, RELAXED, FALLEN, GETTING_UP]
 
 
+def test_a_relax_request_cancels_a_stand_that_waits_for_a_motion() -> None:
+    machine = Machine(gets_up=True)
+    machine.request("lie_down")
+    machine.tick()
+    machine.requests.stand = True
+    assert machine.states(3) == [MOTION]
+    machine.requests.relax = True
+    assert machine.states(200) == [RELAXED]
+
+
 def test_a_fall_drops_the_motions_that_need_feet() -> None:
     machine = walking()
     machine.request("nod")
