@@ -14,7 +14,8 @@ from nao_lipm_gait.robot.camera import CameraView
 from nao_lipm_gait.types import FloatArray, Point2, Pose2
 from nao_soccer.field import Field, Goals
 from nao_soccer.vision.image_geometry import ImageGeometry, PoseError
-from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percept, Percepts
+from nao_soccer.vision.near_robots import FEET_MIN, too_near
+from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Box, Kind, Percept, Percepts
 from nao_soccer.vision.visible_ground import visible_ground
 from nao_soccer.world.field_map import FieldMap
 
@@ -30,6 +31,13 @@ DEPRESSION_MIN = 0.02
 """[rad] Percepts that seem to be further away are dropped."""
 CLUMP = 10
 """Number of false line points that come together."""
+WAIST, SHOULDERS = 0.25, 0.42
+"""[m] of a robot's torso. It is found by its feet and the lower edge of that, or, if its feet are
+below the image, by the torso alone."""
+SHOULDER_WIDTH = 0.15
+"""[m]"""
+TORSO_BEARING = 0.04
+"""[rad] Standard deviation of the bearing of a robot that is found by its torso alone."""
 WANDER = 5.0
 """[s] Time constant by which the tilt of a robot wanders, as vision goes on learning it."""
 
@@ -105,8 +113,12 @@ class PerceptModel:
                 objects.append(self._percept(geometry, kind, (x, y), yaw))
         for number, (kind, pose) in enumerate(robots):
             others = np.delete(hiding, number, axis=0)
-            for x, y, _ in found(ROBOT, np.array([pose[:2]]), others).tolist():
+            place = np.array([pose[:2]])
+            for x, y, _ in found(ROBOT, place, others).tolist():
                 objects.append(self._percept(geometry, kind, (x, y)))
+            near = _seen_from(footprint, place)
+            if not _hidden(near, others)[0]:
+                objects += self._too_near(geometry, kind, near[0], view)
         seen = None
         if ball is not None:
             for x, y, _ in found(Kind.BALL.value, np.array([ball])).tolist():
@@ -135,24 +147,40 @@ class PerceptModel:
         self, kind: str, near: FloatArray, view: CameraView, hiding: FloatArray
     ) -> NDArray[np.bool_]:
         """(n,) Which of the places (n, 2) in base_footprint are in the image and found."""
-        pixels = view.project(np.column_stack((near, np.zeros(len(near)))))
-        pinhole = view.intrinsics
-        inside = (
-            (pixels[:, 0] > EDGE)
-            & (pixels[:, 0] < pinhole.width - EDGE)
-            & (pixels[:, 1] > EDGE)
-            & (pixels[:, 1] < pinhole.height - EDGE)
-        )
+        inside = _in_image(near, 0.0, view)
+        if kind == ROBOT:
+            inside &= _in_image(near, WAIST, view)
         distance = np.hypot(*near.T)
-        for x, y in hiding:
-            away = math.hypot(x, y)
-            bearing = np.arctan2(near[:, 1], near[:, 0]) - math.atan2(y, x)
-            beside = np.abs(np.remainder(bearing + math.pi, math.tau) - math.pi)
-            inside &= ~((distance > away + HIDES) & (beside < math.atan2(HIDES, away)))
+        inside &= ~_hidden(near, hiding)
         share = np.array([self._errors.recall(kind, r) for r in distance[inside].tolist()])
         chosen = inside.copy()
         chosen[inside] = self._random.random(len(share)) < share
         return chosen
+
+    def _too_near(
+        self, geometry: ImageGeometry, kind: Kind, near: FloatArray, view: CameraView
+    ) -> list[Percept]:
+        """The robot at a place (2,) in base_footprint, if only its torso is in the image."""
+        heights = np.array((0.0, WAIST, SHOULDERS))
+        feet, waist, shoulders = view.project(np.column_stack((np.tile(near, (3, 1)), heights)))
+        rows = view.intrinsics.height
+        tall = waist[1] - shoulders[1]
+        middle = waist[0] + geometry.focal * self._scale * TORSO_BEARING * self._random.normal()
+        # Behind the camera there are no pixels, which makes all comparisons false.
+        if not (
+            EDGE < waist[0] < view.intrinsics.width - EDGE
+            and tall > EDGE
+            and shoulders[1] < rows - EDGE
+            and waist[1] > EDGE
+            and not feet[1] < rows - EDGE
+            and rows - shoulders[1] < FEET_MIN * tall
+        ):
+            return []
+        half = 0.5 * SHOULDER_WIDTH / (SHOULDERS - WAIST) * tall
+        top, bottom = max(0.0, float(shoulders[1])), min(float(rows), float(waist[1]))
+        torso = Box(float(middle - half), top, float(middle + half), bottom)
+        found = too_near(geometry, torso, kind, rows)
+        return [] if found is None else [found]
 
     def _measured(
         self, kind: str, near: FloatArray, chosen: NDArray[np.intp], common: FloatArray
@@ -233,6 +261,31 @@ def line_points(field: Field) -> FloatArray:
         circle = np.column_stack((np.cos(angle), np.sin(angle)))
         pieces.append(0.5 * field.circle_diameter * circle)
     return np.concatenate(pieces)
+
+
+def _hidden(near: FloatArray, hiding: FloatArray) -> NDArray[np.bool_]:
+    """(n,) Whether one of some robots (m, 2) hides places (n, 2), all in base_footprint."""
+    hidden = np.zeros(len(near), dtype=bool)
+    distance = np.hypot(*near.T)
+    for x, y in hiding:
+        away = math.hypot(x, y)
+        bearing = np.arctan2(near[:, 1], near[:, 0]) - math.atan2(y, x)
+        beside = np.abs(np.remainder(bearing + math.pi, math.tau) - math.pi)
+        hidden |= (distance > away + HIDES) & (beside < math.atan2(HIDES, away))
+    return hidden
+
+
+def _in_image(near: FloatArray, height: float, view: CameraView) -> NDArray[np.bool_]:
+    """(n,) Whether points at a height [m] over places (n, 2) in base_footprint are in the image."""
+    pixels = view.project(np.column_stack((near, np.full(len(near), height))))
+    pinhole = view.intrinsics
+    inside: NDArray[np.bool_] = (
+        (pixels[:, 0] > EDGE)
+        & (pixels[:, 0] < pinhole.width - EDGE)
+        & (pixels[:, 1] > EDGE)
+        & (pixels[:, 1] < pinhole.height - EDGE)
+    )
+    return inside
 
 
 def _seen_from(footprint: Pose2, places: FloatArray) -> FloatArray:

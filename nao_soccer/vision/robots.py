@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import BLUE, FIELD, RED, WHITE
 from nao_soccer.vision.frame import Frame
+from nao_soccer.vision.near_robots import FEET_MIN, too_near
 from nao_soccer.vision.percepts import Box, Kind, LineSegment, Percept
 from nao_soccer.vision.scan_lines import GUARD, GUARD_GREEN
 
@@ -32,8 +33,6 @@ EDGE_ROWS, EDGE_COLUMNS = 0.4, 0.25
 HEAD, FEET, FEET_MAX = 0.6, 2.2, 3.3
 """Height of the head over a torso's upper edge, and usual and largest height of that edge over the
 feet, of its height; Bruno's long legs make it 3.1."""
-FEET_MIN = 1.75
-"""Least of it for feet that the lower edge of the image cuts."""
 FEET_SPREAD, CUT_SPREAD = 0.04, 0.1
 """[m] Standard deviations of a robot's middle from its feet, and from feet that are cut."""
 ARMS = 0.95
@@ -142,7 +141,7 @@ def find_robots(
     segments: Sequence[LineSegment],
     line_width: float,
 ) -> list[Percept]:
-    """Robots whose feet are seen, at least in part.
+    """Robots whose feet are seen, at least in part, and those that are too near for that.
 
     Args:
         frame: The image.
@@ -210,12 +209,13 @@ def _below(
     centre = left + 0.5 * (across - 1)
     first = max(int(centre - ASIDE * size), 0)
     last = min(int(centre + ASIDE * size) + 1, width)
-    if left <= 0 or left + across >= width:
-        return None  # cut off: neither its size nor its middle is seen
+    torso = Box(float(left), float(top), float(left + across), float(top + tall))
+    near = height - top < FEET_MIN * size  # its feet are below the image, or hidden
     start = top + int(LEGS * tall)
+    if left <= 0 or left + across >= width or start >= height - GAP - 1:
+        # Neither its size nor its middle is seen, or nothing of what is below its torso.
+        return too_near(geometry, torso, kind, height) if near else None
     green = ground[start:, first:last]
-    if green.shape[0] <= GAP + 1:
-        return None
     # Between the parts of a leg there may be green, but no more of the robot below its feet.
     legs = ~green & (frame.classes[start:, first:last] != WHITE)
     ended = _rows_from(green, GAP) == GAP
@@ -224,8 +224,8 @@ def _below(
     expected = min(max(int(FOOT_COLUMNS / TORSO_MEAN * tall), 1), len(bottoms))
     foot_depth = int(np.sort(bottoms)[-expected])
     cut = start + foot_depth >= height - 1
-    if cut and height - top < FEET_MIN * size:
-        return None  # its feet are below the image
+    if cut and near:
+        return too_near(geometry, torso, kind, height)
     feet = np.nonzero(bottoms >= foot_depth - max(tall // 5, 1))[0]
     centre = 0.5 * (centre + first + float(feet.mean()))
     foot = start + foot_depth - 1

@@ -26,6 +26,9 @@ FORGET = 8.0
 image for so long."""
 MISSES = 6
 """Number of images that should show a robot and do not, after which it is forgotten."""
+TORSO_HIDES = 2.2
+"""A robot is found by its feet and its torso. The lower edge of that, 0.25 m high, hides the ground
+at this many times the robot's distance from a camera 0.46 m high."""
 SURE_RANGE = 2.0
 """[m] Distance up to which an image that does not show the robot is a miss."""
 CONFIRMED = 2
@@ -114,7 +117,8 @@ class ObstacleFilter:
                 self._tracks.append(ObstacleTrack(percept))
         for each in left:
             place = each.track.mean[:2]
-            if float(np.hypot(*place)) < SURE_RANGE and inside(visible, place, 0.15):
+            whole = inside(visible, place, 0.15) and inside(visible, TORSO_HIDES * place, 0.15)
+            if whole and float(np.hypot(*place)) < SURE_RANGE:
                 each.missed += 1
         self._tracks = [each for each in self._tracks if each.missed < MISSES]
 

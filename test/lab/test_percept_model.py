@@ -76,6 +76,23 @@ def test_nothing_is_seen_outside_the_image_or_behind_a_robot():
     assert [each.kind for each in hidden.objects].count(Kind.ROBOT_BLUE) <= 1
 
 
+@pytest.mark.parametrize(
+    ("distance", "tilt", "seen"),
+    [(0.3, 0.5, True), (0.7, 0.35, True), (0.3, 1.2, False), (1.0, 0.9, False)],
+)
+def test_a_near_robot_is_seen_by_its_torso_not_by_its_feet(distance, tilt, seen):
+    """Where the camera looks at the ground before the robot, its feet may be in the image."""
+    model = PerceptModel(ERRORS, FIELD, GOALS, 4, scale=0.0)
+    view, robot = camera(0.0, 0.0, 0.0, tilt=tilt), (HERE[0] + distance, HERE[1], 0.0)
+    images = [model.see(stamp, view, HERE, None, [(Kind.ROBOT_BLUE, robot)]) for stamp in range(20)]
+    found = [each.of(Kind.ROBOT_BLUE) for each in images]
+    assert any(found) == seen
+    for each in found:
+        for percept in each:
+            error = math.dist(percept.position, (distance, 0.0))
+            assert error < 2.0 * math.sqrt(percept.covariance[0])
+
+
 def test_a_ball_course_follows_friction():
     course = BallCourse((50.0, 50.0), 0)
     truths = [course.at(0.02 * tick, (0.0, 0.0, 0.0)) for tick in range(350)]

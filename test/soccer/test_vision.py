@@ -107,17 +107,39 @@ def test_corner_whose_line_leads_away_from_the_camera_is_a_crossing(aside: float
     assert any(math.dist(each.position, corner) < 0.15 for each in found)
 
 
-@pytest.mark.parametrize(("distance", "seen"), [(1.5, True), (0.7, True), (0.5, False)])
-def test_robot_is_placed_while_its_feet_are_at_least_near_the_image(distance: float, seen: bool):
+@pytest.mark.parametrize("distance", [1.5, 0.7])
+def test_robot_is_placed_while_its_feet_are_at_least_near_the_image(distance: float):
     view = camera(-2.5, 2.0, 0.0)
     place = (-2.5 + distance, 2.0)
     image = picture(view)
     paint_upright(image, view, place, 0.1, (0.0, 0.23), WHITE)
     paint_upright(image, view, place, 0.14, (0.23, 0.43), TEAM_RED)
-    found = see(view, image).of(Kind.ROBOT_RED)
-    assert len(found) == seen
-    for each in found:
-        assert math.dist(each.position, place) < 0.1 + 0.05 * distance
+    (found,) = see(view, image).of(Kind.ROBOT_RED)
+    assert math.dist(found.position, place) < 0.1 + 0.05 * distance
+
+
+@pytest.mark.parametrize("aside", [-0.06, 0.0, 0.06])
+@pytest.mark.parametrize("distance", [0.25, 0.35, 0.45])
+def test_robot_whose_feet_are_below_the_image_is_placed_by_its_torso(
+    distance: float, aside: float
+):
+    """As exactly as its covariance says, while the head follows a ball at the feet."""
+    view = camera(-2.5, 2.0, 0.0, tilt=0.5)
+    place = (-2.5 + distance, 2.0 + aside)
+    image = picture(view)
+    paint_upright(image, view, place, 0.1, (0.0, 0.23), WHITE)
+    paint_upright(image, view, place, 0.14, (0.23, 0.43), TEAM_RED)
+    (found,) = see(view, image).of(Kind.ROBOT_RED)
+    assert math.dist(found.position, place) < 2.0 * math.sqrt(found.covariance[0])
+    assert math.sqrt(found.covariance[0]) < 0.15
+
+
+def test_robot_is_not_placed_if_its_torso_does_not_tell_how_near_it_is():
+    view = camera(-2.5, 2.0, 0.0, tilt=0.0)
+    image = picture(view)
+    paint_upright(image, view, (-1.9, 2.0), 0.1, (0.0, 0.23), WHITE)
+    paint_upright(image, view, (-1.9, 2.0), 0.14, (0.36, 0.43), TEAM_RED)
+    assert not see(view, image).of(Kind.ROBOT_RED)
 
 
 @pytest.mark.parametrize("aside", [-0.06, 0.0, 0.06])

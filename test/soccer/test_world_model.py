@@ -13,6 +13,7 @@ from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.world.looking import gains
+from nao_soccer.world.obstacles import ObstacleFilter
 from nao_soccer.world.odometry import OdometryHistory
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
@@ -273,6 +274,18 @@ def test_a_robot_near_a_fallen_team_mate_is_marked():
     (robot,) = run.player.state().obstacles
     assert robot.fallen
     assert run.go(9.0).obstacles == ()
+
+
+@pytest.mark.parametrize(("far", "known"), [(0.9, True), (3.0, False)])
+def test_a_robot_is_missed_only_where_all_of_it_would_be_in_the_image(far: float, known: bool):
+    """An image of the ground up to 0.9 m shows the feet of a robot 0.5 m away, not its torso."""
+    visible = np.array(((0.1, 0.8), (far, 0.8), (far, -0.8), (0.1, -0.8)))
+    robots = ObstacleFilter()
+    for _ in range(2):
+        robots.see((percept(Kind.ROBOT_BLUE, (0.5, 0.0)),), visible)
+    for _ in range(10):
+        robots.see((), visible)
+    assert bool(robots.robots) == known
 
 
 # -- head ------------------------------------------------------------------------------------------
