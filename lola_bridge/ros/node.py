@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
 from std_msgs.msg import Bool, String
 
@@ -39,7 +39,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.ros.topics import LATCHED, RELIABLE, Inputs, publisher
+from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
 from nao_lipm_gait.runtime.command_input import CommandInput
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_lipm_gait.runtime.inputs import stamp_of
@@ -69,8 +69,6 @@ NODE_PARAMETERS = (
     SOCKET, URDF, CONTROL_PERIOD, STIFFNESS_RAMP, SILENCE_TIME, SIT_TIME, LOCKSTEP, DRY_RUN,
     WAIT_FOR_BUTTON,
 )  # fmt: skip
-MOTORS = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
-"""For one message of each motor at once."""
 REPORT_PERIOD = 1.0
 """[s] between two messages about battery, temperatures and the bridge."""
 LONGEST_START, LONGEST_END = 10.0, 30.0

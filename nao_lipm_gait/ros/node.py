@@ -12,7 +12,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState, Temperature
 from std_msgs.msg import Bool, String
@@ -49,6 +49,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
+from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
@@ -97,8 +98,6 @@ WATCHDOG_PERIOD = 0.25
 """[s]"""
 MARKER_TICKS = 10
 """Footsteps are published with every support change and every so many ticks."""
-
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class GaitNode(Node):
@@ -155,19 +154,17 @@ class GaitNode(Node):
         return GaitParameters.from_mapping(values)
 
     def _make_publishers(self) -> None:
-        self._command = self.create_publisher(
-            self._command_writer.message_type, "joint_command", 10
-        )
-        self._odom = self.create_publisher(Odometry, "odom", 10)
+        self._command = publisher(self, self._command_writer.message_type, "joint_command")
+        self._odom = publisher(self, Odometry, "odom")
         # Absolute: aggregators subscribe to this one topic, whatever the namespace of the node.
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._com_expected = self.create_publisher(PointStamped, "~/com_expected", 10)
-        self._com_measured = self.create_publisher(PointStamped, "~/com_measured", 10)
-        self._com_estimated = self.create_publisher(PointStamped, "~/com_estimated", 10)
-        self._torso_pose = self.create_publisher(PoseStamped, "~/torso_pose", 10)
-        self._support_topic = self.create_publisher(String, "~/support", _LATCHED)
-        self._motion_result = self.create_publisher(String, "~/motion_result", _LATCHED)
-        self._footsteps = self.create_publisher(MarkerArray, "~/footsteps", 10)
+        self._diagnostics = publisher(self, DiagnosticArray, "/diagnostics")
+        self._com_expected = publisher(self, PointStamped, "~/com_expected")
+        self._com_measured = publisher(self, PointStamped, "~/com_measured")
+        self._com_estimated = publisher(self, PointStamped, "~/com_estimated")
+        self._torso_pose = publisher(self, PoseStamped, "~/torso_pose")
+        self._support_topic = publisher(self, String, "~/support", LATCHED)
+        self._motion_result = publisher(self, String, "~/motion_result", LATCHED)
+        self._footsteps = publisher(self, MarkerArray, "~/footsteps")
         self._transforms = _make_transform_broadcaster(self)
         if self._transforms is None:
             self.get_logger().info("tf2_ros is not installed: no transforms are published")
@@ -175,25 +172,24 @@ class GaitNode(Node):
     def _make_subscriptions(self) -> None:
         # The executor serves messages that are ready together in this order: IMU before joints.
         kind = TwistStamped if self._stamped else Twist
-        self._cmd_vel = self._subscribe(kind, "cmd_vel", twist_input, 10)
+        self._cmd_vel = self._subscribe(kind, "cmd_vel", twist_input, RELIABLE)
         self._subscribe(Imu, "imu/data", imu_input, qos_profile_sensor_data)
-        joints: Any = self._receive_joints  # takes the message info: rclpy's type hint lacks that
-        self._joint_states = self.create_subscription(
-            JointState, "joint_states", joints, qos_profile_sensor_data
+        self._joint_states = subscription(
+            self, JointState, "joint_states", self._receive_joints, qos_profile_sensor_data
         )
-        self._subscribe(Temperature, "temperature", temperature_input, 50)  # one for each motor
+        self._subscribe(Temperature, "temperature", temperature_input, MOTORS)
         controller, robot = self._controller, self._robot
 
-        def on(kind: type, topic: str, act: Callable[[Any], object], qos: Any = 10) -> None:
+        def on(kind: type, topic: str, act: Callable[[Any], object], qos: Any = RELIABLE) -> None:
             def receive(message: Any) -> None:
                 self._publish(controller.run(topic, partial(act, message)))
 
-            self.create_subscription(kind, topic, receive, qos)
+            subscription(self, kind, topic, receive, qos)
 
         def look(kind: type, topic: str, goal: Callable[[Any], Goal | None]) -> None:
             on(kind, topic, lambda message: controller.look(goal(message)))
 
-        on(Bool, "motors_ready", lambda m: controller.note_motors(m.data), _LATCHED)
+        on(Bool, "motors_ready", lambda m: controller.note_motors(m.data), LATCHED)
         on(String, "~/motion", lambda m: controller.request_motion(m.data))
         look(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
         look(String, "~/head_mode", lambda m: head_mode(m.data))
@@ -221,8 +217,8 @@ class GaitNode(Node):
     def _subscribe(
         self, kind: type, topic: str, read: Callable[[Any], Input], qos: Any
     ) -> Subscription:
-        return self.create_subscription(
-            kind, topic, lambda message: self._receive(topic, partial(read, message)), qos
+        return subscription(
+            self, kind, topic, lambda message: self._receive(topic, partial(read, message)), qos
         )
 
     # -- messages ----------------------------------------------------------------------------------
@@ -271,12 +267,12 @@ class GaitNode(Node):
                     writer.base_transform(status.stamp, self._controller.torso_pose),
                 ]
             )
-        for publisher, point in (
+        for topic, point in (
             (self._com_expected, status.com_expected_in_q),
             (self._com_measured, status.com_measured_in_q),
             (self._com_estimated, status.com_estimated_in_q),
         ):
-            publisher.publish(writer.point_in_q(point, status.stamp))
+            topic.publish(writer.point_in_q(point, status.stamp))
         if self._torso_pose.get_subscription_count():
             self._torso_pose.publish(
                 writer.torso_pose(status.stamp, self._controller.torso_pose)

@@ -1,19 +1,22 @@
-"""Publishers and guarded subscriptions, as every node but the gait uses them."""
+"""Publishers and subscriptions of the nodes, and subscriptions that refuse bad messages."""
 
 import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.runtime.diagnostics import Throttle
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+MOTORS = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
+"""For one message of each motor at once."""
 
 
 def publisher(node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> Any:
@@ -24,6 +27,18 @@ def publisher(node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) ->
     """
     events = PublisherEventCallbacks(use_default_callbacks=False)
     return node.create_publisher(kind, topic, qos, event_callbacks=events)
+
+
+def subscription(
+    node: Node, kind: type, topic: str, callback: Any, qos: QoSProfile = RELIABLE
+) -> Subscription:
+    """A subscription without events of its middleware, for the same reason.
+
+    The sender of a message that does not fit logs that by itself. The callback may take the
+    message info too.
+    """
+    events = SubscriptionEventCallbacks(use_default_callbacks=False)
+    return node.create_subscription(kind, topic, callback, qos, event_callbacks=events)
 
 
 class Inputs:
@@ -46,7 +61,7 @@ class Inputs:
         self, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile = RELIABLE
     ) -> None:
         """Call back with each message; what the callback refuses is logged."""
-        self._node.create_subscription(kind, topic, partial(self._guarded, callback), qos)
+        subscription(self._node, kind, topic, partial(self._guarded, callback), qos)
 
     def warn(self, key: str, message: str, burst: int = 1) -> None:
         """Log a warning; further ones with this key are held back for a while."""

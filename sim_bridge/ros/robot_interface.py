@@ -3,20 +3,18 @@
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.topics import LATCHED, RELIABLE, Inputs, publisher
+from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
 from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.inputs import stamp_of
 from sim_bridge.robot import Reading, SimulatedRobot
 from sim_bridge.ros.camera_topics import CameraTopics
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state, temperatures
 
-MOTORS = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
-"""For one message of each motor at once."""
 HEAT_PERIOD = 1_000_000_000
 """[ns] between two messages about battery and temperatures."""
 RESET_SILENCE = 0.6

@@ -1,17 +1,18 @@
 """The suite `realtime`: does each answer come in time, also on a busy machine?
 
-The sensor messages of a walk are passed to the `GaitController` at their times by the wall clock.
-With load, one process per core computes without end beside it.
+The sensor messages of a walk are sent at their times by the wall clock: to a `GaitController` in
+this process, and over ROS 2 to the node in a process of its own. Beside both, a process that only
+sleeps to the same times shows how late the machine itself is. With load, one process per core
+computes without end.
 """
 
 import gc
-import math
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 
@@ -19,20 +20,34 @@ import numpy as np
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
+from gait_lab.bench.ros_replay import (
+    RosReplay,
+    may_run_in_real_time,
+    real_time_priority,
+    replay_over_ros,
+    ros_is_installed,
+)
 from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.faults import fault_run
+from gait_lab.bench.wake_up import Sleeper, sleep_until
 from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness
 from gait_lab.trials.rollout import make_pair
 from nao_lipm_gait.gait import ON_THE_WAY
+from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.controller import GaitController, Settings
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler
+from nao_lipm_gait.runtime.tick_times import quantile
 from nao_lipm_gait.types import VelocityCommand
 
 SPEED = VelocityCommand(0.2, 0.0, 0.0)
+START_TIME = 1.0
+"""[s] until the first message: the sleeping process starts meanwhile."""
 BUSY = "while True: sum(range(1000))"
+Script = list[list[Message]]
+"""The messages of the robot in each tick."""
 
 
 @dataclass(frozen=True)
@@ -45,35 +60,21 @@ class Options(BenchOptions):
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """One replay of the messages of a walk.
+    """One replay of the messages of a walk in this process.
 
     Attributes:
-        load: Whether the other processes run.
-        keeper: Python's garbage collector is kept off the tick.
         wake: [s] that the process woke up late, sorted.
+        machine: [s] that a process that only sleeps woke up late, sorted.
         tick: [s] from waking up to the answer, sorted.
         misses: Answers more than a period after their message was due.
         blocks: Mean number of memory blocks that a tick leaves behind.
     """
 
-    load: bool
-    keeper: bool
     wake: tuple[float, ...]
+    machine: tuple[float, ...]
     tick: tuple[float, ...]
     misses: int
     blocks: float
-
-    @property
-    def rows(self) -> list[Measurement]:
-        """The measurements."""
-        load = "loaded" if self.load else "quiet"
-        name = f"{load}_{'kept' if self.keeper else 'automatic'}"
-        return [
-            Measurement(f"{name}_wake_p99", "ms", 1e3 * _quantile(self.wake, 0.99)),
-            Measurement(f"{name}_tick_p99", "ms", 1e3 * _quantile(self.tick, 0.99)),
-            Measurement(f"{name}_tick_max", "ms", 1e3 * self.tick[-1]),
-            Measurement(f"{name}_missed", "ticks", self.misses),
-        ]
 
 
 class _Listener(Fault):
@@ -91,37 +92,112 @@ class _Listener(Fault):
 
 
 def realtime(options: Options) -> SuiteResult:
-    """Quiet and loaded, with Python's own collector and with the gait's."""
+    """In this process with Python's own collector and with the gait's; then over ROS 2."""
     script = _record(options)
-    found = []
-    for load in (False, True):
-        for keeper in (False, True):
-            with _burners(os.cpu_count() or 1 if load else 0):
-                found.append(_replay(options, script, load, keeper))
-    columns = (
-        Column("machine"), Column("collector"), Column("woken late", "p99 ms", 2),
-        Column("", "max ms", 2), Column("tick", "p50 ms", 2), Column("", "p99 ms", 2),
-        Column("", "max ms", 2), Column("missed", "ticks"), Column("blocks", "per tick", 2),
-    )  # fmt: skip
-    lines = [
-        (
-            "loaded" if each.load else "quiet", "kept off" if each.keeper else "automatic",
-            1e3 * _quantile(each.wake, 0.99), 1e3 * each.wake[-1],
-            1e3 * _quantile(each.tick, 0.5), 1e3 * _quantile(each.tick, 0.99),
-            1e3 * each.tick[-1], f"{each.misses}/{len(each.tick)}", each.blocks,
+    notes = [
+        "missed: answered more than a control period after the message was due or sent.",
+        "machine: a process of the same priority that only sleeps to the same times.",
+    ]
+    rows, table = _in_process(options, script)
+    tables = [table]
+    if ros_is_installed():
+        ros_rows, table = _over_ros(options, script)
+        rows += ros_rows
+        tables.append(table)
+        notes.append(
+            "Over ROS 2: latency from sending joint_states to sending joint_command, period "
+            f"against {1e3 * PERIOD:g} ms. Net: p99 minus that of the machine. Real-time: all "
+            "processes of the replay under SCHED_FIFO, if this user may."
         )
-        for each in found
-    ]  # fmt: skip
     return SuiteResult(
-        tuple(row for each in found for row in each.rows),
-        f"{options.window:g} s of walking at 100 Hz by the wall clock, one process; loaded: "
-        f"{os.cpu_count()} more that compute without end",
-        (Table(columns, lines),),
-        ("missed: answered more than a control period after the message was due.",),
+        tuple(rows),
+        f"{options.window:g} s of walking at 100 Hz by the wall clock; loaded: "
+        f"{os.cpu_count()} processes that compute without end",
+        tuple(tables),
+        tuple(notes),
     )
 
 
-def _record(options: Options) -> list[list[Message]]:
+def _in_process(options: Options, script: Script) -> tuple[list[Measurement], Table]:
+    rows, lines = [], []
+    for load in ("quiet", "loaded"):
+        for collector in ("automatic", "kept"):
+            with _burners(load):
+                one = _replay(options, script, keeper=collector == "kept")
+            name = f"{load}_{collector}"
+            rows += [
+                Measurement(f"{name}_wake_p99", "ms", 1e3 * quantile(one.wake, 0.99)),
+                Measurement(f"{name}_machine_wake_p99", "ms", 1e3 * quantile(one.machine, 0.99)),
+                Measurement(f"{name}_tick_p99", "ms", 1e3 * quantile(one.tick, 0.99)),
+                Measurement(f"{name}_tick_max", "ms", 1e3 * one.tick[-1]),
+                Measurement(f"{name}_missed", "ticks", one.misses),
+            ]
+            lines.append((
+                load, "kept off" if collector == "kept" else collector,
+                *_milliseconds(one.wake, 0.99), *_milliseconds(one.machine, 0.99),
+                *_milliseconds(one.tick, 0.5, 0.99, 1.0),
+                f"{one.misses}/{len(one.tick)}", one.blocks,
+            ))  # fmt: skip
+    columns = (
+        Column("in one process"), Column("collector"), Column("woken late", "p99 ms", 2),
+        Column("machine", "p99 ms", 2), Column("tick", "p50 ms", 2), Column("", "p99 ms", 2),
+        Column("", "max ms", 2), Column("missed", "ticks"), Column("blocks", "per tick", 2),
+    )  # fmt: skip
+    return rows, Table(columns, lines)
+
+
+def _over_ros(options: Options, script: Script) -> tuple[list[Measurement], Table]:
+    priorities: dict[str, Callable[[], AbstractContextManager[None]]] = {"normal": nullcontext}
+    if may_run_in_real_time():
+        priorities["real_time"] = real_time_priority
+    rows, lines = [], []
+    for load in ("quiet", "loaded"):
+        for priority, taken in priorities.items():
+            with _burners(load), taken():
+                one = replay_over_ros(script, PERIOD, _node_parameters(options))
+            rows += _ros_rows(f"ros_{load}_{priority}", one)
+            lines.append((
+                load, priority.replace("_", "-"),
+                *_milliseconds(one.latency, 0.5, 0.99), *_milliseconds(one.machine_wake, 0.99),
+                1e3 * one.latency_excess,
+                *_milliseconds(one.period, 0.99), *_milliseconds(one.machine_period, 0.99),
+                1e3 * one.period_excess, f"{one.misses}/{one.count}",
+            ))  # fmt: skip
+    columns = (
+        Column("over ROS 2"), Column("priority"), Column("latency", "p50 ms", 2),
+        Column("", "p99 ms", 2), Column("machine", "p99 ms", 2), Column("net", "ms", 2),
+        Column("period", "p99 ms", 2), Column("machine", "p99 ms", 2), Column("net", "ms", 2),
+        Column("missed", "ticks"),
+    )  # fmt: skip
+    return rows, Table(columns, lines)
+
+
+def _ros_rows(name: str, one: RosReplay) -> list[Measurement]:
+    return [
+        Measurement(f"{name}_latency_p50", "ms", 1e3 * quantile(one.latency, 0.5)),
+        Measurement(f"{name}_latency_p99", "ms", 1e3 * quantile(one.latency, 0.99)),
+        Measurement(f"{name}_latency_p99_net", "ms", 1e3 * one.latency_excess),
+        Measurement(f"{name}_period_p99", "ms", 1e3 * quantile(one.period, 0.99)),
+        Measurement(f"{name}_period_p99_net", "ms", 1e3 * one.period_excess),
+        Measurement(f"{name}_machine_wake_p99", "ms", 1e3 * quantile(one.machine_wake, 0.99)),
+        Measurement(f"{name}_missed", "ticks", one.misses),
+    ]
+
+
+def _node_parameters(options: Options) -> dict[str, object]:
+    """ROS parameters of a gait node that walks as the recorded one."""
+    usual = preset_for(load_robot(options.urdf), "default").as_dict()
+    asked = options.parameters.as_dict()
+    changed = {name: value for name, value in asked.items() if value != usual[name]}
+    return {"urdf": options.urdf, "bias_wait": 0.0, **changed}
+
+
+def _milliseconds(ordered: tuple[float, ...], *shares: float) -> list[float]:
+    """Quantiles [ms] of sorted times [s]."""
+    return [1e3 * quantile(ordered, share) for share in shares]
+
+
+def _record(options: Options) -> Script:
     """The messages of the robot in each tick of a walk."""
     listener = _Listener()
     spec = fault_run(options, "none", options.seed).rollout_spec(options.seed)
@@ -132,9 +208,7 @@ def _record(options: Options) -> list[list[Message]]:
     return [listener.messages.get(tick, []) for tick in range(1, ticks + 1)]
 
 
-def _replay(
-    options: Options, script: list[list[Message]], load: bool, keeper: bool
-) -> Replay:
+def _replay(options: Options, script: Script, keeper: bool) -> Replay:
     controller = GaitController(
         load_robot(options.urdf), options.parameters, Settings(PERIOD), time.monotonic
     )
@@ -143,27 +217,29 @@ def _replay(
     garbage = GarbageScheduler() if keeper else None
     wake, ticks = [], []
     misses = 0
-    blocks = sys.getallocatedblocks()
-    begin = time.monotonic() + 0.1
-    for index, messages in enumerate(script):
-        due = begin + index * PERIOD
-        time.sleep(max(0.0, due - time.monotonic()))
-        woken = time.monotonic()
-        for message in messages:
-            controller.receive(message.topic, partial(_content, message))
-        done = time.monotonic()
-        if garbage is not None:
-            garbage.after_tick(resting=controller.state not in ON_THE_WAY)
-        wake.append(woken - due)
-        ticks.append(done - woken)
-        misses += done - due > PERIOD
-    left = sys.getallocatedblocks() - blocks
+    begin = time.monotonic() + START_TIME
+    with Sleeper(begin, PERIOD, len(script)) as sleeper:
+        blocks = sys.getallocatedblocks()
+        for index, messages in enumerate(script):
+            due = begin + index * PERIOD
+            late = sleep_until(due)
+            for message in messages:
+                controller.receive(message.topic, partial(_content, message))
+            done = time.monotonic() - due
+            if garbage is not None:
+                garbage.after_tick(resting=controller.state not in ON_THE_WAY)
+            wake.append(late)
+            ticks.append(done - late)
+            misses += done > PERIOD
+        left = sys.getallocatedblocks() - blocks
+        machine = sleeper.lateness()
     if garbage is not None:
         garbage.close()
     gc.unfreeze()
     return Replay(
-        load, keeper, tuple(sorted(wake)), tuple(sorted(ticks)), misses, left / len(script)
-    )
+        tuple(sorted(wake)), tuple(sorted(machine)), tuple(sorted(ticks)), misses,
+        left / len(script),
+    )  # fmt: skip
 
 
 def _content(message: Message) -> Input:
@@ -171,8 +247,9 @@ def _content(message: Message) -> Input:
 
 
 @contextmanager
-def _burners(count: int) -> Iterator[None]:
-    """`count` processes that compute without end."""
+def _burners(load: str) -> Iterator[None]:
+    """If `load` is `loaded`, one process per core that computes without end."""
+    count = (os.cpu_count() or 1) if load == "loaded" else 0
     processes = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(count)]
     try:
         yield
@@ -181,10 +258,6 @@ def _burners(count: int) -> Iterator[None]:
             process.kill()
         for process in processes:
             process.wait()
-
-
-def _quantile(ordered: tuple[float, ...], share: float) -> float:
-    return ordered[max(0, math.ceil(share * len(ordered)) - 1)]
 
 
 SUITE = Suite(

@@ -1,0 +1,29 @@
+"""The replay of `nao_gait bench realtime` over ROS 2."""
+
+from gait_lab.bench.ros_replay import replay_over_ros
+from gait_lab.faults.channel import Message
+from gait_lab.faults.harness import PERIOD
+from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
+from nao_lipm_gait.types import GRAVITY
+
+TICKS = 40
+
+
+def standing(tick: int) -> list[Message]:
+    """The sensor messages of a robot that stands still."""
+    robot = load_robot("nao_h21_v33")
+    sec, nanosec = divmod(round((1.0 + tick * PERIOD) * 1e9), 1_000_000_000)
+    imu = ImuInput(sec, nanosec, (0.0, 0.0, 0.0), (0.0, 0.0, GRAVITY))
+    names, pose = list(robot.joint_names), robot.stand_pose.tolist()
+    return [
+        Message("imu/data", imu),
+        Message("joint_states", JointInput(sec, nanosec, names, pose, [0.0] * len(pose))),
+    ]
+
+
+def test_the_node_answers_every_joint_state_of_a_script() -> None:
+    found = replay_over_ros([standing(tick) for tick in range(TICKS)], PERIOD, {})
+    assert found.count == TICKS
+    assert len(found.latency) == TICKS
+    assert found.latency[0] > 0.0
