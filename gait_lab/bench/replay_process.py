@@ -124,9 +124,9 @@ def replay(period: float, script: list[list[Message]]) -> ReplayTimes:
             _serve(executor, due - GUARD)
             sleep_until(due)
             for send, stamp in messages:
-                send()
                 if stamp is not None:
                     sent[stamp] = time.time()
+                send()
         _serve(executor, time.monotonic() + SETTLE_TIME)
         machine = sleeper.lateness()
     answered = tuple(node.answered.get(stamp) for stamp in sent)
