@@ -28,6 +28,20 @@ class Odometry:
         """Pose of base_footprint; the origin before the first tick."""
         return self._base or ORIGIN
 
+    def hold(self, turned: float = 0.0) -> None:
+        """Keep the place, at rest: the robot lies or gets up, so no sole stands still.
+
+        The pose goes on from here, so that odom stays continuous (REP-105). How far the robot was
+        shoved meanwhile is not known.
+
+        Args:
+            turned: Angle [rad] by which it turned since the last tick, where a gyro tells.
+        """
+        self.velocity = (0.0, 0.0, 0.0)
+        self._support = 0
+        x, y, yaw = self.base_footprint_in_odom
+        self._base = x, y, yaw + turned
+
     def update(
         self,
         support: int,
@@ -47,7 +61,8 @@ class Odometry:
         """
         other = support_sole.pose_of(other_sole)
         if self._support == 0:
-            self.support_sole_in_odom = relative(ORIGIN, midpoint(ORIGIN, other))
+            sole_in_base = relative(ORIGIN, midpoint(ORIGIN, other))
+            self.support_sole_in_odom = compose(self.base_footprint_in_odom, sole_in_base)
         elif support != self._support:
             # The other sole is the support sole of the last tick, whose pose in odom is known.
             self.support_sole_in_odom = compose(self.support_sole_in_odom, relative(ORIGIN, other))

@@ -18,6 +18,7 @@ from nao_lipm_gait.estimation.odometry_covariance import OdometryCovariance
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
+from nao_lipm_gait.estimation.yaw_off_feet import YawOffFeet
 from nao_lipm_gait.estimation.yaw_slip import UnseenYawSlip, YawOverSole, YawSlipFromYawGyro
 from nao_lipm_gait.estimation.yaw_slip_from_lean import LEAN_SIGMA, YawSlipFromLean
 from nao_lipm_gait.geometry import as_point
@@ -29,6 +30,7 @@ from nao_lipm_gait.types import (
     GRAVITY,
     IN_MOTION,
     LEFT,
+    MOTION,
     WALK,
     GaitState,
     Point3,
@@ -100,6 +102,7 @@ class StateEstimator:
         self._slip_from_yaw_gyro = YawSlipFromYawGyro()
         self._slip_from_lean = YawSlipFromLean()
         self._unseen_slip = UnseenYawSlip()
+        self._off_feet = YawOffFeet()
         self._support = 0
         self._covariance = OdometryCovariance()
         self._levelling = levelling
@@ -153,8 +156,8 @@ class StateEstimator:
         force = as_point(frame.linear_acceleration)
         rate = self._mean_rate(as_point(frame.angular_velocity))
         roll_rate, pitch_rate, _ = rate
-        in_motion = state in IN_MOTION
-        if in_motion or state in DOWN:
+        feet_free = state in IN_MOTION or state in DOWN
+        if feet_free:
             # The feet need not stand flat, so they tell nothing about the torso.
             self.orientation.update(rate, force, None, gyro_dt)
             self.lying_side = self._lying.update(force, gyro_dt)
@@ -181,9 +184,14 @@ class StateEstimator:
             )  # fmt: skip
         else:
             self._levelling.pause()
-        if in_motion:
+        if feet_free:
+            if state is not MOTION:
+                up = self.orientation.up_in_torso
+                turned = self._off_feet.update(up, rate, gyro_dt) if self._p.yaw_gyro else 0.0
+                self.odometry.hold(turned)
             self._yaw_over_sole.interrupt()
             return
+        self._off_feet.interrupt()
         over_sole = self._yaw_over_sole.update(support, level, other)
         velocity = self.odometry.velocity
         if self._p.yaw_gyro:

@@ -81,8 +81,15 @@ def test_falling_while_walking_and_getting_up(force: tuple[float, float, float])
         for _ in range(10):
             asked.push_robot(np.array(force))
             asked.run(1)
-        asked.run(1100)
+        poses = []
+        for _ in range(1100):
+            asked.run(1)
+            assert controller.last_status is not None
+            poses.append(controller.last_status.base_footprint_in_odom)
     assert asked.invariants.fell_at is not None
+    places = np.array(poses)
+    assert np.abs(np.diff(places[:, :2], axis=0)).max() < 0.02, "odom is continuous (REP-105)"
+    assert np.abs(np.diff(np.unwrap(places[:, 2]))).max() < 0.1
     assert controller.faults == 0, controller.reports()
 
 

@@ -1,0 +1,61 @@
+"""How a robot with a yaw gyro turns while it falls, lies and gets up."""
+
+from math import atan2, remainder, sqrt, tau
+
+from nao_lipm_gait.geometry import cross, dot
+from nao_lipm_gait.types import Point3
+
+FORWARD_MIN = 0.5
+"""Smallest horizontal part of the torso's x axis: that of a vertical one has no direction."""
+
+
+class YawOffFeet:
+    """Yaw of the torso by the gyro alone, also through poses in which the yaw is undefined.
+
+    The state is a unit vector that is fixed in the world and horizontal, in the torso frame. The
+    gyro turns it, the vertical keeps it horizontal.
+    """
+
+    def __init__(self) -> None:
+        self._fixed: Point3 | None = None
+        self._yaw = 0.0
+
+    def interrupt(self) -> None:
+        """The robot is on its feet again; begin anew with the next tick."""
+        self._fixed = None
+
+    def update(self, up: Point3, angular_velocity: Point3, dt: float) -> float:
+        """One tick.
+
+        Args:
+            up: Unit vertical in the torso frame.
+            angular_velocity: Gyro [rad/s] in the torso frame, about all three axes.
+            dt: Time [s] since the last tick.
+
+        Returns:
+            Change of the yaw [rad] since the last tick; 0 in the first tick and while the torso's
+            x axis is far from horizontal. The next tick after that returns the whole change.
+        """
+        if self._fixed is None:
+            self._fixed, self._yaw = _horizontal((1.0, 0.0, 0.0), up), 0.0
+            return 0.0
+        turn = cross(self._fixed, angular_velocity)  # of a fixed vector in a turning frame
+        x, y, z = (a + dt * b for a, b in zip(self._fixed, turn, strict=True))
+        self._fixed = _horizontal((x, y, z), up)
+        forward = (1.0 - up[0] * up[0], -up[0] * up[1], -up[0] * up[2])
+        if dot(forward, forward) < FORWARD_MIN**2:
+            return 0.0
+        left = cross(up, forward)
+        before = self._yaw
+        self._yaw = -atan2(dot(self._fixed, left), dot(self._fixed, forward))
+        return remainder(self._yaw - before, tau)
+
+
+def _horizontal(vector: Point3, up: Point3) -> Point3:
+    """The direction of the horizontal part of a vector; x, y, z in the torso frame."""
+    along = dot(vector, up)
+    x, y, z = (a - along * b for a, b in zip(vector, up, strict=True))
+    length = sqrt(x * x + y * y + z * z)
+    if length < 1e-6:
+        return _horizontal((0.0, 1.0, 0.0), up)
+    return x / length, y / length, z / length
