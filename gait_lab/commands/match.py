@@ -9,9 +9,10 @@ from gait_lab.commands.terminal import say
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; return the exit status."""
     from gait_lab.soccer import match_command
+    from gait_lab.soccer.match_options import MatchOptions
 
     return match_command.run(
-        match_command.MatchOptions(
+        MatchOptions(
             scene=arguments.scene,
             robots=arguments.robots,
             minutes=arguments.minutes,

@@ -15,6 +15,7 @@ from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
 from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
+from gait_lab.soccer.match_options import MatchOptions, Progress
 from gait_lab.soccer.senses import in_field
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import yaw_of_quaternion
@@ -25,8 +26,6 @@ from sim_bridge.scene import Scene
 
 if TYPE_CHECKING:
     from rclpy.node import Node
-
-    from gait_lab.soccer.match_command import MatchOptions, Progress
 
 START = 6.0
 """[s] of simulated time before the referee begins: the nodes find each other."""
@@ -43,7 +42,7 @@ FIRST_PORT = 30000
 
 
 def run(
-    options: "MatchOptions", spec: MatchSpec, say: Callable[[str], None], progress: "Progress"
+    options: MatchOptions, spec: MatchSpec, say: Callable[[str], None], progress: Progress
 ) -> tuple[int, MatchResult | None]:
     """Play a match with rendered images.
 
@@ -101,7 +100,7 @@ def _emptied(out: Path) -> Path:
 
 
 def _start(
-    nodes: NodeProcesses, options: "MatchOptions", scene: Scene, file: Path, ports: int
+    nodes: NodeProcesses, options: MatchOptions, scene: Scene, file: Path, ports: int
 ) -> int:
     """Start all nodes; their number."""
     nodes.start(
@@ -171,7 +170,7 @@ class _Watcher:
         writer: BagWriter,
         stop: StopRequest,
         nodes: NodeProcesses,
-        progress: "Progress",
+        progress: Progress,
     ) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
         from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped

@@ -1,6 +1,5 @@
 """Which physics engines there are. An engine is imported only when it is used."""
 
-import ctypes.util
 from collections.abc import Sequence
 from importlib.util import find_spec
 
@@ -9,8 +8,6 @@ from sim_bridge.engines.backend import Backend, RobotModel
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 
 ENGINES = ("pybullet", "mujoco")
-OPENGL = {"egl": "EGL", "osmesa": "OSMesa"}
-"""Libraries with which MuJoCo renders without a window, by MuJoCo's name for them."""
 _INSTALL = {"pybullet": "pybullet>=3.2.6", "mujoco": "mujoco>=4,<5"}
 """Requirement for pip. Not an extra of this package: with ROS from apt, an extra would also install
 rclpy from PyPI."""
@@ -19,11 +16,6 @@ rclpy from PyPI."""
 def installed(engine: str) -> bool:
     """Whether the engine's own package is installed."""
     return find_spec(engine) is not None
-
-
-def opengl_libraries() -> list[str]:
-    """Installed libraries with which MuJoCo can render without a window, by its names for them."""
-    return [name for name, library in OPENGL.items() if ctypes.util.find_library(library)]
 
 
 def make_backend(

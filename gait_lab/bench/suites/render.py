@@ -15,7 +15,7 @@ from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.trials.trial import CONTROL_PERIOD
 from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
-from sim_bridge.engines.registry import opengl_libraries
+from sim_bridge.engines.opengl import opengl_libraries
 from sim_bridge.plant import load_plant, with_options
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import load_scene

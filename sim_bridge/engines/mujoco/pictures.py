@@ -10,7 +10,7 @@ import numpy as np
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from sim_bridge.engines.mujoco.scene import VISIBLE
-from sim_bridge.engines.registry import OPENGL, opengl_libraries
+from sim_bridge.engines.opengl import OPENGL, opengl_libraries
 
 INSTALL = (
     "apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6, and pip install PyOpenGL"
