@@ -5,6 +5,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,13 @@ from nao_lipm_gait.robot.camera import CameraView
 from nao_lipm_gait.types import FloatArray, Point2, Pose2
 from nao_soccer.field import Field, Goals
 from nao_soccer.vision.image_geometry import ImageGeometry, PoseError
-from nao_soccer.vision.near_robots import FEET_MIN, too_near
+from nao_soccer.vision.near_robots import (
+    FEET_MIN,
+    LYING_HEIGHT,
+    LYING_RANGE,
+    LYING_SPREAD,
+    too_near,
+)
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Box, Kind, Percept, Percepts
 from nao_soccer.vision.visible_ground import visible_ground
 from nao_soccer.world.field_map import FieldMap
@@ -36,10 +43,26 @@ WAIST, SHOULDERS = 0.25, 0.42
 below the image, by the torso alone."""
 SHOULDER_WIDTH = 0.15
 """[m]"""
+LYING_RECALL, LYING_ERROR = 0.7, 0.05
+"""Share of the lying robots in the image that is found; [m] standard deviation of their place."""
 TORSO_BEARING = 0.04
 """[rad] Standard deviation of the bearing of a robot that is found by its torso alone."""
 WANDER = 5.0
 """[s] Time constant by which the tilt of a robot wanders, as vision goes on learning it."""
+
+
+class OtherRobot(NamedTuple):
+    """Another robot, where it truly is.
+
+    Attributes:
+        kind: Its team.
+        place: x, y [m] in the field: between its feet, or its torso if it lies.
+        lies: It lies on the ground.
+    """
+
+    kind: Kind
+    place: Point2
+    lies: bool = False
 
 
 class PerceptModel:
@@ -80,7 +103,7 @@ class PerceptModel:
         view: CameraView,
         footprint: Pose2,
         ball: Point2 | None = None,
-        robots: Sequence[tuple[Kind, Pose2]] = (),
+        robots: Sequence[OtherRobot] = (),
     ) -> Percepts:
         """The percepts of one image.
 
@@ -89,7 +112,7 @@ class PerceptModel:
             view: The camera in base_footprint.
             footprint: True base_footprint on the field.
             ball: True place of the ball on the field [m]; None without one.
-            robots: Kind and true pose of the other robots.
+            robots: The other robots.
         """
         self._wander(stamp)
         errors, random, scale = self._errors, self._random, self._scale
@@ -97,7 +120,7 @@ class PerceptModel:
         pan = self._pan + scale * errors.pan.image * random.standard_normal()
         shift = self._shift + scale * errors.shift.image * random.standard_normal(2)
         common = np.array((tilt, pan, *shift))
-        hiding = _seen_from(footprint, np.array([pose[:2] for _, pose in robots]))
+        hiding = _seen_from(footprint, np.array([each.place for each in robots if not each.lies]))
         geometry = ImageGeometry(view, PoseError())
 
         def found(kind: str, places: FloatArray, hidden_by: FloatArray = hiding) -> FloatArray:
@@ -111,14 +134,16 @@ class PerceptModel:
             for x, y, index in found(kind.value, rows[:, :2]).tolist():
                 yaw = rows[int(index), 2] - footprint[2] if kind in CROSSINGS else 0.0
                 objects.append(self._percept(geometry, kind, (x, y), yaw))
-        for number, (kind, pose) in enumerate(robots):
-            others = np.delete(hiding, number, axis=0)
-            place = np.array([pose[:2]])
-            for x, y, _ in found(ROBOT, place, others).tolist():
+        for kind, place, lies in robots:
+            (near,) = _seen_from(footprint, np.array(place))
+            others = hiding[np.hypot(*(hiding - near).T) > 1e-6]  # all but itself
+            if lies:
+                objects += self._lying(geometry, kind, near)
+                continue
+            for x, y, _ in found(ROBOT, np.array([place]), others).tolist():
                 objects.append(self._percept(geometry, kind, (x, y)))
-            near = _seen_from(footprint, place)
-            if not _hidden(near, others)[0]:
-                objects += self._too_near(geometry, kind, near[0], view)
+            if not _hidden(near[None], others)[0]:
+                objects += self._too_near(geometry, kind, near)
         seen = None
         if ball is not None:
             for x, y, _ in found(Kind.BALL.value, np.array([ball])).tolist():
@@ -150,17 +175,27 @@ class PerceptModel:
         inside = _in_image(near, 0.0, view)
         if kind == ROBOT:
             inside &= _in_image(near, WAIST, view)
+        inside[inside] = ~_hidden(near[inside], hiding)
         distance = np.hypot(*near.T)
-        inside &= ~_hidden(near, hiding)
         share = np.array([self._errors.recall(kind, r) for r in distance[inside].tolist()])
         chosen = inside.copy()
         chosen[inside] = self._random.random(len(share)) < share
         return chosen
 
-    def _too_near(
-        self, geometry: ImageGeometry, kind: Kind, near: FloatArray, view: CameraView
-    ) -> list[Percept]:
+    def _lying(self, geometry: ImageGeometry, kind: Kind, near: FloatArray) -> list[Percept]:
+        """The robot that lies at a place (2,) in base_footprint, if it is found."""
+        seen = _in_image(near[None], LYING_HEIGHT, geometry.view)[0]
+        far = float(np.hypot(*near)) > LYING_RANGE
+        if not seen or far or self._random.random() >= LYING_RECALL:
+            return []
+        x, y = (near + self._scale * LYING_ERROR * self._random.standard_normal(2)).tolist()
+        a, b, c = geometry.covariance(near[None], LYING_HEIGHT)[0].tolist()
+        variance = LYING_SPREAD**2
+        return [Percept(kind, (x, y), (a + variance, b, c + variance))]
+
+    def _too_near(self, geometry: ImageGeometry, kind: Kind, near: FloatArray) -> list[Percept]:
         """The robot at a place (2,) in base_footprint, if only its torso is in the image."""
+        view = geometry.view
         heights = np.array((0.0, WAIST, SHOULDERS))
         feet, waist, shoulders = view.project(np.column_stack((np.tile(near, (3, 1)), heights)))
         rows = view.intrinsics.height

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.soccer.senses import Eyes, ModelEyes, Senses
+from gait_lab.soccer.percept_model import OtherRobot
+from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, Senses
 from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.trials.several import make_gaits, make_scene_world, run_several
 from gait_lab.trials.trial import Action, Policy, Tick
@@ -25,6 +26,8 @@ from sim_bridge.world import World
 
 MIND_TICKS = 5
 """Control periods between two updates of the behaviour."""
+LYING = 0.22
+"""[m] A lower torso is that of a robot that lies or has begun to get up."""
 
 
 class RobotPlayer(Policy):
@@ -153,6 +156,7 @@ class Pitch:
         self._random = np.random.default_rng([23, first])
         self._teams = [robot.team for robot in scene.robots]
         self._poses: list[Pose2] = [robot.pose for robot in scene.robots]
+        self._seen = [OtherRobot(KINDS[robot.team], robot.pose[:2]) for robot in scene.robots]
         errors = load_percept_errors()
         self.players = []
         for index, (robot, gait) in enumerate(
@@ -197,13 +201,9 @@ class Pitch:
         """True poses of the robots in the world."""
         return self._poses
 
-    def others(self, index: int) -> list[tuple[str, Pose2]]:
-        """Team and pose of all robots but one."""
-        return [
-            (team, pose)
-            for number, (team, pose) in enumerate(zip(self._teams, self._poses, strict=True))
-            if number != index
-        ]
+    def others(self, index: int) -> list[OtherRobot]:
+        """All robots but one, as they are seen."""
+        return [each for number, each in enumerate(self._seen) if number != index]
 
     def tell(self, index: int, data: bytes, time: float) -> None:
         """Send a team message to the team mates; some are lost."""
@@ -225,6 +225,10 @@ class Pitch:
 
         def disturb(_: World, ticks: Sequence[Tick]) -> None:
             self._poses = [footprint_of(tick.truth) for tick in ticks]
+            self._seen = [
+                _seen_as(robot, pose, tick)
+                for robot, pose, tick in zip(self.scene.robots, self._poses, ticks, strict=True)
+            ]
             watch(ticks)
 
         gaits = [player.gait for player in self.players]
@@ -237,6 +241,13 @@ class Pitch:
 
     def __exit__(self, *_: object) -> None:
         self.world.close()
+
+
+def _seen_as(robot: SceneRobot, pose: Pose2, tick: Tick) -> OtherRobot:
+    """What others see of a robot: its feet, or its torso if it lies."""
+    x, y, height = tick.truth.torso_position.tolist()
+    lies = height < LYING
+    return OtherRobot(KINDS[robot.team], (x, y) if lies else pose[:2], lies)
 
 
 def is_upright(tick: Tick) -> bool:

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gait_lab.soccer.percept_model import OtherRobot
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.types import Point2, Pose2, SensorFrame
+from nao_lipm_gait.types import Point2, SensorFrame
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.controller import ImageInput, VisionController
 from nao_soccer.vision.percepts import Percepts
@@ -38,7 +39,7 @@ class RenderedEyes:
         now: int,
         truth: GroundTruth,
         ball: Point2,
-        others: Sequence[tuple[str, Pose2]],
+        others: Sequence[OtherRobot],
     ) -> list[Percepts]:
         """See `Eyes`; the truth is not looked at."""
         frame, self._frame = self._frame, self._robot.sense()  # the gait has answered the last one

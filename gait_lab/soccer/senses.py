@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from gait_lab.soccer.percept_model import PerceptModel
+from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.vision.percept_errors import PerceptErrors
 from nao_lipm_gait.errors import NaoGaitError
@@ -39,7 +39,7 @@ class Eyes(Protocol):
         now: int,
         truth: GroundTruth,
         ball: Point2,
-        others: Sequence[tuple[str, Pose2]],
+        others: Sequence[OtherRobot],
     ) -> list[Percepts]:
         """What has been seen and is known by now; called in each control period.
 
@@ -47,7 +47,7 @@ class Eyes(Protocol):
             now: Time of the world [ns].
             truth: Of the robot.
             ball: x, y [m] of the ball in the world.
-            others: Team and pose in the world of the other robots.
+            others: The other robots, in the world.
         """
 
 
@@ -96,7 +96,7 @@ class ModelEyes:
         now: int,
         truth: GroundTruth,
         ball: Point2,
-        others: Sequence[tuple[str, Pose2]],
+        others: Sequence[OtherRobot],
     ) -> list[Percepts]:
         """See `Eyes`."""
         if now >= self._next_image:
@@ -108,7 +108,10 @@ class ModelEyes:
                 _view(self._cameras[self._camera], truth, footprint),
                 in_field(footprint, self._team),
                 in_field((*ball, 0.0), self._team)[:2],
-                [(KINDS[team], in_field(pose, self._team)) for team, pose in others],
+                [
+                    each._replace(place=in_field((*each.place, 0.0), self._team)[:2])
+                    for each in others
+                ],
             )
             self._coming.append(_Arrival(now + self._delay, percepts))
         found = []
@@ -148,7 +151,7 @@ class Senses:
         truth: GroundTruth,
         status: GaitStatus,
         ball: Point2,
-        others: Sequence[tuple[str, Pose2]],
+        others: Sequence[OtherRobot],
     ) -> None:
         """One control period; `status` is that of the gait, for the rest see `Eyes`."""
         world = self.player.world

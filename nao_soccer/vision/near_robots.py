@@ -1,5 +1,4 @@
-"""Robots that are so near that their feet are below the image. Pure geometry, without images."""
-
+"""What vision and its model know of robots that lie, or whose feet are below the image."""
 
 import numpy as np
 
@@ -11,10 +10,16 @@ FEET_MIN = 1.75
 torso's height."""
 NEAREST = 0.2
 """[m] from the camera to the middle of a robot that touches this one."""
-UNSURE = 0.4
+UNSURE = 0.55
 """[m] Largest range of places of a robot whose feet are below the image."""
 TORSO_LOW, TORSO_HEIGHT_MAX = 0.2, 0.27
 """[m] Height of a torso's lower edge over the ground, at least, and from there to the upper one."""
+LYING_HEIGHT = 0.1
+"""[m] Height of the middle of a torso that lies."""
+LYING_RANGE = 2.0
+"""[m] Largest distance of a robot that lies."""
+LYING_SPREAD = 0.1
+"""[m] Standard deviation of its place."""
 
 
 def too_near(geometry: ImageGeometry, torso: Box, kind: Kind, rows: int) -> Percept | None:

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import BLUE, FIELD, RED, WHITE
 from nao_soccer.vision.frame import Frame
-from nao_soccer.vision.near_robots import FEET_MIN, too_near
+from nao_soccer.vision.image_geometry import ImageGeometry
+from nao_soccer.vision.near_robots import (
+    FEET_MIN,
+    LYING_HEIGHT,
+    LYING_RANGE,
+    LYING_SPREAD,
+    too_near,
+)
 from nao_soccer.vision.percepts import Box, Kind, LineSegment, Percept
 from nao_soccer.vision.scan_lines import GUARD, GUARD_GREEN
 
@@ -52,6 +59,10 @@ DEPTH = 0.05
 """[m] From the front of the feet to the middle of the robot."""
 RANGE_MAX = 4.0
 """[m] Largest distance."""
+LYING_SIZE = (0.1, 0.45)
+"""[m] Least and largest size of a torso that lies."""
+LYING_GREEN = 0.6
+"""Least share of green between a torso that lies and the edge of the field."""
 STEEP = 0.5
 """Least slope in the image of a line that may lead to a robot's feet; under a flatter one a foot
 ends as it does on the field."""
@@ -67,12 +78,14 @@ class Torso(NamedTuple):
         stats: Left, top, width, height and area [px].
         box: About where body and legs of its robot are in the image.
         reach: The same with the arms.
+        lies: The robot lies on the field. Box and reach are all around the torso then.
     """
 
     kind: Kind
     stats: NDArray[np.int32]
     box: Box
     reach: Box
+    lies: bool = False
 
 
 def find_torsos(frame: Frame) -> list[Torso]:
@@ -96,10 +109,22 @@ def find_torsos(frame: Frame) -> list[Torso]:
             Box(middle - side * size, top - HEAD * size, middle + side * size, top + FEET * size)
             for side in (ASIDE, ARMS)
         )
-        if not _stands_on_field(frame, box):
-            continue
-        found.append(Torso(kind, stats, box, reach))
+        if _stands_on_field(frame, box):
+            found.append(Torso(kind, stats, box, reach))
+        elif _lies_on_field(frame, stats):
+            around = Box(middle - size, top - 0.5 * size, middle + size, top + tall + 0.5 * size)
+            found.append(Torso(kind, stats, around, around, lies=True))
     return found
+
+
+def _lies_on_field(frame: Frame, stats: NDArray[np.int32]) -> bool:
+    """Whether there is field between the torso and the edge of the field."""
+    left, top, across, _, _ = stats.tolist()
+    columns = np.arange(left, left + across)
+    rows = np.arange(top)[:, None]
+    above = rows >= frame.boundary_row[columns]
+    green = (frame.classes[:top, columns] == FIELD) & above
+    return bool(green.sum() >= max(LYING_GREEN * above.sum(), across))
 
 
 def _stands_on_field(frame: Frame, box: Box) -> bool:
@@ -158,7 +183,12 @@ def find_robots(
         ground[top : bottom + 2, left : right + 2] = True
     for segment in segments:
         _clear_line(frame, ground, segment, line_width)
-    found = (_below(frame, ground, each.stats, each.kind) for each in torsos)
+    found = (
+        _lying(frame.geometry, each)
+        if each.lies
+        else _below(frame, ground, each.stats, each.kind)
+        for each in torsos
+    )
     return [each for each in found if each is not None]
 
 
@@ -251,6 +281,23 @@ def _below(
     spread = (CUT_SPREAD if cut else FEET_SPREAD) ** 2
     box = Box(float(first), float(top), float(last), float(foot))
     return Percept(kind, _point(spot), (a + spread, b, c + spread), box=box)
+
+
+def _lying(geometry: ImageGeometry, torso: Torso) -> Percept | None:
+    """The robot of a torso that lies, or None if it is none."""
+    left, top, across, tall, _ = torso.stats.tolist()
+    middle = np.array([[left + 0.5 * (across - 1), top + 0.5 * (tall - 1)]])
+    (place,), (meets,) = geometry.ground(middle, LYING_HEIGHT)
+    if not meets:
+        return None
+    reach = float(np.hypot(*(place - geometry.camera[:2])))
+    slant = float(np.hypot(reach, geometry.camera[2] - LYING_HEIGHT))
+    size = max(across, tall) * slant / geometry.focal
+    if reach > LYING_RANGE or not LYING_SIZE[0] < size < LYING_SIZE[1]:
+        return None
+    a, b, c = geometry.covariance(place[None], LYING_HEIGHT)[0].tolist()
+    spread = LYING_SPREAD**2
+    return Percept(torso.kind, _point(place), (a + spread, b, c + spread), box=torso.box)
 
 
 def _rows_from(mask: NDArray[np.bool_], count: int) -> NDArray[np.intp]:

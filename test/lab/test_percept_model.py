@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_lab.soccer.ball_course import BallCourse
-from gait_lab.soccer.percept_model import PerceptModel
+from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.soccer.walks import Walk
 from gait_lab.soccer.world_scores import WorldOptions, pose_score, right_again, trials
 from gait_lab.soccer.world_trial import (
@@ -69,7 +69,7 @@ def test_nothing_is_seen_outside_the_image_or_behind_a_robot():
     model = PerceptModel(ERRORS, FIELD, GOALS, 2, scale=0.0)
     assert model.see(0, VIEW, HERE, (0.5, 0.3)).ball is None
     ball = (4.2, 0.3)
-    robot = (Kind.ROBOT_BLUE, (3.2, 0.3, 0.0))
+    robot = OtherRobot(Kind.ROBOT_BLUE, (3.2, 0.3))
     assert model.see(0, VIEW, HERE, ball).ball is not None
     hidden = model.see(0, VIEW, HERE, ball, [robot])
     assert hidden.ball is None
@@ -83,14 +83,25 @@ def test_nothing_is_seen_outside_the_image_or_behind_a_robot():
 def test_a_near_robot_is_seen_by_its_torso_not_by_its_feet(distance, tilt, seen):
     """Where the camera looks at the ground before the robot, its feet may be in the image."""
     model = PerceptModel(ERRORS, FIELD, GOALS, 4, scale=0.0)
-    view, robot = camera(0.0, 0.0, 0.0, tilt=tilt), (HERE[0] + distance, HERE[1], 0.0)
-    images = [model.see(stamp, view, HERE, None, [(Kind.ROBOT_BLUE, robot)]) for stamp in range(20)]
+    view = camera(0.0, 0.0, 0.0, tilt=tilt)
+    robot = OtherRobot(Kind.ROBOT_BLUE, (HERE[0] + distance, HERE[1]))
+    images = [model.see(stamp, view, HERE, None, [robot]) for stamp in range(20)]
     found = [each.of(Kind.ROBOT_BLUE) for each in images]
     assert any(found) == seen
     for each in found:
         for percept in each:
             error = math.dist(percept.position, (distance, 0.0))
             assert error < 2.0 * math.sqrt(percept.covariance[0])
+
+
+@pytest.mark.parametrize(("distance", "seen"), [(1.2, True), (2.5, False)])
+def test_a_robot_that_lies_is_seen_up_to_a_distance(distance, seen):
+    model = PerceptModel(ERRORS, FIELD, GOALS, 5, scale=0.0)
+    robot = OtherRobot(Kind.ROBOT_RED, (HERE[0] + distance, HERE[1]), lies=True)
+    images = [model.see(stamp, VIEW, HERE, None, [robot]) for stamp in range(20)]
+    found = [percept.position for each in images for percept in each.of(Kind.ROBOT_RED)]
+    assert bool(found) == seen
+    assert all(place == pytest.approx((distance, 0.0)) for place in found)
 
 
 def test_a_ball_course_follows_friction():

@@ -134,6 +134,18 @@ def test_robot_whose_feet_are_below_the_image_is_placed_by_its_torso(
     assert math.sqrt(found.covariance[0]) < 0.15
 
 
+@pytest.mark.parametrize("aside", [-0.15, 0.1])
+@pytest.mark.parametrize("distance", [0.6, 1.2, 1.8])
+def test_robot_that_lies_is_placed(distance: float, aside: float):
+    view = camera(-2.5, 2.0, 0.0, tilt=0.35)
+    place = (-2.5 + distance, 2.0 + aside)
+    image = picture(view)
+    paint_upright(image, view, place, 0.3, (0.0, 0.1), WHITE)
+    paint_upright(image, view, place, 0.22, (0.04, 0.16), TEAM_RED)
+    (found,) = see(view, image).of(Kind.ROBOT_RED)
+    assert math.dist(found.position, place) < 0.1
+
+
 def test_robot_is_not_placed_if_its_torso_does_not_tell_how_near_it_is():
     view = camera(-2.5, 2.0, 0.0, tilt=0.0)
     image = picture(view)
