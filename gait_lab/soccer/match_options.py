@@ -9,7 +9,7 @@ from gait_lab.soccer.frames import Frame
 from gait_lab.soccer.match import MatchSpec, match_scene
 from nao_lipm_gait.errors import NaoGaitError
 
-MINUTES = (0.05, 60.0)
+MINUTES = (0.1, 60.0)
 """Shortest and longest half [min]."""
 
 

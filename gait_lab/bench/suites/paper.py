@@ -41,7 +41,7 @@ class Options(BenchOptions):
     robots: int = 20
     phases: int = 4
     tasks: tuple[str, ...] = (
-        "spot", "forward=10", "forward=20", "forward=32.5", "back=23", "side=12.5", "turn=98",
+        "spot", "forward=10", "forward=20", "forward=31.5", "back=23", "side=12.5", "turn=98",
     )  # fmt: skip
     drawn: str = option(
         "beside", "robots as drawn beside calibrated ones, off, or only", "MODE",
