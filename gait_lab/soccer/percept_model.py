@@ -185,8 +185,9 @@ class PerceptModel:
     def _lying(self, geometry: ImageGeometry, kind: Kind, near: FloatArray) -> list[Percept]:
         """The robot that lies at a place (2,) in base_footprint, if it is found."""
         seen = _in_image(near[None], LYING_HEIGHT, geometry.view)[0]
-        far = float(np.hypot(*near)) > LYING_RANGE
-        if not seen or far or self._random.random() >= LYING_RECALL:
+        reach = float(np.hypot(*(near - geometry.camera[:2])))
+        near_enough = LYING_RANGE[0] < reach < LYING_RANGE[1]
+        if not (seen and near_enough) or self._random.random() >= LYING_RECALL:
             return []
         x, y = (near + self._scale * LYING_ERROR * self._random.standard_normal(2)).tolist()
         a, b, c = geometry.covariance(near[None], LYING_HEIGHT)[0].tolist()

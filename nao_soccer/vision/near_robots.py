@@ -16,8 +16,8 @@ TORSO_LOW, TORSO_HEIGHT_MAX = 0.2, 0.27
 """[m] Height of a torso's lower edge over the ground, at least, and from there to the upper one."""
 LYING_HEIGHT = 0.1
 """[m] Height of the middle of a torso that lies."""
-LYING_RANGE = 2.0
-"""[m] Largest distance of a robot that lies."""
+LYING_RANGE = 0.3, 2.0
+"""[m] Distances from the camera at which robots that lie are seen; nearer is the own body."""
 LYING_SPREAD = 0.1
 """[m] Standard deviation of its place."""
 
@@ -38,6 +38,8 @@ def too_near(geometry: ImageGeometry, torso: Box, kind: Kind, rows: int) -> Perc
     (edge,), (meets,) = geometry.ground(np.array([[0.5 * (torso.left + torso.right), rows - 1.0]]))
     if not meets:
         return None
+    if _own_body(geometry, torso):
+        return None
     way = edge - geometry.camera[:2]
     reach = float(np.hypot(*way))
     low = TORSO_LOW if torso.bottom >= rows - 1 else 0.0
@@ -51,3 +53,12 @@ def too_near(geometry: ImageGeometry, torso: Box, kind: Kind, rows: int) -> Perc
     variance = unsure**2 / 12.0
     box = torso._replace(bottom=float(rows))
     return Percept(kind, (float(spot[0]), float(spot[1])), (a + variance, b, c + variance), box=box)
+
+
+def _own_body(geometry: ImageGeometry, torso: Box) -> bool:
+    """Whether a torso is so far below the camera that no other robot could stand there."""
+    middle = 0.5 * (torso.left + torso.right)
+    (ray,) = geometry.rays(np.array([[middle, torso.top]]))
+    ahead = max(float(np.hypot(ray[0], ray[1])), 1e-9)
+    height: float = geometry.camera[2] + NEAREST * ray[2] / ahead
+    return height < TORSO_LOW

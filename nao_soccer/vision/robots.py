@@ -293,7 +293,7 @@ def _lying(geometry: ImageGeometry, torso: Torso) -> Percept | None:
     reach = float(np.hypot(*(place - geometry.camera[:2])))
     slant = float(np.hypot(reach, geometry.camera[2] - LYING_HEIGHT))
     size = max(across, tall) * slant / geometry.focal
-    if reach > LYING_RANGE or not LYING_SIZE[0] < size < LYING_SIZE[1]:
+    if not LYING_RANGE[0] < reach < LYING_RANGE[1] or not LYING_SIZE[0] < size < LYING_SIZE[1]:
         return None
     a, b, c = geometry.covariance(place[None], LYING_HEIGHT)[0].tolist()
     spread = LYING_SPREAD**2

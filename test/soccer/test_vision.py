@@ -146,6 +146,16 @@ def test_robot_that_lies_is_placed(distance: float, aside: float):
     assert math.dist(found.position, place) < 0.1
 
 
+@pytest.mark.parametrize("height", [0.05, 0.2, 0.3])
+def test_the_own_body_is_no_robot(height: float):
+    """A camera that looks down past the chest sees the own colour below itself."""
+    view = camera(-2.5, 2.0, 0.0, tilt=1.2)
+    image = picture(view)
+    paint_upright(image, view, (-2.45, 2.02), 0.15, (0.0, height), TEAM_RED)
+    assert (image == TEAM_RED).all(axis=2).sum() > 100
+    assert not see(view, image).of(Kind.ROBOT_RED)
+
+
 def test_robot_is_not_placed_if_its_torso_does_not_tell_how_near_it_is():
     view = camera(-2.5, 2.0, 0.0, tilt=0.0)
     image = picture(view)
