@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
+from pathlib import Path
 
 import pytest
 
+from nao_lipm_gait.ros.process import REFUSED
 from ros_probe import Probe
 from sros_policy import rights
 
@@ -61,3 +63,15 @@ def test_the_policy_covers_what_the_node_does(
 def forbidden(names: set[str], allowed: set[str]) -> set[str]:
     """Names that match no expression of the policy; `*` stands for any text, as in DDS."""
     return {name for name in names if not any(fnmatchcase(name, each) for each in allowed)}
+
+
+def test_a_node_that_must_encrypt_and_cannot_does_not_run(
+    probe: Probe, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Without keys, or without security in the middleware: it must not run open."""
+    monkeypatch.setenv("ROS_SECURITY_ENABLE", "true")
+    monkeypatch.setenv("ROS_SECURITY_STRATEGY", "Enforce")
+    monkeypatch.setenv("ROS_SECURITY_KEYSTORE", str(tmp_path))
+    gait = probe.start("gait")
+    assert gait.wait() == REFUSED
+    assert gait.says(r"(?m)^gait: .+ecurity")
