@@ -13,6 +13,8 @@ from types import TracebackType
 
 MODULES = {
     "sim_bridge": "sim_bridge.ros.main",
+    "lola_server": "sim_bridge.lola.main",
+    "lola_bridge": "lola_bridge.ros.main",
     "gait": "nao_lipm_gait.ros.main",
     "vision": "nao_soccer.ros.vision_main",
     "player": "nao_soccer.ros.player_main",
@@ -58,7 +60,7 @@ class NodeProcesses:
             text = str(value).lower() if isinstance(value, bool) else str(value)
             arguments += ["-p", f"{key}:={text}"]
         self._started.append(name)
-        with self.log(name).open("wb") as log:
+        with self.log(name).open("ab" if name in self._started[:-1] else "wb") as log:
             self._processes[name] = subprocess.Popen(
                 [sys.executable, "-m", MODULES[executable], "--ros-args", *arguments],
                 env=self._environment,
@@ -81,11 +83,22 @@ class NodeProcesses:
                 return f"{name} ended with status {status}"
         return None
 
+    def kill(self, name: str) -> None:
+        """End a node at once; it does not count as ended by itself, and may be started again."""
+        process = self._processes.pop(name)
+        process.kill()
+        process.wait()
+
+    def pause(self, name: str, paused: bool) -> None:
+        """Stop a node from running, or let it run on."""
+        self._processes[name].send_signal(signal.SIGSTOP if paused else signal.SIGCONT)
+
     def stop(self) -> dict[str, int]:
         """End all nodes with SIGINT, then with SIGKILL; return their exit statuses."""
         for process in self._processes.values():
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
+                process.send_signal(signal.SIGCONT)  # one that was paused
         deadline = time.monotonic() + END_TIME
         for process in self._processes.values():
             try:

@@ -14,6 +14,8 @@ from sim_bridge.plant import PlantOption
 
 WALKS, STOPPED, FELL, VIOLATED = "walks", "stopped", "fell", "violated"
 OUTCOMES = (WALKS, STOPPED, FELL, VIOLATED)
+WENT_ON = "went_on"
+"""Outcome of a fault in a match: the player plays, perhaps after a fall."""
 ROBOTS = 100
 """Number of individuals from which a run draws its robot."""
 

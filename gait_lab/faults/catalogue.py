@@ -6,8 +6,10 @@ from gait_lab.faults import network_faults as network
 from gait_lab.faults import process_faults as process
 from gait_lab.faults import robot_faults as robot
 from gait_lab.faults import sensor_faults as sensors
+from gait_lab.faults import soccer_faults as soccer
 from gait_lab.faults import stamp_faults as stamps
 from gait_lab.faults.harness import Fault
+from gait_lab.faults.soccer_harness import SoccerFault
 
 FAULTS: Mapping[str, type[Fault]] = {
     "none": Fault,
@@ -47,3 +49,20 @@ COMPARISON_FAULTS: Mapping[str, type[Fault]] = {
 }
 """Not part of the campaign: they compare stopping without an IMU with walking on."""
 ALL_FAULTS: Mapping[str, type[Fault]] = {**FAULTS, **COMPARISON_FAULTS}
+
+SOCCER_FAULTS: Mapping[str, type[SoccerFault]] = {
+    "none": SoccerFault,
+    "camera_black": soccer.CameraBlack,
+    "camera_frozen": soccer.CameraFrozen,
+    "camera_late": soccer.CameraLate,
+    "vision_gone": soccer.VisionGone,
+    "percepts_future": soccer.PerceptsFuture,
+    "percepts_late": soccer.PerceptsLate,
+    "percepts_nan": soccer.PerceptsNan,
+    "mate_mute": soccer.MateMute,
+    "mate_garbage": soccer.MateGarbage,
+    "referee_gone": soccer.RefereeGone,
+    "referee_garbage": soccer.RefereeGarbage,
+    "player_restart": soccer.PlayerRestart,
+}
+"""Faults of `--scope soccer`."""

@@ -5,6 +5,7 @@ The classes are those behind the two ROS nodes: `World` and `CommandInput` of th
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -34,6 +35,14 @@ WATCHDOG_TICKS, DIAGNOSTICS_TICKS = 25, 100
 _SECOND = 1_000_000_000
 
 
+class Timed(Protocol):
+    """Where a fault acts."""
+
+    def seconds(self) -> float:
+        """Time since the start [s]."""
+        ...
+
+
 class Fault:
     """A disturbance of the robot, the gait, the operator, or of the messages between them.
 
@@ -58,7 +67,7 @@ class Fault:
         self.random = random
         self.begin = float(random.uniform(2.0, 3.0))
 
-    def active(self, harness: "Harness") -> bool:
+    def active(self, harness: Timed) -> bool:
         """Whether the fault acts in this tick; by default from `begin` on."""
         return harness.seconds() >= self.begin
 
@@ -94,7 +103,7 @@ class TemporaryFault(Fault):
         low, high = np.log((self.shortest, self.longest))
         self.duration = float(np.exp(random.uniform(low, high)))
 
-    def active(self, harness: "Harness") -> bool:
+    def active(self, harness: Timed) -> bool:
         """Whether the fault acts in this tick."""
         return self.begin <= harness.seconds() < self.begin + self.duration
 

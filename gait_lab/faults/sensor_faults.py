@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gait_lab.faults.channel import Delivery, Message
-from gait_lab.faults.harness import Fault, Harness, TemporaryFault
+from gait_lab.faults.harness import Fault, Harness, TemporaryFault, Timed
 from nao_lipm_gait.runtime.controller import Settings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
 
@@ -190,7 +190,7 @@ class ImuGone(ImuOutage):
     summary = "no IMU message for the last 9 s"
     end = 12.0
 
-    def active(self, harness: Harness) -> bool:
+    def active(self, harness: Timed) -> bool:
         """Whether the fault acts: from `begin` on."""
         return harness.seconds() >= self.begin
 

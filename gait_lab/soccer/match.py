@@ -1,9 +1,11 @@
 """A match in one process, with percepts by the model: for statistics."""
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
+from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
 from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
 from gait_lab.soccer.senses import in_field
@@ -118,13 +120,17 @@ class Match:
 
     Args:
         spec: The specification.
+        rendered: Players see rendered images, not percepts by the model.
+        channels: Ways of images, percepts and messages to the players; None = without faults.
 
     Attributes:
         pitch: World and players.
         referee: The referee.
     """
 
-    def __init__(self, spec: MatchSpec) -> None:
+    def __init__(
+        self, spec: MatchSpec, *, rendered: bool = False, channels: Channels | None = None
+    ) -> None:
         scene = match_scene(spec)
         self.spec = spec
         team_size = {team: sum(each.team == team for each in scene.robots) for team in TEAMS}
@@ -140,6 +146,8 @@ class Match:
                 roles=robot.team not in spec.without_roles,
             ),
             spec.loss,
+            rendered=rendered,
+            channels=channels,
         )
         self.referee = Referee(
             self.pitch.field,
@@ -185,8 +193,10 @@ class Match:
         if silence is not None and silence[0] <= time < silence[1]:
             return
         data = self.referee.message().encode()
-        for player in self.pitch.players:
-            player.behavior.hear_referee(data, time)
+        for index, player in enumerate(self.pitch.players):
+            for each in self.pitch.channels.referee_message(index, data):
+                with contextlib.suppress(NaoGaitError):  # the node logs it
+                    player.behavior.hear_referee(each, time)
 
     def _put_back(self, name: str) -> None:
         for robot, player in zip(self.pitch.scene.robots, self.pitch.players, strict=True):

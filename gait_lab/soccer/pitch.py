@@ -1,10 +1,13 @@
 """Robots that play on a simulated pitch, in one process, with percepts by the model."""
 
+import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, Senses
 from gait_lab.trials.rendered_frames import footprint_of
@@ -13,6 +16,7 @@ from gait_lab.trials.trial import Action, Policy, Tick
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import DOWN, GETTING_UP, STANDSTILL, Point2, Point3, Pose2
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
@@ -44,6 +48,7 @@ class RobotPlayer(Policy):
         decision: The last one.
         believes: Its own pose in the field of its team, as it believes.
         kicks: Names of the motions that kicked so far.
+        runs: The process of the player runs; without it, the gait gets no commands and stands.
     """
 
     def __init__(
@@ -55,6 +60,7 @@ class RobotPlayer(Policy):
         self.decision: Decision | None = None
         self.believes: Pose2 | None = None
         self.kicks: list[str] = []
+        self.runs = True
         self._pitch = pitch
         self._index = index
         self._motion = ""
@@ -63,7 +69,7 @@ class RobotPlayer(Policy):
 
     def command(self, time: float, tick: Tick | None) -> Action:
         """Sense in every period, decide in some."""
-        if tick is None or tick.status is None:
+        if tick is None or tick.status is None or not self.runs:
             return STANDSTILL
         pitch = self._pitch
         self.senses.step(
@@ -79,6 +85,8 @@ class RobotPlayer(Policy):
         state = self.senses.state(self.behavior.link.mates(time))
         if state is None:
             return
+        if self.behavior.take_late_start():
+            self.senses.player.world.forget_place()
         state = replace(state, stamp=round(time * 1e9))
         body = Body(tick.status.state, tick.status.motion)
         self.believes = state.own.pose
@@ -117,11 +125,13 @@ class Pitch:
         identity: Who a robot of the scene is.
         loss: Share of team messages that are lost.
         rendered: Percepts are seen in rendered images, and do not come from the model.
+        channels: Ways of images, percepts and messages to the players; None = without faults.
 
     Attributes:
         scene: The scene.
         world: The world.
         players: The players, in the order of the scene's robots.
+        channels: Ways to the players.
         messages: Number of team messages that were sent.
         count: Control periods so far.
 
@@ -139,7 +149,9 @@ class Pitch:
         loss: float = 0.0,
         *,
         rendered: bool = False,
+        channels: Channels | None = None,
     ) -> None:
+        self.channels = Channels() if channels is None else channels
         self.field, self.goals = field_of(scene)
         self.scene = scene
         first = max(seed, 0)  # the nominal robot has the number -1
@@ -159,19 +171,36 @@ class Pitch:
         self._seen = [OtherRobot(KINDS[robot.team], robot.pose[:2]) for robot in scene.robots]
         errors = load_percept_errors()
         self.players = []
+        self._starts: list[Callable[[], tuple[PlayerBehavior, Senses]]] = []
         for index, (robot, gait) in enumerate(
             zip(scene.robots, make_gaits(self.world), strict=True)
         ):
             description = self.world.robots[index].description
-            behavior = PlayerBehavior(identity(robot), description, self.field, self.goals)
             number = 1000 * first + index
             eyes: Eyes = (
                 self._rendered(index, gait)
                 if rendered
                 else ModelEyes(description, robot.team, self.field, self.goals, errors, number)
             )
-            senses = Senses(robot.team, self.field, self.goals, eyes, number, robot.pose)
-            self.players.append(RobotPlayer(self, index, behavior, senses, gait))
+            make = partial(
+                self._make_player, identity(robot), description, robot,
+                self.channels.eyes(index, eyes), number,
+            )  # fmt: skip
+            self._starts.append(make)
+            self.players.append(RobotPlayer(self, index, *make(), gait))
+
+    def _make_player(
+        self, identity: Identity, robot: RobotDescription, place: SceneRobot, eyes: Eyes, seed: int
+    ) -> tuple[PlayerBehavior, Senses]:
+        """What the process of a player holds."""
+        behavior = PlayerBehavior(identity, robot, self.field, self.goals)
+        return behavior, Senses(place.team, self.field, self.goals, eyes, seed, place.pose)
+
+    def restart_player(self, index: int) -> None:
+        """Start the process of a player anew: it knows nothing but what it is told at a start."""
+        player = self.players[index]
+        player.behavior, player.senses = self._starts[index]()
+        player.runs = True
 
     def _rendered(self, index: int, gait: Gait) -> Eyes:
         """The cameras and vision of a robot."""
@@ -180,7 +209,8 @@ class Pitch:
         from nao_soccer.vision.settings import VisionSettings
 
         settings = VisionSettings(field=self.field, goals=self.goals, poles=self.scene.poles)
-        return RenderedEyes(self.world.robots[index], gait, settings)
+        deliver = partial(self.channels.image, index)
+        return RenderedEyes(self.world.robots[index], gait, settings, deliver)
 
     @property
     def ball(self) -> Point2:
@@ -211,7 +241,9 @@ class Pitch:
         for number, player in enumerate(self.players):
             mate = number != index and self._teams[number] == self._teams[index]
             if mate and self._random.random() >= self._loss:
-                player.behavior.hear_mate(data, time)
+                for each in self.channels.team_message(number, data):
+                    with contextlib.suppress(NaoGaitError):  # the node logs it
+                        player.behavior.hear_mate(each, time)
 
     def run(self, watch: Callable[[Sequence[Tick]], None]) -> Iterator[Sequence[Tick]]:
         """Step the world by control periods.

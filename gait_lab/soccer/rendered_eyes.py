@@ -1,10 +1,12 @@
 """Percepts from rendered images, in the process of the simulation."""
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from gait_lab.soccer.percept_model import OtherRobot
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.types import Point2, SensorFrame
@@ -12,7 +14,10 @@ from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.controller import ImageInput, VisionController
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import VisionSettings
+from sim_bridge.cameras.camera import CameraImage
 from sim_bridge.robot import GroundTruth, SimulatedRobot
+
+Deliver = Callable[[str, CameraImage], CameraImage | None]
 
 
 class RenderedEyes:
@@ -22,10 +27,14 @@ class RenderedEyes:
         robot: A robot of a world with cameras.
         gait: Its gait, which knows where the torso is.
         settings: What is on the field.
+        deliver: Returns what arrives of the newest image of a camera, by its name.
     """
 
-    def __init__(self, robot: SimulatedRobot, gait: Gait, settings: VisionSettings) -> None:
+    def __init__(
+        self, robot: SimulatedRobot, gait: Gait, settings: VisionSettings, deliver: Deliver
+    ) -> None:
         self._robot, self._gait = robot, gait
+        self._deliver = deliver
         self._vision = VisionController(robot.description, load_color_table("pitch"), settings)
         for camera in robot.cameras:
             self._vision.set_camera(camera.name, camera.model.intrinsics)
@@ -51,15 +60,17 @@ class RenderedEyes:
             self._vision.add_torso(frame.stamp, np.array(torso[:3]), rotation)
         found = []
         for camera in self._robot.cameras:
-            image = camera.newest(now)
+            newest = camera.newest(now)
+            image = None if newest is None else self._deliver(camera.name, newest)
             if image is not None and self._seen.get(camera.name) != image.stamp:
                 self._seen[camera.name] = image.stamp
                 height, width, _ = image.pixels.shape
                 pixels = image.pixels.tobytes()
-                self._vision.add_image(
-                    camera.name, ImageInput(image.stamp, width, height, "rgb8", 3 * width, pixels)
-                )
-            percepts = self._vision.see(camera.name)
-            if percepts is not None:
-                found.append(percepts)
+                message = ImageInput(image.stamp, width, height, "rgb8", 3 * width, pixels)
+                with contextlib.suppress(NaoGaitError):  # it replaces one that waits for too long
+                    self._vision.add_image(camera.name, message)
+            with contextlib.suppress(NaoGaitError):  # an image that cannot be used, as in the node
+                percepts = self._vision.see(camera.name)
+                if percepts is not None:
+                    found.append(percepts)
         return found

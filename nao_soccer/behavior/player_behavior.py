@@ -24,12 +24,14 @@ from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
 from nao_soccer.team.link import TeamLink
 from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
 from nao_soccer.team.roles import Claim, RoleChoice
-from nao_soccer.world.state import TeamMate, WorldState
+from nao_soccer.world.state import IMAGE_AGE_MAX, TeamMate, WorldState
 
 BALL_AGE = 3.0
 """[s] since somebody saw the ball, after which nobody claims to be near it."""
 GETTING_UP_TIME = 10.0
 """[s] that a robot on the ground needs before it can walk to the ball."""
+REFEREE_SILENCE = 3.0
+"""[s] without the referee, who speaks twice a second, after which this is reported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +93,7 @@ class PlayerBehavior:
         self._decision: Decision | None = None
         self._state: WorldState | None = None
         self._urgent = False
+        self._late_start = False
         self._packet: int | None = None
         self._packet_time = -math.inf
 
@@ -112,7 +115,14 @@ class PlayerBehavior:
         old = self._packet is not None and (message.packet - self._packet) % 256 >= 128
         if old and time - self._packet_time < 1.0:
             return
+        if self._packet is None:
+            self._late_start = game.phase in (Phase.SET, Phase.PLAYING)
         self.game, self._packet, self._packet_time = game, message.packet, time
+
+    def take_late_start(self) -> bool:
+        """Whether the player began in the middle of a half: it may be anywhere. True only once."""
+        late, self._late_start = self._late_start, False
+        return late
 
     def hear_mate(self, data: bytes, time: float) -> None:
         """Take a team message; NaoGaitError as `TeamLink.receive`."""
@@ -146,7 +156,8 @@ class PlayerBehavior:
     def _seconds_to_ball(self, state: WorldState) -> float:
         plan = None if self._decision is None else self._decision.plan
         ball = state.ball
-        if plan is None or ball is None or ball.age > BALL_AGE or self.game.penalized:
+        away = self.game.penalized or state.blind
+        if plan is None or ball is None or ball.age > BALL_AGE or away:
             return NEVER
         down = 0.0 if state.upright else GETTING_UP_TIME
         return min(plan.approach + down, NEVER)
@@ -164,6 +175,26 @@ class PlayerBehavior:
         return next((mate for mate in state.mates if mate.number in numbers), None)
 
     # -- telling -----------------------------------------------------------------------------------
+
+    @property
+    def remark(self) -> str:
+        """Why the robot stands or lacks something that it should have; empty if all is well."""
+        state, game = self._state, self.game
+        if state is None:
+            return ""
+        if state.image_age > IMAGE_AGE_MAX:
+            return f"no usable image for {state.image_age:.0f} s: the robot stands"
+        if state.blind:
+            return f"nothing seen in the images for {state.sight_age:.0f} s: the robot stands"
+        silence = state.stamp * 1e-9 - self._packet_time
+        if self.identity.waits and self._packet is None:
+            return "no referee heard yet: the robot stands"
+        if self.identity.waits and silence > REFEREE_SILENCE:
+            return f"referee not heard for {silence:.0f} s: {game.phase.value} goes on"
+        alone = self.identity.roles and self.identity.players > 1 and not state.mates
+        if alone and game.phase is Phase.PLAYING:
+            return "no team mate heard: this robot plays as if alone"
+        return ""
 
     def team_message(self, time: float) -> bytes | None:
         """The team message to send now; None = none. Call it after `update`."""

@@ -59,19 +59,23 @@ def in_motion(s: Situation) -> bool:
 
 
 def must_stand(s: Situation) -> bool:
-    """The rules want the robot to stand still."""
+    """The rules want the robot to stand still, or it does not see where it walks."""
     still = s.game.phase in (Phase.INITIAL, Phase.SET, Phase.FINISHED)
-    return still or s.game.penalized
+    return still or not _may_move(s)
 
 
 def ready(s: Situation) -> bool:
     """The robots walk to their places for the kick-off."""
-    return s.game.phase is Phase.READY and not s.game.penalized
+    return s.game.phase is Phase.READY and _may_move(s)
 
 
 def playing(s: Situation) -> bool:
     """The ball is in play."""
-    return s.game.phase is Phase.PLAYING and not s.game.penalized
+    return s.game.phase is Phase.PLAYING and _may_move(s)
+
+
+def _may_move(s: Situation) -> bool:
+    return not (s.game.penalized or s.world.blind)
 
 
 def must_give_way(s: Situation) -> bool:

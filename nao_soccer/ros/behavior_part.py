@@ -159,11 +159,14 @@ class BehaviorPart:
             values[f"option_{depth}"] = str(each)
         array = DiagnosticArray()
         array.header.stamp = to_time(now)
+        remark = behavior.remark
+        if remark:
+            self._inputs.warn(remark.partition(" for ")[0], remark)
         array.status = [
             DiagnosticStatus(
-                level=DiagnosticStatus.OK,
+                level=DiagnosticStatus.WARN if remark else DiagnosticStatus.OK,
                 name="behavior",
-                message=f"{behavior.role.value}: {decision.path[-1]}",
+                message=remark or f"{behavior.role.value}: {decision.path[-1]}",
                 values=[KeyValue(key=key, value=value) for key, value in values.items()],
             )
         ]

@@ -137,6 +137,8 @@ class PlayerNode(Node):
     def _decide(self, now: int) -> None:
         behavior = self._behavior
         behavior.hear(now)
+        if behavior.behavior.take_late_start():
+            self._player.world.forget_place()
         self._watch_penalty()
         for mate in behavior.behavior.link.mates(now * 1e-9):
             self._player.world.add_mate(mate)

@@ -1,13 +1,15 @@
 """Between a message and an image: checks what arrives, places each camera at the image's time."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraModel, Intrinsics
+from nao_lipm_gait.robot.camera import CameraModel, CameraPose, Intrinsics
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import ColorTable, Image
 from nao_soccer.vision.debug_image import draw_debug_image
@@ -23,6 +25,10 @@ FOCAL_RANGE = (0.1, 20.0)
 """Smallest and largest focal length, of the width of the image."""
 SIZE_MIN, SIZE_MAX = 32, 4096
 """[px] Smallest and largest width or height."""
+DARK = 8.0
+"""Mean brightness, of 255, below which an image shows nothing."""
+MOVED, TURNED = 0.03, math.radians(2.0)
+"""[m, rad] by which a camera moves until its image must have changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +50,13 @@ class ImageInput:
     encoding: str
     step: int
     data: bytes
+
+
+class _Still(NamedTuple):
+    """The first of equal images of a camera, and where the camera was."""
+
+    data: bytes
+    pose: CameraPose
 
 
 class VisionController:
@@ -76,6 +89,7 @@ class VisionController:
         self._models: dict[str, CameraModel] = {}
         self._visions: dict[str, Vision] = {}
         self._waiting: dict[str, ImageInput] = {}
+        self._still: dict[str, _Still] = {}
 
     # -- body --------------------------------------------------------------------------------------
 
@@ -155,7 +169,8 @@ class VisionController:
         """Percepts of the waiting image of a camera; None if there is none or it still waits.
 
         Raises:
-            NaoGaitError: The body at the time of the image is not known any more; it is dropped.
+            NaoGaitError: The body at the time of the image is not known any more, the image is
+                black, or the camera repeats an old one; it is dropped.
         """
         image = self._waiting.get(camera)
         if image is None or not self._history.covers(image.stamp):
@@ -165,7 +180,25 @@ class VisionController:
         view = self._models[camera].view(
             body.joint_position, body.torso_position, body.torso_rotation
         )
-        return self._visions[camera].see(image.stamp, pixels_of(f"{camera}/image_raw", image), view)
+        where = f"{camera}/image_raw"
+        pixels = pixels_of(where, image)
+        self._check_lively(camera, image.data, view.pose)
+        brightness = float(pixels.mean())
+        if brightness < DARK:
+            raise NaoGaitError(f"{where} brightness", f"{brightness:.1f}", f"at least {DARK:g}")
+        return self._visions[camera].see(image.stamp, pixels, view)
+
+    def _check_lively(self, camera: str, data: bytes, pose: CameraPose) -> None:
+        """Raise NaoGaitError if the image is an old one although the camera has moved since."""
+        still = self._still.get(camera)
+        if still is None or still.data != data:
+            self._still[camera] = _Still(data, pose)
+            return
+        moved = float(np.linalg.norm(pose.position - still.pose.position))
+        turned = 0.5 * (float(np.trace(still.pose.rotation.T @ pose.rotation)) - 1.0)
+        if moved > MOVED or turned < math.cos(TURNED):
+            allowed = "an image that changes with the camera's place"
+            raise NaoGaitError(f"{camera}/image_raw data", "the same image again", allowed)
 
     def debug_image(self, camera: str, percepts: Percepts) -> Image | None:
         """The last image of a camera with its percepts drawn into it; None before the first."""

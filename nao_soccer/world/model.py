@@ -68,6 +68,7 @@ class WorldModel:
         self._team = TeamKnowledge()
         self._waiting: deque[Percepts] = deque(maxlen=WAITING)
         self._time: int | None = None
+        self._last_image = self._last_sight = 0  # [ns]; from the first odometry on
         self._upright = True
 
     @property
@@ -92,7 +93,9 @@ class WorldModel:
                 self._lose(stamp)
             raise
         if self._time is None:
-            self._time = stamp
+            self._time = self._last_image = self._last_sight = stamp
+        if not self._upright:
+            self._last_sight = stamp
         self._use_waiting()
         # Without images the filters would fall out of the history of the odometry.
         if stamp - self._time > LATE_MAX:
@@ -100,7 +103,7 @@ class WorldModel:
 
     def _lose(self, stamp: int) -> None:
         """Nothing is known of the motion until now."""
-        self._time = stamp
+        self._time = self._last_image = self._last_sight = stamp
         self._waiting.clear()
         self._ball.forget()
         self._obstacles.forget()
@@ -127,6 +130,9 @@ class WorldModel:
         refusal = refusal or self._off_field(usable.ball)
         if refusal is not None and usable.ball is not None and self._off_field(usable.ball):
             usable = replace(usable, ball=None)
+        self._last_image = max(self._last_image, usable.stamp)
+        if usable.ball is not None or usable.objects or len(usable.line_points):
+            self._last_sight = max(self._last_sight, usable.stamp)
         self._waiting.append(usable)
         self._use_waiting()
         if refusal is not None:
@@ -163,6 +169,10 @@ class WorldModel:
     def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
         """The robot was put to one of these poses in `field`; see `Localization.start`."""
         self.localization.start(poses, place, heading)
+
+    def forget_place(self) -> None:
+        """The robot may be anywhere on the field."""
+        self.localization.spread()
 
     # -- filters -----------------------------------------------------------------------------------
 
@@ -217,7 +227,10 @@ class WorldModel:
             self.localization.judge_half(log_ratio)
         if ball is None or not ball.seen_recently:
             ball = self._team.ball(now, own, ball) or ball
-        return WorldState(now, own, ball, robots, mates, self._upright, told)
+        return WorldState(
+            now, own, ball, robots, mates, self._upright, told,
+            (now - self._last_image) * 1e-9, (now - self._last_sight) * 1e-9,
+        )  # fmt: skip
 
     def _own_ball(self, own: PoseEstimate, motion: Motion, seconds: float) -> BallEstimate | None:
         known = self._ball.ball

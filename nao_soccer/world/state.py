@@ -11,6 +11,11 @@ from enum import StrEnum
 from nao_lipm_gait.types import Point2, Pose2, PoseCovariance
 from nao_soccer.vision.percepts import Covariance2
 
+IMAGE_AGE_MAX = 2.0
+"""[s] without images, after which a robot is blind."""
+SIGHT_AGE_MAX = 15.0
+"""[s] after which a robot that sees nothing in its images is blind: longer than the turn in which
+it searches the ball, and which shows it the field."""
 
 class HeadMode(StrEnum):
     """What the head looks for; the body does not matter.
@@ -150,6 +155,8 @@ class WorldState:
         upright: This robot stands or walks: it has not fallen and does not get up.
         ball_from_self: The ball as this robot has seen it, for team messages; None if it has not.
             It holds nothing that team mates have told.
+        image_age: [s] since the newest image whose percepts could be used.
+        sight_age: [s] of being upright since anything at all was seen in an image.
     """
 
     stamp: int
@@ -159,3 +166,10 @@ class WorldState:
     mates: tuple[TeamMate, ...] = ()
     upright: bool = True
     ball_from_self: TeamBall | None = None
+    image_age: float = 0.0
+    sight_age: float = 0.0
+
+    @property
+    def blind(self) -> bool:
+        """The robot does not see where it walks."""
+        return self.image_age > IMAGE_AGE_MAX or self.sight_age > SIGHT_AGE_MAX

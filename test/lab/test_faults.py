@@ -18,6 +18,7 @@ from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.invariants import FALL_GRACE, SILENT_STOP, CommandCheck, Invariants
 from gait_lab.faults.robot_faults import motor_of
+from gait_lab.faults.scopes import SCOPES
 from gait_lab.faults.sensor_faults import ImuOutage
 from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import TASKS
@@ -352,9 +353,11 @@ def test_no_fault_does_anything_before_it_begins() -> None:
 
 
 def test_faults_are_named_or_refused() -> None:
-    assert classes_of(()) == tuple(FAULTS)
-    with pytest.raises(NaoGaitError, match="fault: got 'gremlins'"):
-        classes_of(("gremlins",))
+    for scope in SCOPES.values():
+        assert classes_of(scope, ()) == tuple(scope.classes)
+        with pytest.raises(NaoGaitError, match="fault: got 'gremlins'"):
+            classes_of(scope, ("gremlins",))
+    assert classes_of(SCOPES["gait"], ("imu_gone", "imu_gone")) == ("imu_gone",)
 
 
 def test_the_suite_writes_a_row_for_each_outcome(tmp_path: Path) -> None:

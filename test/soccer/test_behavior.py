@@ -32,6 +32,7 @@ from nao_soccer.behavior.walking import (
 from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.protocol import ControlMessage, PlayerInfo, TeamInfo
+from nao_soccer.team.message import NEVER, decode
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.state import BallEstimate, HeadMode, Obstacle, PoseEstimate, WorldState
 
@@ -283,6 +284,19 @@ def test_the_referee_is_obeyed_whatever_the_ball_does() -> None:
     assert penalized.action.walk.is_zero
 
 
+def test_a_blind_robot_stands_and_goes_on_once_it_sees_again() -> None:
+    mind = new_mind()
+    state = world((-1.0, 0.0, 0.0), (0.0, 0.0))
+    assert not mind.update(state, Body()).action.walk.is_zero
+    for changes in ({"image_age": 2.5}, {"sight_age": 20.0}):
+        blind = mind.update(replace(state, **changes), Body())
+        assert blind.path[-1].state == "stand still"
+        assert blind.action.walk.is_zero
+        assert mind.update(replace(state, **changes, upright=False), Body()).action.motion
+        mind.update(replace(state, **changes), Body())
+        assert not mind.update(state, Body()).action.walk.is_zero
+
+
 def test_a_fallen_robot_gets_up_before_anything_else() -> None:
     mind = new_mind()
     down = mind.update(world((0.0, 0.0, 0.0), (0.5, 0.0), upright=False), Body(GaitState.FALLEN))
@@ -465,3 +479,67 @@ def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> Non
         counts.append(sum(each.role is Role.STRIKER for each in team))
     assert np.mean(np.array(counts[20:]) == 1) > 0.98  # the first messages take a second
     assert team[0].role is Role.STRIKER
+
+
+# -- what is missing -------------------------------------------------------------------------------
+
+
+def control(phase: Phase, packet: int = 1) -> bytes:
+    """A message of the referee."""
+    players = (PlayerInfo(), PlayerInfo())
+    teams = (TeamInfo(1, 0, 0, 1200, 1, 1, players), TeamInfo(2, 0, 0, 1200, 0, 0, players))
+    return ControlMessage(teams, phase, packet=packet).encode()
+
+
+def new_player(**identity) -> PlayerBehavior:
+    robot = load_robot("nao_h21_v33")
+    return PlayerBehavior(Identity(1, 1, **identity), robot, SCENE.field, GOALS)
+
+
+def test_a_player_says_what_it_lacks() -> None:
+    player = new_player(players=2)
+    state = world((-1.0, 0.0, 0.0), (0.0, 0.0))
+
+    def remark(time: float, **changes) -> str:
+        player.update(replace(state, stamp=round(time * 1e9), **changes), Body())
+        return player.remark
+
+    assert remark(0.0) == "no referee heard yet: the robot stands"
+    player.hear_referee(control(Phase.PLAYING), 0.0)
+    assert remark(1.0) == "no team mate heard: this robot plays as if alone"
+    assert remark(6.0) == "referee not heard for 6 s: playing goes on"
+    assert remark(6.0, image_age=3.0) == "no usable image for 3 s: the robot stands"
+    assert remark(6.0, sight_age=20.0).endswith("for 20 s: the robot stands")
+    alone = new_player(players=1, waits=False)
+    alone.update(state, Body())
+    assert alone.remark == ""
+
+
+def test_a_blind_player_leaves_the_ball_to_its_mate() -> None:
+    player = new_player(players=2)
+    player.hear_referee(control(Phase.PLAYING), 0.0)
+    state = world((-0.3, 0.0, 0.0), (0.0, 0.0))
+    player.update(state, Body())
+    seen = player.update(replace(state, stamp=50_000_000), Body())
+    assert seen.plan is not None
+    data = player.team_message(0.05)
+    assert data is not None
+    assert decode(data).seconds_to_ball < NEVER
+    player.update(replace(state, stamp=3_000_000_000, image_age=3.0), Body())
+    data = player.team_message(3.0)
+    assert data is not None
+    assert decode(data).seconds_to_ball == NEVER
+
+
+@pytest.mark.parametrize(
+    ("phase", "late"), [(Phase.INITIAL, False), (Phase.READY, False), (Phase.PLAYING, True)]
+)
+def test_only_who_begins_in_the_middle_of_a_half_does_not_know_its_place(
+    phase: Phase, late: bool
+) -> None:
+    player = new_player(players=1)
+    player.hear_referee(control(phase), 0.0)
+    assert player.take_late_start() is late
+    assert not player.take_late_start(), "told once"
+    player.hear_referee(control(Phase.PLAYING, packet=2), 1.0)
+    assert not player.take_late_start()

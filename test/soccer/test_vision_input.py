@@ -60,6 +60,31 @@ def test_bad_image_is_refused_and_the_next_one_is_seen(
     assert controller.see("camera_top") is not None
 
 
+def test_a_black_image_is_refused(controller: VisionController):
+    noise = np.random.default_rng(0).integers(0, 6, (240, 320, 3)).astype(np.uint8)
+    controller.add_image("camera_top", replace(image(), data=noise.tobytes()))
+    with pytest.raises(NaoGaitError, match="camera_top/image_raw brightness"):
+        controller.see("camera_top")
+
+
+def test_an_image_that_stays_the_same_is_refused_once_the_camera_has_moved(
+    controller: VisionController,
+):
+    turned = ROBOT.stand_pose.copy()
+    turned[list(ROBOT.joint_names).index("HeadYaw")] += 0.1
+    controller.add_image("camera_top", image())
+    assert controller.see("camera_top") is not None
+    controller.add_image("camera_top", image(SECOND + 50_000_000))
+    assert controller.see("camera_top") is not None, "nothing moved"
+    for tick in range(11, 21):
+        stamp = SECOND + tick * 10_000_000
+        controller.add_joints(stamp, list(ROBOT.joint_names), turned)
+        controller.add_torso(stamp, np.array((0.0, 0.0, 0.33)), np.eye(3))
+    controller.add_image("camera_top", image(SECOND + 150_000_000))
+    with pytest.raises(NaoGaitError, match="the same image again"):
+        controller.see("camera_top")
+
+
 def test_image_without_camera_info_is_refused(controller: VisionController):
     with pytest.raises(NaoGaitError, match="camera_info"):
         controller.add_image("camera_bottom", image())

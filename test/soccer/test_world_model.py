@@ -195,6 +195,44 @@ def test_an_empty_image_for_a_minute_ends_validity_and_it_comes_back():
     assert run.place_error(state) < 0.15
 
 
+def test_without_images_the_robot_is_blind_until_the_next_one():
+    run = Run()
+    assert not run.go(1.0).blind
+    state = run.go(3.0, sees=False)
+    assert state.image_age == pytest.approx(3.0, abs=0.11)
+    assert state.blind
+    with pytest.raises(NaoGaitError, match=r"header\.stamp"):
+        run.player.world.add_percepts(replace(nothing(0), stamp=run.stamp + 1_000 * MS))
+    assert run.go(0.1, sees=False).blind
+    assert not run.go(0.3).blind
+
+
+def test_who_sees_nothing_in_its_images_is_blind_later_and_not_while_it_lies():
+    run = Run()
+    run.go(1.0)
+    for _ in range(10):
+        run.player.world.add_percepts(nothing(run.stamp))
+        state = run.go(1.0, sees=False)
+    assert not state.blind
+    assert state.sight_age == pytest.approx(10.0, abs=0.2)
+    run.player.world.set_upright(False)
+    run.go(1.0, sees=False)
+    run.player.world.set_upright(True)
+    assert run.go(0.1, sees=False).sight_age < 0.2
+    for _ in range(16):
+        run.player.world.add_percepts(nothing(run.stamp))
+        state = run.go(1.0, sees=False)
+    assert state.blind
+    assert not run.go(0.3).blind
+
+
+def test_who_may_be_anywhere_finds_its_place_again():
+    run = Run()
+    assert run.go(2.0).own.valid
+    run.player.world.forget_place()
+    assert not run.go(0.1).own.valid
+
+
 def test_a_robot_that_has_fallen_holds_no_valid_pose_and_no_ball():
     run = Run()
     assert run.go(2.0).ball is not None

@@ -1,4 +1,7 @@
-"""The suite `faults`: every class of faults on many robots, and how each run ended."""
+"""The suite `faults`: every class of faults on many robots, and how each run ended.
+
+The classes and what must happen belong to a scope: see `gait_lab.faults.scopes`.
+"""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -8,8 +11,8 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.faults.campaign import FELL, OUTCOMES, VIOLATED, FaultResult, FaultRun, run_fault
-from gait_lab.faults.catalogue import ALL_FAULTS, FAULTS
+from gait_lab.faults.campaign import FELL, VIOLATED, FaultResult, FaultRun
+from gait_lab.faults.scopes import SCOPES, Scope
 from gait_lab.trials.parallel import parallel_map
 from nao_lipm_gait.errors import NaoGaitError
 
@@ -22,26 +25,31 @@ class Options(BenchOptions):
     """What the suite `faults` runs on."""
 
     engine: str = "mujoco"
-    runs: int = option(2000, "walks with a fault each", "N", minimum=1, maximum=10_000_000)
+    scope: str = option("gait", "what fails", "SCOPE", choices=tuple(SCOPES))
+    runs: int = option(
+        0, "runs with a fault each; 0 = the usual number of the scope", "N", minimum=0,
+        maximum=10_000_000,
+    )  # fmt: skip
     faults: tuple[str, ...] = option(
         (), "only this class, e.g. imu_outage", "NAME", flags=("--fault",)
     )
 
 
-def classes_of(names: Sequence[str]) -> tuple[str, ...]:
+def classes_of(scope: Scope, names: Sequence[str]) -> tuple[str, ...]:
     """The classes of these names, all if none is named; raises NaoGaitError."""
     for name in names:
-        if name not in ALL_FAULTS:
-            raise NaoGaitError("fault", name, f"one of {', '.join(ALL_FAULTS)}")
-    return tuple(dict.fromkeys(names)) or tuple(FAULTS)
+        if name not in scope.all_classes:
+            raise NaoGaitError("fault", name, f"one of {', '.join(scope.all_classes)}")
+    return tuple(dict.fromkeys(names)) or tuple(scope.classes)
 
 
 def runs_of(options: Options) -> list[FaultRun]:
-    """`options.runs` runs, the classes in turn, each run of a class with a seed of its own."""
-    names, first = classes_of(options.faults), max(options.seed, 0)
+    """The runs, the classes in turn, each run of a class with a seed of its own."""
+    scope = SCOPES[options.scope]
+    names, first = classes_of(scope, options.faults), max(options.seed, 0)
     return [
         fault_run(options, names[index % len(names)], first + index // len(names))
-        for index in range(options.runs)
+        for index in range(options.runs or scope.usual)
     ]
 
 
@@ -55,8 +63,9 @@ def fault_run(options: BenchOptions, fault: str, seed: int) -> FaultRun:
 
 def faults(options: Options) -> SuiteResult:
     """The campaign: outcomes per class, why robots fell, and the evidence of every violation."""
+    scope = SCOPES[options.scope]
     verdicts = parallel_map(
-        run_fault, runs_of(options), jobs=options.jobs, show=options.show, label="faults",
+        scope.run, runs_of(options), jobs=options.jobs, show=options.show, label="faults",
         note=lambda verdict: f"{verdict.run.fault}: {verdict.outcome}",
     )  # fmt: skip
     by_class: dict[str, list[FaultResult]] = {}
@@ -64,47 +73,44 @@ def faults(options: Options) -> SuiteResult:
         by_class.setdefault(verdict.run.fault, []).append(verdict)
     groups = {**by_class, "all": verdicts}
     columns = (
-        Column("fault"), Column("runs"), *map(Column, OUTCOMES), Column("fell, unknown"),
-        Column("what happens to the robot"),
+        Column("fault"), Column("runs"),
+        *(Column(outcome.replace("_", " ")) for outcome in scope.outcomes),
+        Column(scope.counted[0]), Column("what happens"),
     )  # fmt: skip
     return SuiteResult(
-        tuple(row for name, found in groups.items() for row in _rows(name, found)),
-        f"{len(verdicts)} runs with a fault in the middle of a walk; plant "
-        f"{options.plant_title}, {options.engine}, {options.urdf}",
-        (Table(columns, [_line(name, found) for name, found in groups.items()]),),
-        tuple(_notes(by_class, verdicts)),
+        tuple(row for name, found in groups.items() for row in _rows(scope, name, found)),
+        f"{len(verdicts)} {scope.title}; plant {options.plant_title}, {options.engine}, "
+        f"{options.urdf}",
+        (Table(columns, [_line(scope, name, found) for name, found in groups.items()]),),
+        tuple(_notes(scope, by_class, verdicts)),
         same_robots=False,
     )
 
 
-def _rows(name: str, verdicts: Sequence[FaultResult]) -> list[Measurement]:
+def _rows(scope: Scope, name: str, verdicts: Sequence[FaultResult]) -> list[Measurement]:
     count = Counter(verdict.outcome for verdict in verdicts)
-    return [Measurement(f"{name}_{outcome}", "runs", count[outcome]) for outcome in OUTCOMES]
+    return [Measurement(f"{name}_{outcome}", "runs", count[outcome]) for outcome in scope.outcomes]
 
 
-def _line(name: str, verdicts: Sequence[FaultResult]) -> tuple[TableCell, ...]:
+def _line(scope: Scope, name: str, verdicts: Sequence[FaultResult]) -> tuple[TableCell, ...]:
     count = Counter(verdict.outcome for verdict in verdicts)
-    unknown = sum(v.outcome == FELL and not v.down_known for v in verdicts)
-    summary = ALL_FAULTS[name].summary if name in ALL_FAULTS else ""
-    outcomes = (count[outcome] for outcome in OUTCOMES)
-    return (name.replace("_", " "), len(verdicts), *outcomes, unknown, summary)
+    counted = sum(map(scope.counted[1], verdicts))
+    classes = scope.all_classes
+    summary = classes[name].summary if name in classes else ""
+    outcomes = (count[outcome] for outcome in scope.outcomes)
+    return (name.replace("_", " "), len(verdicts), *outcomes, counted, summary)
 
 
 def _notes(
-    by_class: Mapping[str, Sequence[FaultResult]], verdicts: Sequence[FaultResult]
+    scope: Scope, by_class: Mapping[str, Sequence[FaultResult]], verdicts: Sequence[FaultResult]
 ) -> list[str]:
-    notes = [
-        "walks: upright and walking at the end. stopped: upright, and a report says why. fell: the "
-        "robot fell; fell, unknown: of these, the gait does not report at the end that it is down.",
-        "violated: a command that is not finite, beyond the limits of a joint or too fast; an "
-        "exception; a hang; a stop without a report; stiff commands after a fall that the gait "
-        "did not detect.",
-    ]
+    classes = scope.all_classes
+    notes = [*scope.notes]
     notes += [
-        f"Falls, {name.replace('_', ' ')}: {ALL_FAULTS[name].why}"
+        f"Falls, {name.replace('_', ' ')}: {classes[name].why}"
         for name, found in by_class.items()
-        if ALL_FAULTS[name].why and any(verdict.outcome == FELL for verdict in found)
-    ]  # fmt: skip
+        if classes[name].why and any(verdict.outcome == FELL for verdict in found)
+    ]
     broken = [verdict for verdict in verdicts if verdict.outcome == VIOLATED]
     return notes + [
         f"VIOLATED {verdict.run.fault}, seed {verdict.run.seed}: {'; '.join(verdict.violations)}"
@@ -115,9 +121,9 @@ def _notes(
 SUITE = Suite(
     name="faults",
     title="Faults in the middle of a walk",
-    summary="every class of sensor, message, process and robot faults during a walk",
+    summary="every class of faults of sensors, messages and processes, in a walk or in a match",
     measure=faults,
     options=Options,
     quick=({"runs": 56},),
-    check=lambda options: classes_of(options.faults),
+    check=lambda options: classes_of(SCOPES[options.scope], options.faults),
 )

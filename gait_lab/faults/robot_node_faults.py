@@ -1,0 +1,178 @@
+"""Faults of the processes of one robot: a node is killed or hangs, and perhaps comes back."""
+
+from collections.abc import Mapping
+from enum import Enum, auto
+from typing import Protocol
+
+import numpy as np
+
+from gait_lab.faults.harness import Fault
+
+
+class Rig(Enum):
+    """The nodes that run.
+
+    Attributes:
+        MATCH: Bridge with cameras, gait, vision, player, perhaps a referee.
+        LOLA: LoLA's server, its bridge, gait.
+    """
+
+    MATCH = auto()
+    LOLA = auto()
+
+
+class Nodes(Protocol):
+    """What a fault may do with the nodes."""
+
+    def seconds(self) -> float:
+        """Simulated time [s]."""
+        ...
+
+    def kill(self, name: str) -> None:
+        """End a node at once."""
+        ...
+
+    def start(self, name: str) -> None:
+        """Start a node again."""
+        ...
+
+    def pause(self, name: str, paused: bool) -> None:
+        """Stop a node from running, or let it run on."""
+        ...
+
+
+class NodeFault(Fault):
+    """One node is killed and starts again after a while, or never.
+
+    Attributes:
+        rig: The nodes that run.
+        victim: The node that is struck; empty = none.
+        referee: A referee runs, and the player waits for it.
+        gone: Shortest and longest time [s] until the node is back.
+        stays_gone: Share of the runs in which it does not come back.
+        hangs: The node is stopped and goes on; it is not killed.
+        duration: Drawn time [s] until it is back; None = never.
+    """
+
+    summary = "nothing"
+    end = 40.0
+    rig = Rig.MATCH
+    victim = ""
+    referee = False
+    gone = (1.0, 5.0)
+    stays_gone = 0.5
+    hangs = False
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self.begin = float(random.uniform(12.0, 18.0))
+        never = random.uniform() < self.stays_gone
+        duration = float(random.uniform(*self.gone))
+        self.duration = None if never else duration
+        self._stage = 0
+
+    def before_frame(self, nodes: Nodes) -> None:
+        """Strike, and bring back, when it is time."""
+        now = nodes.seconds()
+        if self._stage == 0 and self.victim and now >= self.begin:
+            self._stage = 1
+            if self.hangs:
+                nodes.pause(self.victim, True)
+            else:
+                nodes.kill(self.victim)
+        elif self._stage == 1 and self.duration is not None and now >= self.begin + self.duration:
+            self._stage = 2
+            if self.hangs:
+                nodes.pause(self.victim, False)
+            else:
+                nodes.start(self.victim)
+
+
+class GaitKilled(NodeFault):
+    """The gait dies while the robot walks."""
+
+    summary = "the gait is killed while the robot plays, and is started again at once"
+    victim = "gait"
+    gone = (0.0, 0.5)
+    stays_gone = 0.0
+
+
+class VisionKilled(NodeFault):
+    """Vision dies."""
+
+    summary = "vision is killed; in half of the runs it is started again after 1 to 5 s"
+    victim = "vision"
+
+
+class PlayerKilled(NodeFault):
+    """The player dies."""
+
+    summary = "the player is killed; in half of the runs it is started again after 1 to 5 s"
+    victim = "player"
+
+
+class PlayerHangs(NodeFault):
+    """The player hangs."""
+
+    summary = "the player hangs for 1 to 5 s"
+    victim = "player"
+    stays_gone = 0.0
+    hangs = True
+
+
+class RefereeKilled(NodeFault):
+    """The referee dies."""
+
+    summary = "the referee is killed in play; in half of the runs another begins a new match"
+    victim = "referee"
+    referee = True
+    end = 60.0
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self.begin += 12.0  # the ball is in play
+
+
+class LolaFault(NodeFault):
+    """A robot behind LoLA's socket that walks ahead."""
+
+    rig = Rig.LOLA
+    stays_gone = 0.0
+    end = 35.0
+
+
+class LolaSilent(LolaFault):
+    """LoLA sends nothing for a while."""
+
+    summary = "LoLA sends nothing for 1 to 5 s, then goes on"
+    victim = "lola_server"
+    hangs = True
+
+
+class LolaBridgeKilled(LolaFault):
+    """The node between LoLA and the gait dies."""
+
+    summary = "lola_bridge is killed and started again after 1 to 5 s"
+    victim = "lola_bridge"
+
+
+class LolaGaitKilled(LolaFault):
+    """The gait dies; LoLA goes on."""
+
+    summary = "the gait behind LoLA is killed; in half of the runs it is started again"
+    victim = "gait"
+    stays_gone = 0.5
+
+
+ROBOT_FAULTS: Mapping[str, type[NodeFault]] = {
+    "none": NodeFault,
+    "gait_killed": GaitKilled,
+    "vision_killed": VisionKilled,
+    "player_killed": PlayerKilled,
+    "player_hangs": PlayerHangs,
+    "referee_killed": RefereeKilled,
+    "lola_silent": LolaSilent,
+    "lola_bridge_killed": LolaBridgeKilled,
+    "lola_gait_killed": LolaGaitKilled,
+}
+"""By their names in the results of `--scope robot`."""

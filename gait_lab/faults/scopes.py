@@ -1,0 +1,113 @@
+"""What a campaign of faults covers: the gait, the players of a match, or the nodes of a robot."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from gait_lab.faults.campaign import (
+    FELL,
+    OUTCOMES,
+    STOPPED,
+    VIOLATED,
+    WENT_ON,
+    FaultResult,
+    FaultRun,
+    run_fault,
+)
+from gait_lab.faults.catalogue import ALL_FAULTS, FAULTS, SOCCER_FAULTS
+from gait_lab.faults.harness import Fault
+from gait_lab.faults.robot_campaign import run_robot_fault
+from gait_lab.faults.robot_node_faults import ROBOT_FAULTS
+from gait_lab.faults.soccer_campaign import run_soccer_fault
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """One campaign.
+
+    Attributes:
+        classes: Its fault classes by name.
+        others: Classes that run only if they are named.
+        run: Runs one fault; picklable.
+        usual: Number of runs if none is given.
+        outcomes: How a run may end.
+        counted: Heading of one more column, and which runs it counts.
+        title: What is done, for the title.
+        notes: What the outcomes mean.
+    """
+
+    classes: Mapping[str, type[Fault]]
+    others: Mapping[str, type[Fault]]
+    run: Callable[[FaultRun], FaultResult]
+    usual: int
+    outcomes: tuple[str, ...]
+    counted: tuple[str, Callable[[FaultResult], bool]]
+    title: str
+    notes: tuple[str, ...]
+
+    @property
+    def all_classes(self) -> Mapping[str, type[Fault]]:
+        """Every class that can be named."""
+        return {**self.classes, **self.others}
+
+
+def _fell(result: FaultResult) -> bool:
+    return result.fell_at is not None
+
+
+def _fell_unknown(result: FaultResult) -> bool:
+    return result.outcome == FELL and not result.down_known
+
+
+SCOPES: Mapping[str, Scope] = {
+    "gait": Scope(
+        FAULTS,
+        {name: each for name, each in ALL_FAULTS.items() if name not in FAULTS},
+        run_fault,
+        2000,
+        OUTCOMES,
+        ("fell, unknown", _fell_unknown),
+        "runs with a fault in the middle of a walk",
+        (
+            "walks: upright and walking at the end. stopped: upright, and a report says why. fell: "
+            "the robot fell; fell, unknown: of these, the gait does not report at the end that it "
+            "is down.",
+            "violated: a command that is not finite, beyond the limits of a joint or too fast; an "
+            "exception; a hang; a stop without a report; stiff commands after a fall that the gait "
+            "did not detect.",
+        ),
+    ),
+    "soccer": Scope(
+        SOCCER_FAULTS,
+        {},
+        run_soccer_fault,
+        5 * len(SOCCER_FAULTS),
+        (WENT_ON, STOPPED, VIOLATED),
+        ("with a fall", _fell),
+        "matches of 50 s with a fault of one player's cameras, vision, team mate, referee or "
+        "process",
+        (
+            "went on: the player plays at the end, or does what the referee or its role asks. "
+            "stopped: it stands, and its report says why. Half of the faults last to the end, the "
+            "others for 2 to 15 s. with a fall: the robot fell after the fault began, as robots do "
+            "in matches without one (class none).",
+            "violated: an exception; a walk that is not finite; a robot that walks on although it "
+            "has seen nothing for longer than it may; a team of which nobody moves for 25 s and "
+            "nobody reports why.",
+        ),
+    ),
+    "robot": Scope(
+        ROBOT_FAULTS,
+        {},
+        run_robot_fault,
+        2 * len(ROBOT_FAULTS),
+        (WENT_ON, STOPPED, VIOLATED),
+        ("with a fall", _fell),
+        "runs of a robot's ROS 2 nodes with a fault of one of them",
+        (
+            "went on: the robot walks, kicks or gets up in the last 8 s. stopped: it does not, and "
+            "a diagnostic or a warning in a log says why.",
+            "violated: another node ended or raised an exception; a stop that nothing explains. "
+            "The nodes run by the wall clock, so a run depends on more than its seed.",
+        ),
+    ),
+}

@@ -1,0 +1,289 @@
+"""Faults of cameras, vision, team mates, referee and player, in the middle of a match.
+
+Half of them last to the end of the run; the others are over after some seconds.
+"""
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from gait_lab.faults.channel import Delivery
+from gait_lab.faults.harness import PERIOD, Timed
+from gait_lab.faults.soccer_harness import SoccerFault, SoccerHarness
+from nao_soccer.vision.percepts import Kind, Percept, Percepts
+from sim_bridge.cameras.camera import CameraImage
+
+FUTURE = (0.6, 10.0)
+"""[s] by which stamps are ahead."""
+LATE = (0.3, 3.0)
+"""[s] by which images or percepts come later than usual."""
+BAD_NUMBERS = (math.nan, math.inf, -math.inf, 1e30, -1e30, -1.0, 0.0)
+FLIPS = 4
+"""Largest number of changed bits of a message."""
+
+
+class LastingFault(SoccerFault):
+    """A fault that lasts for some seconds, or to the end of the run."""
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        shorter = random.uniform() < 0.5
+        self.duration = float(random.uniform(2.0, 15.0)) if shorter else math.inf
+
+    def active(self, harness: Timed) -> bool:
+        """Whether the fault acts now."""
+        return self.begin <= harness.seconds() < self.begin + self.duration
+
+
+# -- cameras ---------------------------------------------------------------------------------------
+
+
+class CameraFault(LastingFault):
+    """A fault of both cameras; one robot against one."""
+
+    rendered = True
+    robots = 1
+    end = 40.0
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self.begin = float(random.uniform(8.0, 20.0))
+
+
+class CameraBlack(CameraFault):
+    """Something covers the cameras."""
+
+    summary = "the images are black, with a camera's noise"
+
+    def on_image(
+        self, harness: SoccerHarness, camera: str, newest: CameraImage
+    ) -> CameraImage | None:
+        """A dark image at the same time."""
+        if not self.active(harness):
+            return newest
+        noise = np.random.default_rng(newest.stamp).integers(0, 6, newest.pixels.shape)
+        return newest._replace(pixels=noise.astype(np.uint8))
+
+
+class CameraFrozen(CameraFault):
+    """The driver of the cameras repeats an image."""
+
+    summary = "each camera repeats its last image with new stamps"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._last: dict[str, CameraImage] = {}
+
+    def on_image(
+        self, harness: SoccerHarness, camera: str, newest: CameraImage
+    ) -> CameraImage | None:
+        """The last image from before, at this time."""
+        if not self.active(harness):
+            self._last[camera] = newest
+        return newest._replace(pixels=self._last.get(camera, newest).pixels)
+
+
+class CameraLate(CameraFault):
+    """Images take longer to arrive."""
+
+    summary = "images arrive 0.3 to 3 s late, with their right stamps"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._delay = round(1e9 * float(random.uniform(*LATE)))
+        self._queues: dict[str, deque[CameraImage]] = {}
+
+    def on_image(
+        self, harness: SoccerHarness, camera: str, newest: CameraImage
+    ) -> CameraImage | None:
+        """The newest image that is old enough."""
+        if not self.active(harness):
+            self._queues.clear()
+            return newest
+        queue = self._queues.setdefault(camera, deque())
+        if not queue or queue[-1].stamp != newest.stamp:
+            queue.append(newest)
+        limit = round(harness.seconds() * 1e9) - self._delay
+        while len(queue) > 1 and queue[1].stamp <= limit:
+            queue.popleft()
+        return queue[0] if queue[0].stamp <= limit else None
+
+
+# -- percepts --------------------------------------------------------------------------------------
+
+
+class VisionGone(LastingFault):
+    """The process of vision is killed, and perhaps started again."""
+
+    summary = "vision is killed; in half of the runs it is back after 2 to 15 s"
+
+    def on_percepts(
+        self, harness: SoccerHarness, percepts: Percepts
+    ) -> Iterable[Delivery[Percepts]]:
+        """No percepts."""
+        if not self.active(harness):
+            yield Delivery(0, percepts)
+
+
+class PerceptsFuture(LastingFault):
+    """Vision stamps its percepts with another clock."""
+
+    summary = "stamps of percepts are 0.6 to 10 s ahead, of all or of some"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._ahead = round(1e9 * float(random.uniform(*FUTURE)))
+        self._share = 1.0 if random.uniform() < 0.5 else float(random.uniform(0.1, 0.9))
+
+    def on_percepts(
+        self, harness: SoccerHarness, percepts: Percepts
+    ) -> Iterable[Delivery[Percepts]]:
+        """Percepts of the future."""
+        wrong = self.active(harness) and self.random.uniform() < self._share
+        ahead = self._ahead if wrong else 0
+        yield Delivery(0, replace(percepts, stamp=percepts.stamp + ahead))
+
+
+class PerceptsLate(LastingFault):
+    """Vision is slow."""
+
+    summary = "percepts arrive 0.3 to 3 s late"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._delay = round(float(random.uniform(*LATE)) / PERIOD)
+
+    def on_percepts(
+        self, harness: SoccerHarness, percepts: Percepts
+    ) -> Iterable[Delivery[Percepts]]:
+        """The percepts, later."""
+        yield Delivery(self._delay if self.active(harness) else 0, percepts)
+
+
+class PerceptsNan(LastingFault):
+    """Vision computes nonsense."""
+
+    summary = "10 to 100 % of the percepts have NaN, infinite, huge or negative numbers"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._share = float(random.uniform(0.1, 1.0))
+
+    def on_percepts(
+        self, harness: SoccerHarness, percepts: Percepts
+    ) -> Iterable[Delivery[Percepts]]:
+        """Some numbers of each object and of the lines are replaced."""
+        if not self.active(harness):
+            yield Delivery(0, percepts)
+            return
+        points, covariances = percepts.line_points.copy(), percepts.line_covariances.copy()
+        wrong = self.random.uniform(size=len(points)) < self._share
+        points[wrong, self.random.integers(2)] = self._bad()
+        covariances[wrong, self.random.integers(3)] = self._bad()
+        ball = percepts.ball
+        if ball is None and self.random.uniform() < 0.2:
+            ball = Percept(Kind.BALL, (self._bad(), self._bad()), (0.01, 0.0, 0.01))
+        changed = replace(
+            percepts,
+            ball=None if ball is None else self._spoilt(ball),
+            objects=tuple(map(self._spoilt, percepts.objects)),
+            line_points=points,
+            line_covariances=covariances,
+        )
+        yield Delivery(0, changed)
+
+    def _spoilt(self, percept: Percept) -> Percept:
+        if self.random.uniform() >= self._share:
+            return percept
+        _, y = percept.position
+        xx, xy, yy = percept.covariance
+        if self.random.uniform() < 0.5:
+            xx = self._bad()
+        return percept._replace(
+            position=(self._bad(), y), covariance=(xx, xy, yy), yaw=self._bad()
+        )
+
+    def _bad(self) -> float:
+        return BAD_NUMBERS[self.random.integers(len(BAD_NUMBERS))]
+
+
+# -- messages --------------------------------------------------------------------------------------
+
+
+class MateMute(LastingFault):
+    """The team mate is not heard."""
+
+    summary = "no message of the team mate arrives"
+
+    def on_team_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
+        """Nothing."""
+        if not self.active(harness):
+            yield data
+
+
+class MateGarbage(LastingFault):
+    """Somebody else sends on the team's port, or messages are damaged."""
+
+    summary = "damaged and random bytes arrive beside the messages of the team mate"
+
+    def on_team_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
+        """The message, and others that are none."""
+        yield data
+        if self.active(harness):
+            yield flipped(data, self.random)
+            yield self.random.bytes(int(self.random.integers(0, 200)))
+
+
+class RefereeGone(LastingFault):
+    """The referee is not heard."""
+
+    summary = "no message of the referee arrives"
+
+    def on_referee_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
+        """Nothing."""
+        if not self.active(harness):
+            yield data
+
+
+class RefereeGarbage(LastingFault):
+    """Damaged and random bytes arrive on the referee's port."""
+
+    summary = "truncated and random bytes arrive beside the messages of the referee"
+
+    def on_referee_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
+        """The message, and others that are none; a changed bit could be a true message."""
+        yield data
+        if self.active(harness):
+            yield data[: int(self.random.integers(len(data)))]
+            yield self.random.bytes(int(self.random.integers(0, 400)))
+
+
+class PlayerRestart(SoccerFault):
+    """The process of the player is killed and starts again within ten seconds."""
+
+    summary = "the player is killed and is back after 1 to 10 s, with its pose of the kick-off"
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self._back = self.begin + float(random.uniform(1.0, 10.0))
+        self._step = 0
+
+    def before_frame(self, harness: SoccerHarness) -> None:
+        """Kill the player, and start it again."""
+        if self._step == 0 and harness.seconds() >= self.begin:
+            self._step = 1
+            harness.kill_player()
+        elif self._step == 1 and harness.seconds() >= self._back:
+            self._step = 2
+            harness.start_player()
+
+
+def flipped(data: bytes, random: np.random.Generator) -> bytes:
+    """The bytes with some bits changed."""
+    changed = bytearray(data)
+    for _ in range(int(random.integers(1, FLIPS + 1))):
+        changed[int(random.integers(len(changed)))] ^= 1 << int(random.integers(8))
+    return bytes(changed)
