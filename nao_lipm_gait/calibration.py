@@ -74,7 +74,9 @@ class SensorCorrection:
             rate = np.array(rotate(self._imu, as_point(rate - self._gyro_bias)))
             force = np.array(rotate(self._imu, as_point(force)))
         position = frame.joint_position + self._offset
-        return SensorFrame(frame.stamp, position, frame.joint_velocity, rate, force)
+        return SensorFrame(
+            frame.stamp, position, frame.joint_velocity, rate, force, frame.late
+        )
 
     def for_motors(self, position: FloatArray) -> FloatArray:
         """Joint targets (n,) [rad] as the motors take them."""

@@ -34,6 +34,7 @@ from nao_lipm_gait.types import (
     ON_THE_WAY,
     STAND,
     STANDSTILL,
+    UPRIGHT,
     WALK,
     FloatArray,
     GaitState,
@@ -118,6 +119,8 @@ class Gait:
         self._pending = None
         self._cautious = False
         self._walk = make_walk(self._walk_parameters(p), self._dt)
+        self._delay_ticks = self._walk.delay_ticks
+        self._late = 0
         self._estimator = StateEstimator(self._body, p, self._dt, self.levelling, self._alignment)
         motions = MotionScheduler(self.robot, self._library)
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
@@ -155,11 +158,15 @@ class Gait:
         # Constant errors of the sensors.
         frame = self._correction.sensed(frame)
 
-        # Missed ticks: the robot moved on while frames were lost, and so does the pendulum.
+        # Control periods without a command: the robot moved on while frames were lost or late, and
+        # so does the pendulum. Frames that come early get no plan of their own.
         missed = self._missed_ticks(frame)
-        for _ in range(missed):
-            self._walk.expect()
-            self._walk.plan(self._last_command)
+        plans = self._due_plans(frame.late, missed + 1)
+        for tick in range(max(missed, plans - 1)):
+            if tick < missed:
+                self._walk.expect()
+            if tick < plans - 1:
+                self._walk.plan(self._last_command, sent=False)
         dt = self._elapsed = (missed + 1) * self._dt
 
         # Expectation: support leg, sole and CoM at the time of the measurement.
@@ -196,7 +203,7 @@ class Gait:
         walking = state is not STAND and not self._modes.must_stop
         support_before = self._walk.predicted.support
         self._last_command = self._corrected(command) if walking else STANDSTILL
-        planned = self._walk.plan(self._last_command)
+        planned = self._walk.plan(self._last_command) if plans > 0 else self._walk.replan()
 
         # Targets of CoM, soles and torso.
         targets = self._limited(planned, walking)
@@ -240,11 +247,35 @@ class Gait:
         if last is not None:
             self.reset()
             self._stamp = frame.stamp
-        self._begin_stand(frame.joint_position)
+        self._begin_stand(frame.late, frame.joint_position)
         self._modes.begin(lies=self._estimator.begin(frame))
         if self._modes.state is MOTION:
             self._estimator.reset_lying_side()
         return 0
+
+    def _due_plans(self, late: int, ticks: int) -> int:
+        """Number of control periods to plan in this tick: those that have passed since the last.
+
+        Expectations follow the stamps of the frames, plans their arrival. The two differ when the
+        age of the frames changes: by that many control periods.
+
+        Args:
+            late: Control periods by which the frame is older than `feedback_delay` assumes.
+            ticks: Control periods since the last frame, by the stamps.
+        """
+        plans = ticks
+        if late != self._late and self._modes.state in UPRIGHT:
+            plans = max(0, ticks + self._bridged(late) - self._late)
+            self._set_late(self._late + plans - ticks)
+        return plans
+
+    def _bridged(self, late: int) -> int:
+        """`late` as far as a walk can bridge it: a command shows after one control period."""
+        return max(late, min(0, 1 - self._delay_ticks))
+
+    def _set_late(self, late: int) -> None:
+        self._late = late
+        self._walk.delay_ticks = self._delay_ticks + late
 
     def _carry_out(
         self, transition: Transition, frame: SensorFrame, command: VelocityCommand
@@ -258,10 +289,17 @@ class Gait:
             start = frame.joint_position if self._last_position is None else self._last_position
             # A motion that kept its feet ends in the stand; after a get-up the robot must settle.
             in_place = motion is not None and not motion.gets_up
-            self._begin_stand(start, joint_groups(self.robot)[BODY] if in_place else ())
+            self._begin_stand(frame.late, start, joint_groups(self.robot)[BODY] if in_place else ())
 
-    def _begin_stand(self, start: FloatArray, watched: Sequence[int] = ()) -> None:
-        """Begin to stand up from joint angles (n,) [rad]; watched: see `StandBlend.begin`."""
+    def _begin_stand(self, late: int, start: FloatArray, watched: Sequence[int] = ()) -> None:
+        """Begin to stand up from joint angles (n,) [rad].
+
+        Args:
+            late: See `SensorFrame`.
+            start: Joint angles (n,) [rad].
+            watched: See `StandBlend.begin`.
+        """
+        self._set_late(self._bridged(late))
         self._walk.stand_at(ORIGIN)
         self._height.reset()
         self._pitch.reset()

@@ -39,6 +39,8 @@ class SensorFrame:
         angular_velocity: Angular velocity (3,) [rad/s] of the torso in the torso frame (REP-145).
         linear_acceleration: Specific force (3,) [m/s^2] in the torso frame; (0, 0, +9.81) at rest
             upright (REP-145).
+        late: Control periods by which the frame is older on arrival than the walk is set to; below
+            0 fresher.
     """
 
     stamp: int
@@ -46,6 +48,7 @@ class SensorFrame:
     joint_velocity: FloatArray
     angular_velocity: FloatArray
     linear_acceleration: FloatArray
+    late: int = 0
 
 
 class VelocityCommand(NamedTuple):
@@ -118,6 +121,8 @@ DOWN = (FALLEN, RELAXED)
 """All joints are limp."""
 ON_THE_WAY = (WALK, STOP)
 """The walk moves the robot."""
+UPRIGHT = (STAND, *ON_THE_WAY)
+"""The robot stands or walks by its walk engine."""
 IN_MOTION = (MOTION, GETTING_UP)
 """A motion moves or holds the robot."""
 BUSY = (*ON_THE_WAY, *IN_MOTION)

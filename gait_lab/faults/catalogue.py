@@ -42,7 +42,9 @@ FAULTS: Mapping[str, type[Fault]] = {
     "limp_motor": robot.LimpMotor,
     "slippery": robot.SlipperyPatch,
     "picked_up": robot.PickedUp,
+    "wandering_age": network.WanderingAge,
 }
+"""A new class goes to the end: the place of a class is part of the seeds of its runs."""
 COMPARISON_FAULTS: Mapping[str, type[Fault]] = {
     "imu_gone": sensors.ImuGone,
     "imu_ignored": sensors.ImuIgnored,

@@ -2,12 +2,14 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from gait_lab.faults.channel import Message
 from gait_lab.faults.invariants import Invariants
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import GaitController, Settings
+from nao_lipm_gait.runtime.inputs import JointInput
 from nao_lipm_gait.types import JointTargets
 
 
@@ -38,6 +40,7 @@ class GaitProcess:
     ) -> None:
         self.name = name
         self._invariants = invariants
+        self._seconds = seconds
         self.controller = GaitController(robot, parameters, settings, seconds)
         self._commands: list[JointTargets] = []
 
@@ -49,7 +52,10 @@ class GaitProcess:
     def receive(self, message: Message) -> None:
         """Process a message; check its answers and the processor time that it took."""
         before = time.thread_time()
-        output = self.controller.receive(message.topic, lambda: message.content)
+        content = message.content
+        if isinstance(content, JointInput):
+            content = replace(content, arrived=round(self._seconds() * 1e9))
+        output = self.controller.receive(message.topic, lambda: content)
         self._invariants.check_duration(message.topic, time.thread_time() - before)
         for targets, status in output.answers:
             state = self.controller.state if status is None else status.state

@@ -1,17 +1,18 @@
-"""Long walks in the fault harness: with permanent loss of messages, and for hours."""
+"""Long walks in the fault harness: with messages that are lost or late, and for hours."""
 
 import gc
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from gait_lab.faults.campaign import FaultRun
+from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness
-from gait_lab.faults.network_faults import Loss
+from gait_lab.faults.network_faults import Loss, WanderingAge
 from gait_lab.trials.rollout import make_pair
 from gait_lab.trials.tasks import RandomCommands
 from nao_lipm_gait.types import VelocityCommand
@@ -31,12 +32,33 @@ class LossWalk:
         share: Probability of the loss of a message, in both directions.
         speed: Commanded speed [m/s].
         seconds: Duration of the walk [s].
+        wander: Up to this time [s] the age of the sensors wanders beyond the plant's delay.
     """
 
     run: FaultRun
     share: float
     speed: float
     seconds: float
+    wander: float = 0.0
+
+
+class _LossAndAge(Loss):
+    """Loss of messages, and sensor messages whose age wanders."""
+
+    def __init__(self, walk: LossWalk) -> None:
+        random = np.random.default_rng(max(0, walk.run.seed))
+        super().__init__(random)
+        self.begin, self.share = 0.0, walk.share
+        self._age = WanderingAge(random)
+        self._age.begin, self._age.most = 0.0, round(walk.wander / PERIOD)
+
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Drop the message, or delay it."""
+        for delay, kept in super().on_sensor(harness, message):
+            if self._age.most == 0:
+                yield Delivery(delay, kept)
+            else:
+                yield from self._age.on_sensor(harness, kept)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +80,7 @@ class LossResult:
 
 def walk_with_loss(walk: LossWalk) -> LossResult:
     """Walk with loss until the end or a fall."""
-    fault = Loss(np.random.default_rng(max(0, walk.run.seed)))
-    fault.begin, fault.share = 0.0, walk.share
+    fault = _LossAndAge(walk)
     simulation, _ = make_pair(walk.run.rollout_spec(walk.run.seed))
     speeds = []
     with simulation:

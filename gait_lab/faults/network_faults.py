@@ -90,6 +90,40 @@ class Latency(Fault):
         yield Delivery(self._delay(harness, "commands"), command)
 
 
+class WanderingAge(Fault):
+    """The age of the sensor messages wanders: a random walk between the plant's delay and more.
+
+    Messages keep their order: while the age grows none arrives, while it shrinks two at a time.
+
+    Attributes:
+        most: Largest delay in addition to the plant's [control periods].
+    """
+
+    summary = "the age of the sensor messages wanders by up to 60 ms"
+    why = "while the age grows the robot holds its last targets."
+    STEPS = 0.3
+    """Probability of a step of the random walk in each control period."""
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__(random)
+        self.most = 6
+        self._late = int(random.integers(self.most + 1))
+        self._stepped_at = self._arrival = 0
+
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        """Delay the message; all messages of one control period equally."""
+        if not self.active(harness):
+            yield Delivery(0, message)
+            return
+        if harness.tick != self._stepped_at:
+            self._stepped_at = harness.tick
+            if self.random.uniform() < self.STEPS:
+                step = int(self.random.choice((-1, 1)))
+                self._late = min(max(self._late + step, 0), self.most)
+            self._arrival = max(harness.tick + self._late, self._arrival)
+        yield Delivery(self._arrival - harness.tick, message)
+
+
 class LateController(Fault):
     """The gait's commands arrive one to five control periods late."""
 

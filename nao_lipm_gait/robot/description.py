@@ -106,6 +106,7 @@ class RobotDescription:
         preset: Gait preset of this robot.
         gyro_axes: 3 for a robot with a yaw gyro; None = as in the plant.
         encoder_bits: Counts of an encoder per turn = 2^bits; None = as in the plant.
+        command_lag: [s] From a joint command to its effect: lag and interpolation of the motors.
         base_frame: Link of the base.
         torso_frame: Link of the torso.
         upper_body_frame: Link that carries the team's colour: what the waist turns, else the torso.
@@ -144,6 +145,7 @@ class RobotDescription:
     preset: str
     gyro_axes: int | None
     encoder_bits: int | None
+    command_lag: float
     base_frame: str
     torso_frame: str
     upper_body_frame: str

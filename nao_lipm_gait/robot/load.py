@@ -61,6 +61,7 @@ def load_robot(
         preset=file.preset,
         gyro_axes=file.gyro_axes,
         encoder_bits=file.encoder_bits,
+        command_lag=file.command_lag,
         base_frame=model.frame(file.frames.base),
         torso_frame=torso,
         upper_body_frame=torso if file.waist_pitch is None else model.child(file.waist_pitch),

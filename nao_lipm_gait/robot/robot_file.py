@@ -90,6 +90,7 @@ class RobotFile(Settings):
     preset: str = text("default")
     gyro_axes: int | None = number(None, 2, 3, whole=True)
     encoder_bits: int | None = number(None, 1, 24, whole=True)
+    command_lag: float = number(0.02, 0.0, 0.2, "s")
     motions: str | None = text(None)
     force_sensors: tuple[Point2, ...] | None = schema.field(
         schema.Optional(Sequence(Sequence(Number(), 2, 2), 4, 4)), None

@@ -79,20 +79,23 @@ def imu_input(message: Imu) -> ImuInput:
     )
 
 
-def joint_input(message: JointState, info: Mapping[str, int], now: int) -> JointInput:
+def joint_input(
+    message: JointState, info: Mapping[str, int], now: int, arrived: int | None
+) -> JointInput:
     """Contents of `joint_states`.
 
     Args:
         message: The message.
         info: What rclpy knows about it: when it was sent and received [ns of the system clock].
         now: The system clock [ns].
+        arrived: Time of its arrival [ns] on the clock of the stamps; None if that is unknown.
     """
     stamp = message.header.stamp
     # Cyclone DDS does not say when a message was received.
-    arrived = info["received_timestamp"] or info["source_timestamp"]
+    received = info["received_timestamp"] or info["source_timestamp"]
     return JointInput(
         stamp.sec, stamp.nanosec, message.name, message.position, message.velocity,
-        waited=(now - arrived) * 1e-9,
+        waited=(now - received) * 1e-9, arrived=arrived,
     )  # fmt: skip
 
 

@@ -89,9 +89,13 @@ BIAS_WAIT = node_parameter(
 HOT_SPEED = node_parameter(
     "hot_speed", 1.0, "factor on the commanded velocity while a motor is hot", "", 0.0, 1.0
 )
+SENSOR_AGE = node_parameter(
+    "sensor_age", False,
+    "measure the age of the sensors by the clock of this node; not where a simulator waits for it",
+)
 NODE_PARAMETERS = (
     URDF, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
-    HOT_SPEED,
+    HOT_SPEED, SENSOR_AGE,
 )  # fmt: skip
 
 WATCHDOG_PERIOD = 0.25
@@ -116,6 +120,7 @@ class GaitNode(Node):
         timeout = of_type(declare(self, TIMEOUT), float)
         bias_wait = of_type(declare(self, BIAS_WAIT), float)
         hot_speed = of_type(declare(self, HOT_SPEED), float)
+        self._measures_age = of_type(declare(self, SENSOR_AGE), bool)
         interface = text(declare(self, INTERFACE))
         parameters = self._declare_gait_parameters(preset)
         warm_up(self._robot, parameters, Settings(period, timeout))
@@ -231,7 +236,8 @@ class GaitNode(Node):
         self._garbage.after_tick(resting=controller.state not in ON_THE_WAY)
 
     def _receive_joints(self, message: JointState, info: dict[str, int]) -> None:
-        read = partial(joint_input, message, info, time.time_ns())
+        arrived = self.get_clock().now().nanoseconds if self._measures_age else None
+        read = partial(joint_input, message, info, time.time_ns(), arrived)
         self._receive("joint_states", read)
 
     def _subscribe_to_soles(self, wanted: bool) -> None:

@@ -7,7 +7,7 @@ The ROS node, the fault trials and the benchmarks run this same class. The way o
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,6 +45,7 @@ from nao_lipm_gait.runtime.inputs import (
 from nao_lipm_gait.runtime.motion_requests import MotionRequests
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
 from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
+from nao_lipm_gait.runtime.sensor_age import SensorAge
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
 from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
 from nao_lipm_gait.runtime.stamp_reports import StampReports
@@ -165,7 +166,8 @@ class GaitController:
         self._clock = clock
         self._parameters = parameters
         self._diagnostics = Diagnostics(clock)
-        self._stamps = StampMonitor(round(settings.control_period * 1e9), MISSED_TICKS_MAX)
+        self._period = round(settings.control_period * 1e9)
+        self._stamps = StampMonitor(self._period, MISSED_TICKS_MAX)
         self._stamp_reports = StampReports(
             self._stamps, self._diagnostics, settings.control_period
         )
@@ -173,6 +175,9 @@ class GaitController:
         self._sync = FrameSync(self._acceleration_at_rest)
         self._gait = Gait(robot, parameters, settings.control_period, motions, calibration)
         self._guard = TargetGuard(self._gait, robot, settings.control_period)
+        self._age = SensorAge(settings.control_period)
+        self._age.set_usual(parameters.feedback_delay - robot.command_lag)
+        self._arrival: int | None = None
         self._outage = SensorOutage(self._gait.mass, settings.imu_patience)
         self._velocity = VelocityInput(settings.cmd_vel_timeout)
         self._ticks = TickTimes(settings.control_period)
@@ -280,12 +285,13 @@ class GaitController:
         if step is Step.NEXT:
             sample = self._validation.next_joints(
                 message, stamp,
-                delay=round(self._parameters.feedback_delay * 1e9),
+                delay=round(self._parameters.feedback_delay * 1e9) + self._age.late * self._period,
                 walking=self._gait.state in ON_THE_WAY,
             )  # fmt: skip
         else:
             sample = self._validation.read_joints(message, stamp)
         now = self._sensors_at = self._clock()
+        self._arrival = message.arrived
         before, arrived = self._arrived_at, now - message.waited
         self._arrived_at = arrived
         self._diagnostics.end("silence", "joint_states arrive")
@@ -385,6 +391,9 @@ class GaitController:
             command = STANDSTILL
         if not self._bias_wait.over and self._must_wait(frame.stamp, command):
             command = STANDSTILL
+        late = self._age.update(frame.stamp, self._arrival)
+        if late:
+            frame = replace(frame, late=late)
         begin = self._clock()
         guarded = self._guard.step(frame, command)
         self._ticks.add(begin, self._clock())
@@ -556,6 +565,7 @@ class GaitController:
             return
         needs_restart = bool(needing_restart(self._parameters, changed))
         self._parameters = changed
+        self._age.set_usual(changed.feedback_delay - self._gait.robot.command_lag)
         self._gait.set_parameters(changed)
         if needs_restart:
             self._restart_gait()

@@ -70,6 +70,7 @@ class JointInput:
         position: [rad], one for each name.
         velocity: [rad/s], one for each name, or empty.
         waited: Wall time [s] from the arrival of the message until it was taken; for reports only.
+        arrived: Time of its arrival [ns] on the clock of the stamps; None if that is unknown.
     """
 
     sec: int
@@ -78,6 +79,7 @@ class JointInput:
     position: Sequence[float]
     velocity: Sequence[float]
     waited: float = 0.0
+    arrived: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

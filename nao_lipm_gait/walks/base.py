@@ -129,7 +129,14 @@ class Walk(Protocol):
 
     Three times matter. The state measured now was commanded one delay ago (`expected`; corrected by
     the measurement: `estimated`). The targets sent now take effect one delay later (`predicted`).
+    A delay that grows is bridged by more calls of `plan` than of `expect`, one that shrinks by
+    fewer.
+
+    Attributes:
+        delay_ticks: The delay in control periods, with which the next stand or walk begins.
     """
+
+    delay_ticks: int
 
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Reset to a stand: both feet side by side, the CoM at rest between them."""
@@ -165,8 +172,19 @@ class Walk(Protocol):
                 None if it is not used.
         """
 
-    def plan(self, command: VelocityCommand) -> BodyTargets:
-        """Targets for the time at which a command sent now takes effect."""
+    def plan(self, command: VelocityCommand, *, sent: bool = True) -> BodyTargets:
+        """Plan one control period more.
+
+        Args:
+            command: Commanded velocity.
+            sent: The targets are sent to the joints, which otherwise hold the last ones.
+
+        Returns:
+            Targets for the time at which a command sent now takes effect.
+        """
+
+    def replan(self) -> BodyTargets:
+        """The targets of the last `plan` again, by what has been measured since."""
 
     @property
     def finished(self) -> bool:

@@ -1,6 +1,7 @@
 """The pendulum walk in an ideal world, where the measured CoM is the committed one."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import LEFT, STANDSTILL, VelocityCommand
 from nao_lipm_gait.walks.lipm.extensions.disturbances import unexplained_acceleration
 from nao_lipm_gait.walks.lipm.state import NextSupport, Segment, WalkState, follow
-from nao_lipm_gait.walks.lipm.walk import LipmWalk
+from nao_lipm_gait.walks.lipm.walk import CATCH_UP, LipmWalk
 
 DT = 0.01
 P = GaitParameters()
+P_DELAY = round(P.feedback_delay / DT)
 FORWARD = VelocityCommand(0.1, 0.0, 0.0)
 ON_THE_SPOT = VelocityCommand(1e-9, 0.0, 0.0)
 """Not zero, which would be a stop."""
@@ -224,6 +226,44 @@ def test_a_pendulum_as_wide_as_its_offset_gives_finite_targets_in_a_curve() -> N
         expected = walk.expect()
         walk.observe(*expected.com_in_q)
         assert all(math.isfinite(value) for value in walk.plan(command).com_in_q)
+
+
+def test_a_delay_that_wanders_makes_no_step_in_the_walk() -> None:
+    random, usual, wandering = np.random.default_rng(3), started(FORWARD), started(FORWARD)
+    wanted = [usual.plan(FORWARD).com_in_q for _ in expectations(usual, 300)]
+    found: list[tuple[float, float, float]] = []
+    late = 0
+    for _ in range(200):
+        due = max(0, min(1 + random.integers(-3, 4), 1 + 6 - late))
+        late += due - 1
+        for _ in expectations(wandering, 1):
+            found += [wandering.plan(FORWARD, sent=last == due - 1).com_in_q for last in range(due)]
+        if due == 0 and late > -4:
+            assert wandering.replan().com_in_q == pytest.approx(found[-1], abs=1e-9)
+    assert np.array(found) == pytest.approx(np.array(wanted[: len(found)]), abs=1e-9)
+
+
+def expectations(walk: LipmWalk, ticks: int) -> Iterator[None]:
+    """Ticks with exact measurements; the caller plans in each."""
+    for _ in range(ticks):
+        walk.observe(*walk.expect().com_in_q)
+        yield
+
+
+def test_a_measurement_of_joints_that_held_their_targets_corrects_nothing() -> None:
+    walk = started(FORWARD)
+    for _ in expectations(walk, 100):
+        walk.plan(FORWARD)
+    walk.expect()
+    walk.plan(FORWARD, sent=False)
+    moved = []
+    for _ in range(P_DELAY + 4):
+        x, y = walk.expect().com_in_q
+        walk.observe(x + 0.01, y)
+        moved.append(walk.estimated.x > x)
+        walk.plan(FORWARD)
+    held = P_DELAY - 1
+    assert moved == [each < held or each > held + CATCH_UP for each in range(len(moved))]
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.4])

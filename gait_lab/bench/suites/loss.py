@@ -1,4 +1,4 @@
-"""The suite `loss`: a long walk during which messages are lost in both directions."""
+"""The suite `loss`: a long walk during which messages are lost in both directions, or late."""
 
 import math
 import statistics
@@ -27,6 +27,9 @@ class Options(BenchOptions):
     loss: float = option(
         10.0, "share of all messages that are lost, in %", "P", minimum=0.0, maximum=100.0
     )
+    wander: float = option(
+        0.0, "the age of the sensors wanders by up to this, in ms", "MS", minimum=0.0, maximum=200.0
+    )
 
 
 def check(options: Options) -> None:
@@ -53,6 +56,8 @@ def loss(options: Options) -> SuiteResult:
         violations = sum(bool(each.violations) for each in found)
         notes += _evidence(found)
         name = f"{task.name}_{options.loss:g}"
+        if options.wander > 0.0:
+            name += f"_wander_{options.wander:g}"
         rows += [
             Measurement(f"{name}_upright", "robots", upright),
             Measurement(f"{name}_violations", "robots", violations),
@@ -69,7 +74,8 @@ def loss(options: Options) -> SuiteResult:
     )  # fmt: skip
     title = (
         "Sensor messages, velocity commands and joint commands are lost all the time; "
-        f"{options.window:g} s, {options.title}"
+        + (f"sensors are up to {options.wander:g} ms later; " if options.wander > 0.0 else "")
+        + f"{options.window:g} s, {options.title}"
     )
     return SuiteResult(tuple(rows), title, (Table(columns, lines),), tuple(notes))
 
@@ -77,7 +83,9 @@ def loss(options: Options) -> SuiteResult:
 def _walks(options: Options, task: Task) -> list[LossWalk]:
     share, speed = options.loss / 100.0, task.command.x
     return [
-        LossWalk(fault_run(options, "loss", seed), share, speed, options.window)
+        LossWalk(
+            fault_run(options, "loss", seed), share, speed, options.window, options.wander / 1000.0
+        )
         for seed in options.seeds
     ]
 

@@ -11,7 +11,7 @@ from the predicted state, eqs (3)-(9) and (15)-(20). Each tick commits one contr
 
 from collections import deque
 from collections.abc import Callable
-from itertools import chain
+from itertools import chain, islice
 
 from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.parameters import GaitParameters
@@ -44,6 +44,8 @@ PUSH_TIME = 0.03
 """Time for which a push that acts now is expected to continue [s]."""
 STEPS_IN_PLACE_MAX = 8
 """Steps in place after which a stop no longer waits for the feet to be side by side."""
+CATCH_UP = 2
+"""Control periods in which the motors catch up with the targets after they have held older ones."""
 
 
 class LipmWalk:
@@ -64,7 +66,7 @@ class LipmWalk:
         self._dt = control_period
         self._make_observer = make_observer
         self._observer_settings: tuple[float, ...] | None = None
-        self._delay_ticks = max(0, round(parameters.feedback_delay / control_period))
+        self.delay_ticks = max(0, round(parameters.feedback_delay / control_period))
         self.set_parameters(parameters)
         self.stand_at((0.0, 0.0, 0.0))
 
@@ -94,7 +96,9 @@ class LipmWalk:
         rest = WalkState(support, 0.0, 0.0, 0.0, 0.0, carrying, q_in_odom, 0)
         self._observed = self._expected = self._predicted = self._before = rest
         still = (Segment(self._dt, 0.0, 0.0),)
-        self._committed: deque[tuple[Segment, ...]] = deque([still] * self._delay_ticks)
+        self._committed: deque[tuple[Segment, ...]] = deque([still] * self.delay_ticks)
+        self._sent: deque[bool] = deque([True] * self.delay_ticks)
+        self._followed = CATCH_UP + 1
         self._stride = STEP_IN_PLACE
         self._reserve = 1.0
         self._passing = 0.0
@@ -103,6 +107,7 @@ class LipmWalk:
         self._last_step_size: Pose2 = (0.0, 0.0, 0.0)
         self._origin = (0.0, 0.0)
         self._swing = self._swing_foot(other, 0.0)
+        self._swing_target = SoleTarget(other[0], other[1], 0.0, other[2])
         self._steps_in_place = 0
         self._unobserved = 0
         self._elapsed = 0.0
@@ -131,7 +136,8 @@ class LipmWalk:
         self._observed = self._expected = self._predicted = self._before = tipping
         # Until now both feet have pushed back as far as the soles reach.
         pushed = Segment(self._dt, *stopping_origin(tipping, self._k, self._p))
-        self._committed = deque([(pushed,)] * self._delay_ticks)
+        self._committed = deque([(pushed,)] * self.delay_ticks)
+        self._sent = deque([True] * self.delay_ticks)
         self._swing = self._swing_foot(self._swing.pose_in_q, self._p.swing_lift)
         self._shifts_weight = False
 
@@ -142,6 +148,7 @@ class LipmWalk:
         self._before = self._observed
         if self._committed:
             self._observed = follow(self._observed, self._committed.popleft(), self._k)
+            self._followed = self._followed + 1 if self._sent.popleft() else 0
         self._expected = expected = self._observed
         self._unobserved += 1
         return Expectation(expected.support, (expected.x, expected.y), expected.sole_in_q)
@@ -157,6 +164,8 @@ class LipmWalk:
             acceleration: Acceleration of the torso along x and y of Q over the last tick [m/s^2];
                 None if it is not used.
         """
+        if self._followed <= CATCH_UP:
+            return  # the joints did not follow the walk
         missed, self._unobserved = self._unobserved > 1, 0
         if self._stopping or not self._p.feedback:
             return  # with both feet on the ground there is no pendulum to correct
@@ -183,21 +192,31 @@ class LipmWalk:
             expected.vy + (correction.vy + push_y),
         )
 
-    def plan(self, command: VelocityCommand) -> BodyTargets:
+    def plan(self, command: VelocityCommand, *, sent: bool = True) -> BodyTargets:
         """Predict over the delay (21); the targets are for then, the plan for what comes after."""
         state = follow(self._observed, chain.from_iterable(self._committed), self._k)  # (21)
         self._predicted = state
         x, y, yaw = self._swing.pose_in_q
-        targets = body_targets(
+        self._swing_target = SoleTarget(x, y, self._swing.height, yaw, self._swing.pitch)
+        self._committed.append(tuple(self._next_period(self._after_push(state), command)))
+        self._sent.append(sent)
+        return self._targets(state)
+
+    def replan(self) -> BodyTargets:
+        """The targets of the last `plan` again, from the state as it is observed now."""
+        sent = islice(self._committed, max(0, len(self._committed) - 1))
+        self._predicted = follow(self._observed, chain.from_iterable(sent), self._k)
+        return self._targets(self._predicted)
+
+    def _targets(self, state: WalkState) -> BodyTargets:
+        return body_targets(
             state.support,
             (state.x, state.y, self._p.com_height),
             state.sole_in_q,
-            SoleTarget(x, y, self._swing.height, yaw, self._swing.pitch),
+            self._swing_target,
             self._p,
             state.q_in_odom,
         )
-        self._committed.append(tuple(self._next_period(self._after_push(state), command)))
-        return targets
 
     # -- planning ----------------------------------------------------------------------------------
 

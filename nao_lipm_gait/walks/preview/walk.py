@@ -47,10 +47,10 @@ class PreviewWalk(ZmpWalk):
         super().start(command)
         self._look_ahead(command)
 
-    def plan(self, command: VelocityCommand) -> BodyTargets:
+    def plan(self, command: VelocityCommand, *, sent: bool = True) -> BodyTargets:
         """Targets of this tick; the cart then moves on by one period."""
         desired, tick, gains = self._desired, self._tick, self._gains
-        targets = super().plan(command)
+        targets = super().plan(command, sent=sent)
         horizon = len(gains.of_preview)
         for axis, zmp in zip(self._axes, desired, strict=True):
             axis.step(float(zmp[tick]), zmp[tick + 1 : tick + 1 + horizon], gains)

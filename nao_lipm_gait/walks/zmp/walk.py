@@ -108,7 +108,7 @@ class ZmpWalk:
     def __init__(self, parameters: GaitParameters, control_period: float):
         self._dt = control_period
         self._half_stride: HalfStride
-        self._delay_ticks = max(0, round(parameters.feedback_delay / control_period))
+        self.delay_ticks = max(0, round(parameters.feedback_delay / control_period))
         self._p = parameters
         self.stand_at(NOWHERE)
 
@@ -123,7 +123,7 @@ class ZmpWalk:
         self._stride = STEP_IN_PLACE
         self._stand(Phase.REST, LEFT, home_sole(LEFT, self._p), home_sole(RIGHT, self._p))
         self._predicted = self._expected = self._state()
-        self._sent: deque[StrideState] = deque([self._predicted] * self._delay_ticks)
+        self._sent: deque[StrideState] = deque([self._predicted] * self.delay_ticks)
 
     # -- the three stages of a tick ----------------------------------------------------------------
 
@@ -158,7 +158,7 @@ class ZmpWalk:
     ) -> None:
         """Does nothing: this walk does not use the measured CoM."""
 
-    def plan(self, command: VelocityCommand) -> BodyTargets:
+    def plan(self, command: VelocityCommand, *, sent: bool = True) -> BodyTargets:
         """Targets of this tick; at the end of a half stride the next one is planned."""
         self._predicted = self._state()
         self._sent.append(self._predicted)
@@ -166,11 +166,17 @@ class ZmpWalk:
         p = half.parameters
         com = (state.x, state.y, p.com_height)
         swing = self._swing_sole(half, p)
-        targets = body_targets(half.support, com, half.standing, swing, p, state.q_in_odom)
+        self._targets = targets = body_targets(
+            half.support, com, half.standing, swing, p, state.q_in_odom
+        )
         self._tick += 1
         if self._tick >= self._half_stride.ticks:
             self._next_half_stride(command)
         return targets
+
+    def replan(self) -> BodyTargets:
+        """The targets of the last `plan`: nothing measured changes them."""
+        return self._targets
 
     # -- planning ----------------------------------------------------------------------------------
 
