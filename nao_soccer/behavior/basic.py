@@ -6,7 +6,7 @@ from dataclasses import replace
 from nao_lipm_gait.geometry import rotate_planar
 from nao_lipm_gait.types import Point2, Pose2, VelocityCommand
 from nao_soccer.behavior.situation import Action, Situation
-from nao_soccer.behavior.walking import Round, turn_by, walk_to
+from nao_soccer.behavior.walking import FACING, Round, turn_by, walk_to
 from nao_soccer.world.state import HeadMode
 
 BALL_ROUND = 0.24
@@ -129,7 +129,8 @@ def take_place(s: Situation) -> Action:
         place = (-0.3 * length, 0.15 * s.field.width)
     if s.game.goalkeeper:
         place = (-length / 2.0 + 0.3, 0.0)
-    action = _walk_and_stay(s, (*place, 0.0), Round(s.ball, 0.3, 0.1))
+    # Nobody looks at the ball, but all robots walk at once: it looks where it walks.
+    action = _walk_and_stay(s, (*place, 0.0), Round(s.ball, 0.3, 0.1), facing=FACING)
     return replace(action, head=HeadMode.LOCALIZE)
 
 
@@ -177,7 +178,9 @@ def _stand_at(s: Situation, place: Point2, *obstacles: Round) -> Action:
     return _walk_and_stay(s, (*place, heading), *obstacles)
 
 
-def _walk_and_stay(s: Situation, pose: Pose2, *obstacles: Round) -> Action:
+def _walk_and_stay(
+    s: Situation, pose: Pose2, *obstacles: Round, facing: tuple[float, float] = KEEP_FACING
+) -> Action:
     """Walk to a pose in the field; stand while it is near enough.
 
     A robot that does not know where it is looks for landmarks first.
@@ -189,7 +192,7 @@ def _walk_and_stay(s: Situation, pose: Pose2, *obstacles: Round) -> Action:
     near, turned = (0.25, 0.5) if stands else (0.1, 0.2)
     if math.hypot(*target[:2]) < near and abs(target[2]) < turned:
         return Action(VelocityCommand())
-    return Action(walk_to(target, s.limits, s.obstacles(*obstacles), facing=KEEP_FACING))
+    return Action(walk_to(target, s.limits, s.obstacles(*obstacles), facing=facing))
 
 
 def _on_field(s: Situation, place: Point2) -> Point2:

@@ -20,8 +20,9 @@ VALID_MEMORY = 2_000_000_000
 """[ns] A pose that was valid so short a time ago is good enough to choose a kick."""
 
 
-WAY_PERIOD, WAY_GLANCE = 2.4, 0.8
-"""[s] Between two glances along the way; how long one lasts: a turn of the head and two images."""
+WAY_PERIOD, WAY_GLANCE, WAY_WATCH = 2.4, 0.8, 1.6
+"""[s] Between two glances along the way; how long one lasts: a turn of the head and two images.
+While nothing but landmarks is looked for, it lasts longer."""
 WAY_SPEED = 0.12
 """[m/s] ahead, from which on the way is watched."""
 IN_VIEW = 0.5
@@ -140,12 +141,14 @@ class Mind:
 
 
 def _watching_way(action: Action, s: Situation) -> HeadMode:
-    """What the head looks for: now and then where the robot walks, unless it looks there anyway."""
-    if action.head not in (HeadMode.AUTO, HeadMode.LOCALIZE) or action.walk.x < WAY_SPEED:
-        return action.head
-    ball = s.world.ball
-    follows = action.head is HeadMode.AUTO and ball is not None and ball.seen_recently
-    if follows and abs(math.atan2(s.ball[1], s.ball[0])) < IN_VIEW:
-        return action.head
-    glance = s.world.stamp * 1e-9 % WAY_PERIOD < WAY_GLANCE
-    return HeadMode.AHEAD if glance else action.head
+    """What the head looks for: now and then other robots, unless it looks along the way anyway."""
+    if action.head is HeadMode.LOCALIZE:
+        watches, lasts = not (s.lost or action.walk.is_zero), WAY_WATCH
+    else:
+        ball = s.world.ball
+        follows = ball is not None and ball.seen_recently
+        on_way = follows and abs(math.atan2(s.ball[1], s.ball[0])) < IN_VIEW
+        walks = action.walk.x >= WAY_SPEED
+        watches, lasts = action.head is HeadMode.AUTO and walks and not on_way, WAY_GLANCE
+    glances = watches and s.world.stamp * 1e-9 % WAY_PERIOD < lasts
+    return HeadMode.AHEAD if glances else action.head

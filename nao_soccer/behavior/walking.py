@@ -17,10 +17,8 @@ DISTANCE_GAIN = 1.2
 """[1/s] Speed over the distance that is left: the robot slows down before its target."""
 TURN_GAIN = 1.5
 """[1/s] Turning speed over the angle that is left."""
-FACING_NEAR = 0.25
-"""[m] Nearer to the target than this, the robot has the target's heading."""
-FACING_FAR = 0.6
-"""[m] Farther than this, the robot faces the way that it walks."""
+FACING = (0.25, 0.6)
+"""[m] Nearer to the target, the robot has the target's heading; farther, it faces its way."""
 
 
 @attrs.frozen
@@ -85,7 +83,7 @@ def walk_to(
     obstacles: Sequence[Round] = (),
     *,
     speed: float = 1.0,
-    facing: tuple[float, float] = (FACING_NEAR, FACING_FAR),
+    facing: tuple[float, float] = FACING,
 ) -> VelocityCommand:
     """The velocity that leads to a pose.
 

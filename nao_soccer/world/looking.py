@@ -9,7 +9,7 @@ import numpy as np
 
 from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.head.goals import Follow, Frame, Goal, LookAt, Search
-from nao_lipm_gait.types import FloatArray, PoseCovariance
+from nao_lipm_gait.types import FloatArray, Point3, PoseCovariance
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.state import BallEstimate, HeadMode, PoseEstimate, WorldState
 
@@ -41,6 +41,14 @@ BETTER = 1.3
 """Another landmark has to improve the pose by this factor more than the one that is looked at."""
 AHEAD = 1.2, 0.0, 0.1
 """[m] What the head looks at that watches the robot's way: robots from 0.6 m on are in view."""
+ASIDE = (0.6, 1.0, 0.1), (0.6, -1.0, 0.1)
+"""[m] The same for robots beside it."""
+WAY_DWELL = 0.55
+"""[s] The head looks ahead, to the left, ahead, to the right, for so long each."""
+ROBOT_NEAR, ROBOT_AGE = 0.9, 0.6
+"""[m, s] A robot that is so near and was not seen for so long is looked at first."""
+ROBOT_HEIGHT = 0.2
+"""[m] Height of the point to look at."""
 SCAN = (1.0, 0.0, 0.0), (4.5, 0.0, 0.0)
 """[m] What the head looks at in turn while the robot turns to search. The cameras of a NAO leave a
 gap between them, 0.9 to 1.1 m away in the far look, 0.4 to 0.5 m in the near one."""
@@ -77,9 +85,9 @@ class Looking:
         """
         if mode is HeadMode.FREE:
             return None
-        if mode is HeadMode.AHEAD:
-            return LookAt(AHEAD, Frame.FOOTPRINT)
         now = state.stamp * 1e-9
+        if mode is HeadMode.AHEAD:
+            return LookAt(_on_way(state, now), Frame.FOOTPRINT)
         if mode is HeadMode.SCAN:
             return LookAt(SCAN[now % SCAN_PERIOD < 0.5 * SCAN_PERIOD], Frame.FOOTPRINT)
         if now < self._since or now < self._glance_end - 60.0:  # the clock started anew
@@ -187,6 +195,17 @@ def deviations(covariance: PoseCovariance) -> tuple[float, float]:
     c = covariance
     half = math.hypot(0.5 * (c.xx - c.yy), c.xy)
     return math.sqrt(max(0.0, 0.5 * (c.xx + c.yy) + half)), math.sqrt(max(0.0, c.yaw))
+
+
+def _on_way(state: WorldState, now: float) -> Point3:
+    """What to look at to see other robots: one that is near and may have moved, or all around."""
+    for robot in state.obstacles:
+        x, y = robot.position
+        unseen = robot.age > ROBOT_AGE and math.hypot(x, y) < ROBOT_NEAR
+        if unseen and abs(math.atan2(y, x)) < PAN_MAX:
+            return x, y, ROBOT_HEIGHT
+    turn = int(now / WAY_DWELL) % 4
+    return ASIDE[turn // 2] if turn % 2 else AHEAD
 
 
 def _at_ball(ball: BallEstimate | None) -> Goal | None:

@@ -24,7 +24,7 @@ class HeadMode(StrEnum):
         AUTO: Ball and landmarks in turn, whichever is known less well.
         BALL: Follow the ball; search if it is not known where it is.
         LOCALIZE: Look at the landmarks that improve the own pose most.
-        AHEAD: Look to where the robot walks, for robots that stand there.
+        AHEAD: Look ahead and to both sides, and at robots near by, to know where others are.
         SCAN: Look straight ahead, near and far in turn: a turning robot sees all ground around it.
         FREE: The gait controls the head.
     """

@@ -12,11 +12,12 @@ from nao_lipm_gait.head.goals import Follow, LookAt, Search
 from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind
-from nao_soccer.world.looking import gains
+from nao_soccer.world.field_map import FieldMap
+from nao_soccer.world.looking import Looking, gains
 from nao_soccer.world.obstacles import ObstacleFilter
 from nao_soccer.world.odometry import OdometryHistory
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
+from nao_soccer.world.state import HeadMode, Obstacle, TeamBall, TeamMate, WorldState
 from pitch_percepts import GOALS, SMALL, Eyes, nothing, percept
 
 SETTINGS = WorldSettings(field=SMALL, goals=GOALS)
@@ -292,6 +293,26 @@ def test_team_mates_tell_which_half_the_robot_is_in():
         run.player.world.add_mate(mate(run, (0.3, 0.2)))
         state = run.go(0.3, turn=0.2)
     assert run.place_error(state) < 0.15
+
+
+def test_the_head_looks_all_around_for_robots_and_at_one_that_may_have_moved():
+    run = Run()
+    state = replace(run.go(0.5), obstacles=())
+    looking = Looking(FieldMap(SMALL, GOALS))
+    bearings = []
+    for tick in range(45):
+        goal = looking.goal(HeadMode.AHEAD, replace(state, stamp=state.stamp + 50 * tick * MS))
+        assert isinstance(goal, LookAt)
+        bearings.append(math.atan2(goal.point[1], goal.point[0]))
+    assert max(bearings) > 0.8
+    assert min(bearings) < -0.8
+    assert sum(bearing == 0.0 for bearing in bearings) > 15
+    for age, looked_at in ((1.0, True), (0.1, False)):
+        place, none = (0.2, -0.4), (0.0, 0.0)
+        robot = Obstacle(place, none, (0.01, 0.0, 0.01), none, "blue", fallen=False, age=age)
+        goal = looking.goal(HeadMode.AHEAD, replace(state, obstacles=(robot,)))
+        assert isinstance(goal, LookAt)
+        assert (goal.point[:2] == place) == looked_at
 
 
 def test_a_robot_near_a_fallen_team_mate_is_marked():
