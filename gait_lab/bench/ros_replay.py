@@ -6,13 +6,11 @@ the robot. This one does not import rclpy.
 
 import importlib.util
 import json
-import os
 import pickle
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -23,9 +21,6 @@ from gait_lab.faults.channel import Message
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.process import DomainClaim
 from nao_lipm_gait.runtime.tick_times import quantile
-
-PRIORITY = 50
-"""Of SCHED_FIFO, as `chrt -f 50` sets it."""
 
 
 class ReplayTimes(NamedTuple):
@@ -92,30 +87,6 @@ class RosReplay:
 def ros_is_installed() -> bool:
     """Whether there is an rclpy to import."""
     return importlib.util.find_spec("rclpy") is not None
-
-
-@contextmanager
-def real_time_priority() -> Iterator[None]:
-    """Run this process, and those that it starts meanwhile, with a real-time priority.
-
-    Raises:
-        PermissionError: This user may not.
-    """
-    before, usual = os.sched_getscheduler(0), os.sched_getparam(0)
-    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-    try:
-        yield
-    finally:
-        os.sched_setscheduler(0, before, usual)
-
-
-def may_run_in_real_time() -> bool:
-    """Whether this process may take a real-time priority."""
-    try:
-        with real_time_priority():
-            return True
-    except (PermissionError, AttributeError):  # not allowed; not on this system
-        return False
 
 
 def replay_over_ros(

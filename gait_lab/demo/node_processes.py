@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -23,6 +23,8 @@ MODULES = {
 """The modules of the nodes, by the names of their executables."""
 END_TIME = 60.0
 """Time [s] that a node gets to end after SIGINT, before it is killed."""
+PRIORITY = 50
+"""Of SCHED_FIFO, as `chrt -f 50` sets it."""
 _PR_SET_PDEATHSIG = 1
 
 
@@ -30,6 +32,30 @@ def _end_with_parent() -> None:
     """On Linux, have the kernel end this child when its parent is killed."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+@contextlib.contextmanager
+def real_time_priority() -> Iterator[None]:
+    """Run this process, and those that it starts meanwhile, with a real-time priority.
+
+    Raises:
+        PermissionError: This user may not.
+    """
+    before, usual = os.sched_getscheduler(0), os.sched_getparam(0)
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, before, usual)
+
+
+def may_run_in_real_time() -> bool:
+    """Whether this process may take a real-time priority."""
+    try:
+        with real_time_priority():
+            return True
+    except (PermissionError, AttributeError):  # not allowed; not on this system
+        return False
 
 
 class NodeProcesses:

@@ -15,8 +15,8 @@ from gait_lab.faults.campaign import (
 )
 from gait_lab.faults.catalogue import ALL_FAULTS, FAULTS, SOCCER_FAULTS
 from gait_lab.faults.harness import Fault
-from gait_lab.faults.robot_campaign import run_robot_fault
-from gait_lab.faults.robot_node_faults import ROBOT_FAULTS
+from gait_lab.faults.node_campaign import run_node_fault
+from gait_lab.faults.node_faults import NODE_FAULTS
 from gait_lab.faults.soccer_campaign import run_soccer_fault
 
 
@@ -96,16 +96,16 @@ SCOPES: Mapping[str, Scope] = {
         ),
     ),
     "robot": Scope(
-        ROBOT_FAULTS,
+        NODE_FAULTS,
         {},
-        run_robot_fault,
-        2 * len(ROBOT_FAULTS),
+        run_node_fault,
+        2 * len(NODE_FAULTS),
         (WENT_ON, STOPPED, VIOLATED),
         ("with a fall", _fell),
         "runs of a robot's ROS 2 nodes with a fault of one of them",
         (
-            "went on: the robot walks, kicks or gets up in the last 8 s. stopped: it does not, and "
-            "a diagnostic or a warning in a log says why.",
+            "went on: in the last 8 s the robot walks, kicks, gets up or stands as the referee "
+            "wants it. stopped: it does not, and a diagnostic or a warning in a log says why.",
             "violated: another node ended or raised an exception; a stop that nothing explains. "
             "The nodes run by the wall clock, so a run depends on more than its seed.",
         ),

@@ -31,7 +31,7 @@ BLIND_GRACE = 1.0
 """[s] for which a robot may walk on after it should have noticed that it sees nothing."""
 STALE = 1.5
 """[s] Age of an image from which on it shows nothing of the present."""
-SILENT_STOP = 25.0
+IDLE_MAX = 25.0
 """[s] for which no robot of the team may move in play, without a remark of any of them."""
 STOP_TIME = 3.0
 """[s] at the end, in which a robot that has stopped stands."""
@@ -227,7 +227,7 @@ class SoccerHarness(Channels):
         says = any(player.behavior.remark for player in mates)
         if not playing or says or not mates or any(map(self._walks, mates)):
             self._moved = self._now
-        elif self._now - self._moved > SILENT_STOP:
+        elif self._now - self._moved > IDLE_MAX:
             self.violate("silent stop", f"nobody of {team} has moved since {self._moved:.1f} s")
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from gait_lab.faults.catalogue import SOCCER_FAULTS
 from gait_lab.faults.channel import Delivery
-from gait_lab.faults.robot_node_faults import ROBOT_FAULTS, NodeFault
+from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault
 from gait_lab.faults.soccer_faults import VisionGone
 from gait_lab.faults.soccer_harness import SoccerHarness
 from gait_lab.soccer.match import MatchSpec
@@ -121,10 +121,10 @@ class Nodes:
         self.done.append((self.now, "pause" if paused else "go on", name))
 
 
-@pytest.mark.parametrize("name", ROBOT_FAULTS)
+@pytest.mark.parametrize("name", NODE_FAULTS)
 @pytest.mark.parametrize("seed", range(4))
 def test_a_node_is_struck_once_and_comes_back_once_or_never(name: str, seed: int) -> None:
-    fault: NodeFault = ROBOT_FAULTS[name](np.random.default_rng(seed))
+    fault: NodeFault = NODE_FAULTS[name](np.random.default_rng(seed))
     nodes = Nodes()
     while nodes.now < fault.end:
         fault.before_frame(nodes)

@@ -20,16 +20,11 @@ import numpy as np
 
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
-from gait_lab.bench.ros_replay import (
-    RosReplay,
-    may_run_in_real_time,
-    real_time_priority,
-    replay_over_ros,
-    ros_is_installed,
-)
+from gait_lab.bench.ros_replay import RosReplay, replay_over_ros, ros_is_installed
 from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.faults import fault_run
 from gait_lab.bench.wake_up import Sleeper, sleep_until
+from gait_lab.demo.node_processes import may_run_in_real_time, real_time_priority
 from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness
 from gait_lab.trials.rollout import make_pair

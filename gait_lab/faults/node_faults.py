@@ -55,7 +55,7 @@ class NodeFault(Fault):
     """
 
     summary = "nothing"
-    end = 40.0
+    end = 26.0
     rig = Rig.MATCH
     victim = ""
     referee = False
@@ -65,7 +65,7 @@ class NodeFault(Fault):
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
-        self.begin = float(random.uniform(12.0, 18.0))
+        self.begin = float(random.uniform(8.0, 12.0))
         never = random.uniform() < self.stays_gone
         duration = float(random.uniform(*self.gone))
         self.duration = None if never else duration
@@ -126,11 +126,11 @@ class RefereeKilled(NodeFault):
     summary = "the referee is killed in play; in half of the runs another begins a new match"
     victim = "referee"
     referee = True
-    end = 60.0
+    end = 44.0
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
-        self.begin += 12.0  # the ball is in play
+        self.begin += 16.0  # the ball is in play
 
 
 class LolaFault(NodeFault):
@@ -138,7 +138,6 @@ class LolaFault(NodeFault):
 
     rig = Rig.LOLA
     stays_gone = 0.0
-    end = 35.0
 
 
 class LolaSilent(LolaFault):
@@ -164,7 +163,7 @@ class LolaGaitKilled(LolaFault):
     stays_gone = 0.5
 
 
-ROBOT_FAULTS: Mapping[str, type[NodeFault]] = {
+NODE_FAULTS: Mapping[str, type[NodeFault]] = {
     "none": NodeFault,
     "gait_killed": GaitKilled,
     "vision_killed": VisionKilled,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON, FaultResult, FaultRun
 
 
-class RobotOutcome(NamedTuple):
+class NodeOutcome(NamedTuple):
     """How a run ended.
 
     Attributes:
@@ -26,20 +26,20 @@ class RobotOutcome(NamedTuple):
     end: float
 
 
-def run_robot_fault(run: FaultRun) -> FaultResult:
+def run_node_fault(run: FaultRun) -> FaultResult:
     """Start the nodes, inject the fault, watch. The ROS wheels restart a process: it is another."""
     done = subprocess.run(
         [
-            sys.executable, "-m", "gait_lab.faults.robot_harness",
+            sys.executable, "-m", "gait_lab.faults.node_harness",
             run.fault, str(run.seed), run.engine, run.plant, run.urdf,
         ],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
         problem = f"harness: {(done.stderr.splitlines() or ['no output'])[-1]}"
-        outcome = RobotOutcome(False, (problem,), (), False, 0.0)
+        outcome = NodeOutcome(False, (problem,), (), False, 0.0)
     else:
-        outcome = RobotOutcome(*json.loads(done.stdout))
+        outcome = NodeOutcome(*json.loads(done.stdout))
     ended = WENT_ON if outcome.went_on else STOPPED
     return FaultResult(
         run=run,

@@ -1,7 +1,7 @@
 """The nodes of one robot as processes, with a fault of one of them; runs in a process of its own.
 
-Command line: python -m gait_lab.faults.robot_harness FAULT SEED ENGINE PLANT URDF
-The outcome goes to the standard output as JSON, with the fields of `RobotOutcome`.
+Command line: python -m gait_lab.faults.node_harness FAULT SEED ENGINE PLANT URDF
+The outcome goes to the standard output as JSON, with the fields of `NodeOutcome`.
 """
 
 import json
@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,9 @@ from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from gait_lab.demo.node_processes import NodeProcesses
-from gait_lab.faults.robot_campaign import RobotOutcome
-from gait_lab.faults.robot_node_faults import ROBOT_FAULTS, NodeFault, Rig
+from gait_lab.demo.node_processes import NodeProcesses, may_run_in_real_time, real_time_priority
+from gait_lab.faults.node_campaign import NodeOutcome
+from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, Rig
 from gait_lab.soccer.ros_match import FIRST_PORT
 from gait_lab.soccer.senses import in_field
 from nao_lipm_gait.ros.process import DomainClaim
@@ -32,21 +33,22 @@ from nao_lipm_gait.ros.topics import LATCHED, publisher, subscription
 from nao_lipm_gait.types import BUSY, GaitState
 from sim_bridge.scene import load_scene
 
-FACTOR = 0.5
-"""Simulated seconds per second: images are rendered on the same cores."""
+FACTORS = {Rig.MATCH: 0.25, Rig.LOLA: 1.0}
+"""Simulated seconds per second. Images are rendered on the same cores, which may be busy; LoLA's
+deadlines are of the wall clock, so that rig runs with a real-time priority where it may."""
 PATIENCE = 1.0
 """[s] without a new time on `/clock`, after which time goes on by the wall clock."""
 STALL = 90.0
 """[s] without a new time on `/clock`, after which a run is given up."""
 LOOK = 8.0
-"""[s] before the end, in which a robot that went on walks, kicks or gets up."""
+"""[s] before the end, in which a robot that went on walks, kicks, gets up or obeys the referee."""
 WALK_SPEED = 0.1
 """[m/s] forward, commanded by this process where there is no player."""
 COMMAND_PERIOD = 0.1
 """[s] of wall time between two commands."""
 
 
-class RobotHarness:
+class NodeHarness:
     """Starts the nodes, injects the fault, and watches what the robot does and says.
 
     Args:
@@ -72,19 +74,19 @@ class RobotHarness:
         self._now = 0.0
         self._moved = time.monotonic()
         self._state = ""
-        self._busy_at = -1.0
+        self._busy_at = self._obeys_at = -LOOK
         self._fell = False
         self._warned: dict[str, None] = {}
         self._remark = ""
         self._log_sizes: dict[Path, int] = {}
         self._folder = folder
-        common = {"engine": engine, "plant": plant, "robot_seed": seed, "real_time_factor": FACTOR}
+        common = {"engine": engine, "plant": plant, "real_time_factor": FACTORS[fault.rig]}
         self._starts: dict[str, Callable[[], None]] = {}
         below = "" if fault.rig is Rig.LOLA else "red1/"
         if fault.rig is Rig.LOLA:
-            self._prepare_lola(common)
+            self._prepare_lola(common, seed)
         else:
-            self._prepare_match(common, urdf, domain)
+            self._prepare_match(common, seed, urdf, domain)
         subscription(node, Clock, "/clock", self._on_clock, qos_profile_sensor_data)
         subscription(node, String, f"{below}gait/support", self._on_support, LATCHED)
         subscription(node, DiagnosticArray, "/diagnostics", self._on_diagnostics)
@@ -92,11 +94,12 @@ class RobotHarness:
         self._velocity = publisher(node, Twist, "cmd_vel") if fault.rig is Rig.LOLA else None
         self._commanded = 0.0
 
-    def _prepare_lola(self, common: Mapping[str, object]) -> None:
+    def _prepare_lola(self, common: Mapping[str, object], seed: int) -> None:
         socket = str(self._folder / "robocup")
         self._starts = {
             "lola_server": lambda: self._nodes.start(
-                "lola_server", {"socket": socket, "publish_clock": True, **common}
+                "lola_server",
+                {"socket": socket, "publish_clock": True, "robot_seed": seed, **common},
             ),
             "lola_bridge": lambda: self._nodes.start("lola_bridge", {"socket": socket}),
             "gait": lambda: self._nodes.start(
@@ -104,11 +107,11 @@ class RobotHarness:
             ),
         }
 
-    def _prepare_match(self, common: dict[str, object], urdf: str, domain: int) -> None:
+    def _prepare_match(
+        self, common: Mapping[str, object], seed: int, urdf: str, domain: int
+    ) -> None:
         whole = load_scene("pitch_small")
-        robot = whole.robots[0].replace(
-            name="red1", urdf=urdf, seed=int(str(common.pop("robot_seed")))
-        )
+        robot = whole.robots[0].replace(name="red1", urdf=urdf, seed=seed)
         file = self._folder / "scene.yaml"
         file.write_text(whole.replace(robots=(robot,)).to_yaml(), encoding="utf-8")
         x, y, heading = in_field(robot.pose, robot.team)
@@ -133,7 +136,8 @@ class RobotHarness:
 
     def seconds(self) -> float:
         """Simulated time [s]; it goes on by the wall clock while the simulator hangs."""
-        return self._now + FACTOR * max(0.0, time.monotonic() - self._moved - PATIENCE)
+        waited = max(0.0, time.monotonic() - self._moved - PATIENCE)
+        return self._now + FACTORS[self.fault.rig] * waited
 
     def kill(self, name: str) -> None:
         """End a node at once."""
@@ -153,7 +157,7 @@ class RobotHarness:
 
     # -- the run -----------------------------------------------------------------------------------
 
-    def run(self) -> RobotOutcome:
+    def run(self) -> NodeOutcome:
         """Start all nodes, inject the fault, watch to the end."""
         for start in self._starts.values():
             start()
@@ -187,7 +191,7 @@ class RobotHarness:
         twist.linear.x = WALK_SPEED
         self._velocity.publish(twist)
 
-    def _outcome(self, problem: str | None) -> RobotOutcome:
+    def _outcome(self, problem: str | None) -> NodeOutcome:
         explained = list(self._warned)
         violations = [] if problem is None else [problem]
         for log in sorted(self._folder.glob("*.log")):
@@ -199,10 +203,10 @@ class RobotHarness:
                 f"{log.stem}: {line.rsplit(']: ', 1)[-1][:160]}"
                 for line in new.splitlines() if line.startswith(("[WARN]", "[ERROR]"))
             ]  # fmt: skip
-        went_on = self._busy_at > self._now - LOOK
+        went_on = max(self._busy_at, self._obeys_at) > self._now - LOOK
         if not went_on and not explained and not self._remark:
             violations.append(f"silent stop: {self._state} at the end, nothing says why")
-        return RobotOutcome(
+        return NodeOutcome(
             went_on, tuple(violations), tuple(dict.fromkeys(explained)), self._fell, self._now
         )
 
@@ -227,6 +231,8 @@ class RobotHarness:
     def _on_behavior(self, message: DiagnosticArray) -> None:
         (status,) = message.status
         self._remark = status.message if ord(status.level) > 0 else ""
+        if not self._remark and any("stand still" in pair.value for pair in status.values):
+            self._obeys_at = self._now  # the referee wants it to stand
         if self._remark:
             self._warned[f"behavior: {self._remark.partition(' for ')[0]}"] = None
 
@@ -234,13 +240,18 @@ class RobotHarness:
 def main() -> None:
     """Run the fault of the command line."""
     name, seed, engine, plant, urdf = sys.argv[1:]
-    kind = list(ROBOT_FAULTS).index(name)
-    fault = ROBOT_FAULTS[name](np.random.default_rng((kind, int(seed))))
-    with tempfile.TemporaryDirectory() as folder, DomainClaim() as domain:
+    kind = list(NODE_FAULTS).index(name)
+    fault = NODE_FAULTS[name](np.random.default_rng((kind, int(seed))))
+    urgent = fault.rig is Rig.LOLA and may_run_in_real_time()
+    with (
+        real_time_priority() if urgent else nullcontext(),
+        tempfile.TemporaryDirectory() as folder,
+        DomainClaim() as domain,
+    ):
         rclpy.init(domain_id=domain.domain)
         node = rclpy.create_node("faults")
         with NodeProcesses(domain.environment(), Path(folder)) as nodes:
-            harness = RobotHarness(
+            harness = NodeHarness(
                 fault, nodes, node, Path(folder), domain.domain, int(seed), engine, plant, urdf
             )
             outcome: Any = harness.run()
