@@ -190,7 +190,7 @@ class SoccerHarness(Channels):
         self._stands.append(not walks)
         if player.runs and player.behavior.remark and self._now >= self.fault.begin:
             self.explained[player.behavior.remark.partition(" for ")[0]] = None
-        self._check_blind(walks, upright)
+        self._check_blind(walks, upright and player.runs)
         self._check_silent_stop(frame)
 
     def _walks(self, player: RobotPlayer) -> bool:
@@ -205,9 +205,9 @@ class SoccerHarness(Channels):
         if not all(map(math.isfinite, numbers)) or math.hypot(walk.x, walk.y) > 1.0:
             self.violate("command", f"walk {numbers}")
 
-    def _check_blind(self, walks: bool, upright: bool) -> None:
+    def _check_blind(self, walks: bool, looks: bool) -> None:
         """A robot that sees nothing must not walk on."""
-        if not upright:
+        if not looks:
             self._saw = self._saw_image = self._now  # it may look for as long once it is up
         for saw, longest in ((self._saw_image, IMAGE_AGE_MAX), (self._saw, SIGHT_AGE_MAX)):
             since = self._now - saw
