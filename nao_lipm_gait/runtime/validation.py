@@ -4,7 +4,8 @@ A message passes these checks in this order:
 
 1. fields: all joints there, every number finite and inside its range; else the message is refused;
 2. stuck sensors: the same numbers again and again while the robot moves;
-3. spikes: a change that the robot cannot make from one sample to the next.
+3. spikes: a change that the robot cannot make from one sample to the next, or that a gyro does not
+   confirm with its next one. The accelerometer's value of the same sample is not used either.
 
 While joints cannot be read, are stuck or show a spike, the walk continues on the positions that
 were commanded one feedback delay earlier. They are known well enough for a short time.
@@ -48,13 +49,17 @@ IMU_STUCK_MOTION = 0.02
 STUCK = 0.06
 """[rad] between commanded and measured position of joints that count as stuck."""
 
-SPEED_SHARE = 3.0
+SPEED_SHARE = 2.2
 """Fastest plausible change of a joint, as a share of its speed limit. Joints that are pushed and
 measured in encoder steps reach 1.6."""
-ROTATION_STEP = 4.0
-"""[rad/s] Largest plausible change of the gyro between two samples. Pushes and falls reach 2."""
+ROTATION_STEP = 1.2
+"""[rad/s] Largest change of the gyro between two samples that needs no confirmation by the next
+one. The fastest walks reach 1.1, pushes 0.8."""
+ROTATION_STEP_MAX = 4.0
+"""[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
+2.6."""
 SPIKE_SAMPLES = 3
-"""Samples in a row that are replaced by the last plausible one; the fourth is accepted as real."""
+"""Samples in a row that are replaced by the last plausible one at most; the next one is real."""
 COMMAND_AGE = 300_000_000
 """[ns] Older commands do not tell where a joint is now."""
 
@@ -169,16 +174,23 @@ class JointReader:
 
 
 class StepFilter:
-    """Replaces values that changed more than they can from one sample to the next."""
+    """Replaces values that changed more than they can from one sample to the next.
 
-    def __init__(self) -> None:
+    Args:
+        confirmable: A larger change counts as soon as two samples in a row agree on it, up to this
+            one; 0 for none.
+    """
+
+    def __init__(self, confirmable: float = 0.0) -> None:
+        self._confirmable = confirmable
         self._last: FloatArray | None = None
+        self._measured: FloatArray | None = None
         self._replaced: FloatArray = np.zeros(0, dtype=int)
         """(n,) Samples in a row for which each value was replaced."""
 
     def restart(self, values: FloatArray | None) -> None:
         """Forget the past; continue from `values` (n,), or from the next sample if None."""
-        self._last = values
+        self._last = self._measured = values
         if values is not None:
             self._replaced = np.zeros(values.shape, dtype=int)
 
@@ -200,6 +212,7 @@ class StepFilter:
         if last is None:
             self.restart(values)
             return values, np.zeros(0, dtype=int)
+        before, self._measured = self._measured, values
         implausible = np.abs(values - last) > step
         if not implausible.any():
             if self._replaced.any():
@@ -209,6 +222,9 @@ class StepFilter:
         replace = implausible
         if substitute is None:
             replace = implausible & (self._replaced < SPIKE_SAMPLES)
+        if self._confirmable > 0.0 and before is not None:
+            agree = np.abs(values - before) <= step
+            replace &= ~(agree & (np.abs(values - last) <= self._confirmable))
         self._replaced = np.where(replace, self._replaced + 1, 0)
         filtered = np.where(replace, last if substitute is None else substitute, values)
         self._last = filtered
@@ -266,7 +282,8 @@ class SensorValidation:
         self._names = robot.joint_names
         self._fastest = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
         self._joint_steps = StepFilter()
-        self._gyro_steps = StepFilter()
+        self._gyro_steps = StepFilter(ROTATION_STEP_MAX)
+        self._acceleration: FloatArray | None = None
         self._commands = CommandHistory()
         self._joints_at: int | None = None
         self._forget_repeats(None)
@@ -322,14 +339,17 @@ class SensorValidation:
         )
         measured = rate
         rate, replaced = self._gyro_steps.apply(measured, ROTATION_STEP)
+        if not len(replaced) or self._acceleration is None:
+            self._acceleration = acceleration
         if len(replaced):
             axis = int(replaced[0])
             text = (
                 f"imu/data angular_velocity.{'xyz'[axis]}: got {measured[axis]:.3g} after "
                 f"{rate[axis]:.3g}; allowed: steps of {ROTATION_STEP:g} rad/s; "
-                "the last value is used"
+                "the last sample is used"
             )
             self._diagnostics.event(SENSORS, Level.WARN, "gyro spike", text)
+            acceleration = self._acceleration
         self._check_orientation(message)
         if self._imu_is_stuck(rotation, force):
             raise NaoGaitError(

@@ -215,10 +215,27 @@ def test_what_a_joint_can_do_is_no_spike():
 
 def test_a_spike_of_the_gyro_is_held():
     sensors = Sensors()
-    for rate in ((0.0, 0.0, 0.0), (3.0, -3.0, 0.0)):
+    for rate in ((0.0, 0.0, 0.0), (1.0, -1.0, 0.0)):
         np.testing.assert_array_equal(sensors.imu(rate), rate)
-    np.testing.assert_array_equal(sensors.imu((30.0, 0.0, 0.0)), (3.0, 0.0, 0.0))
-    assert any("angular_velocity.x: got 30" in text for text in sensors.said())
+    np.testing.assert_array_equal(sensors.imu((3.0, -1.0, 0.0)), (1.0, -1.0, 0.0))
+    np.testing.assert_array_equal(sensors.imu((1.2, -1.2, 0.0)), (1.2, -1.2, 0.0))
+    assert any("angular_velocity.x: got 3" in text for text in sensors.said())
+
+
+def test_a_jump_of_the_gyro_that_the_next_sample_confirms_is_real():
+    sensors = Sensors()
+    jump = (0.0, 3.0, 0.0)
+    used = [sensors.imu(rate)[1] for rate in ((0.0, 0.0, 0.0), jump, jump, jump)]
+    assert used == [0.0, 0.0, 3.0, 3.0]
+
+
+def test_the_accelerometer_of_a_spike_of_the_gyro_is_not_used():
+    sensors = Sensors()
+    sensors.imu((0.0, 0.0, 0.0))
+    sample = sensors.validation.imu(
+        ImuInput(*divmod(sensors.stamp, 10**9), (0.0, 2.0, 0.0), (40.0, 0.0, 50.0))
+    )
+    assert sample.linear_acceleration.tolist() == [0.0, 0.0, 9.81]
 
 
 # -- joints that cannot be read --------------------------------------------------------------------
