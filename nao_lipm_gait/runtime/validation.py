@@ -49,7 +49,7 @@ IMU_STUCK_MOTION = 0.02
 STUCK = 0.06
 """[rad] between commanded and measured position of joints that count as stuck."""
 
-SPEED_SHARE = 2.2
+SPEED_SHARE = 3.0
 """Fastest plausible change of a joint, as a share of its speed limit. Joints that are pushed and
 measured in encoder steps reach 1.6."""
 ROTATION_STEP = 1.2
