@@ -12,6 +12,7 @@ from nao_lipm_gait.estimation.com_measurement import (
     measured_com_in_q,
 )
 from nao_lipm_gait.estimation.fall_detection import FallDetector, TippingDetector
+from nao_lipm_gait.estimation.gyro_bias_jump import GyroBiasJump
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.odometry_covariance import OdometryCovariance
@@ -95,6 +96,7 @@ class StateEstimator:
         self._p = p
         self._period = self._dt = period
         self._soles: tuple[SolePose, SolePose] | None = None
+        self._bias_jump = GyroBiasJump()
         self._fall = FallDetector()
         self._tipping = TippingDetector()
         self._lying = LyingSideDetector()
@@ -154,7 +156,7 @@ class StateEstimator:
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support == LEFT else (other, sole)
         force = as_point(frame.linear_acceleration)
-        rate = self._mean_rate(as_point(frame.angular_velocity))
+        rate = self._mean_rate(self._without_bias(as_point(frame.angular_velocity)))
         roll_rate, pitch_rate, _ = rate
         feet_free = state in IN_MOTION or state in DOWN
         if feet_free:
@@ -165,6 +167,8 @@ class StateEstimator:
             # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.
             turning = (roll_rate, pitch_rate, self.odometry.velocity[2])
             self.orientation.update(turning, force, sole.normal, gyro_dt)
+            if state is WALK and self._p.feedback and self._p.walk == "lipm":
+                self._find_bias_jump(sole.normal, force, gyro_dt)
         level = level_frame(sole, self.orientation.up_in_torso)
         self.com_in_q = measured_com_in_q(com, level, expected.sole_in_q)
         self.acceleration_in_q = (
@@ -249,6 +253,15 @@ class StateEstimator:
         if self._dt <= self._period:
             return rate
         return 0.5 * (last[0] + rate[0]), 0.5 * (last[1] + rate[1]), 0.5 * (last[2] + rate[2])
+
+    def _without_bias(self, rate: Point3) -> Point3:
+        roll, pitch = self._bias_jump.rate
+        return rate if roll == pitch == 0.0 else (rate[0] - roll, rate[1] - pitch, rate[2])
+
+    def _find_bias_jump(self, normal: Point3, force: Point3, dt: float) -> None:
+        x, y, _ = self.orientation.up_in_torso
+        force_x, force_y = force[0] / GRAVITY - x, force[1] / GRAVITY - y
+        self._bias_jump.update((normal[0] - x, normal[1] - y), (force_x, force_y), dt)
 
     @property
     def tilt(self) -> float:

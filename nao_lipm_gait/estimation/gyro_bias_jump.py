@@ -1,0 +1,86 @@
+"""A gyro whose bias jumps while the robot walks.
+
+The estimated vertical follows the gyro and, slowly, the stance sole and the accelerometer. On the
+average of a step both differ from it by an angle that stays the same (joint zeros, IMU mounting).
+After a jump of the bias by b the vertical drifts away with b, and both differences grow alike. What
+they grow beyond a deadband is taken as the bias, so that an intact gyro is not touched.
+"""
+
+from math import copysign
+
+FAST_TIME, SLOW_TIME = 0.4, 4.0
+"""[s] Averaging times of a difference, and of what it usually is."""
+DEADBAND = 0.03
+"""[rad] Growth of the difference that does not count; undisturbed walks stay below."""
+GAIN, RETURN_GAIN = 6.0, 3.0
+"""[1/s^2, 1/s] From the angle beyond the deadband to the bias's rate of change, and to the rate at
+which the vertical returns."""
+LARGEST = 0.2
+"""[rad/s] No bias is taken for larger."""
+
+
+class _Drift:
+    """Growth of the difference between a reference and the estimated vertical along one axis."""
+
+    def __init__(self) -> None:
+        self._fast = self._slow = 0.0
+        self._age = 0.0
+
+    def update(self, difference: float, dt: float) -> float:
+        """Growth [rad] beyond the usual difference, after `dt` [s]."""
+        self._age += dt
+        self._fast += dt / min(FAST_TIME, self._age) * (difference - self._fast)
+        growth = self._fast - self._slow
+        if abs(growth) < DEADBAND or self._age < SLOW_TIME / 4.0:
+            self._slow += dt / min(SLOW_TIME, self._age) * growth
+        return growth
+
+
+class _Axis:
+    """The vertical's drift along one axis."""
+
+    def __init__(self) -> None:
+        self._sole, self._force = _Drift(), _Drift()
+        self._bias = 0.0
+
+    def rate(self, sole: float, force: float, dt: float) -> float:
+        """Rate [rad/s] with which the vertical would drift without a correction.
+
+        Args:
+            sole: Difference of the sole's normal from it [rad].
+            force: Difference of the specific force [rad].
+            dt: Time [s] since the last tick.
+        """
+        sole, force = self._sole.update(sole, dt), self._force.update(force, dt)
+        beyond = abs(sole) - DEADBAND
+        if beyond <= 0.0 or sole * force <= 0.0:
+            return self._bias
+        angle = copysign(min(beyond, abs(force)), sole)
+        self._bias = min(max(self._bias + dt * GAIN * angle, -LARGEST), LARGEST)
+        return self._bias + RETURN_GAIN * angle
+
+
+class GyroBiasJump:
+    """Finds the bias of the gyro that has appeared since the robot began to walk.
+
+    Attributes:
+        rate: To be subtracted from roll and pitch rate [rad/s]; exactly 0 for an intact gyro.
+    """
+
+    def __init__(self) -> None:
+        self.rate = (0.0, 0.0)
+        self._along_x, self._along_y = _Axis(), _Axis()
+
+    def update(self, sole: tuple[float, float], force: tuple[float, float], dt: float) -> None:
+        """One tick.
+
+        Args:
+            sole: Normal of the flat stance sole minus the estimated vertical, x and y in the torso
+                frame.
+            force: The same of the specific force over gravity.
+            dt: Time [s] since the last tick.
+        """
+        # From du/dt = u x w: a roll bias moves the vertical along y, a pitch bias along -x.
+        self.rate = -self._along_y.rate(sole[1], force[1], dt), self._along_x.rate(
+            sole[0], force[0], dt
+        )

@@ -1,0 +1,51 @@
+"""A jump of the gyro's bias, seen in how the estimated vertical drifts from sole and force."""
+
+import math
+
+import pytest
+
+from nao_lipm_gait.estimation.gyro_bias_jump import DEADBAND, GyroBiasJump
+
+DT = 0.01
+TIME = 2.0
+"""[s] in which sole and force together pull the estimated vertical to theirs."""
+
+
+def vertical_errors(
+    jump: GyroBiasJump, bias: tuple[float, float], seconds: float
+) -> list[tuple[float, float]]:
+    """Horizontal part of the estimated vertical of an upright robot that sways while it walks."""
+    x = y = 0.0
+    errors = []
+    for tick in range(round(seconds / DT)):
+        roll, pitch = bias if tick * DT > 5.0 else (0.0, 0.0)
+        # du/dt = u x w, with what the correction leaves of the bias
+        x -= DT * (pitch - jump.rate[1] + x / TIME)
+        y += DT * (roll - jump.rate[0] - y / TIME)
+        sway = 0.05 * math.sin(2.0 * math.pi * tick * DT / 0.5)
+        jump.update((0.02 - x, sway - y), (0.5 * sway - x, 2.0 * sway - y), DT)
+        errors.append((x, y))
+    return errors
+
+
+def test_an_intact_gyro_is_not_touched() -> None:
+    jump = GyroBiasJump()
+    vertical_errors(jump, (0.0, 0.0), 20.0)
+    assert jump.rate == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("bias", [(0.1, 0.0), (-0.08, 0.0), (0.0, 0.1), (0.06, -0.09)])
+def test_a_jump_is_found_and_the_vertical_returns(bias: tuple[float, float]) -> None:
+    jump = GyroBiasJump()
+    errors = vertical_errors(jump, bias, 10.0)
+    without = max(map(abs, bias)) * TIME
+    assert max(abs(each) for error in errors[-100:] for each in error) < DEADBAND + 0.01
+    assert max(abs(each) for error in errors for each in error) < 0.6 * without
+    assert jump.rate == pytest.approx(bias, abs=0.025)
+
+
+def test_a_sole_that_tilts_without_the_torso_is_no_bias() -> None:
+    jump = GyroBiasJump()
+    for tick in range(1000):
+        jump.update((0.0 if tick < 300 else 0.2, 0.0), (-0.001, 0.0), DT)
+    assert jump.rate == (0.0, 0.0)
