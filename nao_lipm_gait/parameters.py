@@ -198,6 +198,11 @@ class GaitParameters(Settings):
     push_acceleration: bool = switch(
         True, "Detect pushes with the accelerometer too, before the CoM has moved."
     )
+    sway_limit: float = number(
+        0.0022, 0.0, 0.05, "m",
+        "Strides become shorter if the measured CoM sways more than this (standard deviation to "
+        "the side, beyond what is expected); 0 = off.",
+    )
 
     heading_gain: float = number(
         1.5, 0.0, 5.0, "1/s",

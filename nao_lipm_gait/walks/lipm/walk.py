@@ -24,6 +24,7 @@ from nao_lipm_gait.walks.lipm.extensions.disturbances import (
     unexplained_acceleration,
 )
 from nao_lipm_gait.walks.lipm.extensions.stopping import can_stop, is_at_rest, stopping_origin
+from nao_lipm_gait.walks.lipm.extensions.sway_limit import SwayLimit
 from nao_lipm_gait.walks.lipm.kalman_observer import kalman_observer
 from nao_lipm_gait.walks.lipm.single_support import TIME_MIN, SingleSupport, StepRequest
 from nao_lipm_gait.walks.lipm.state import NextSupport, Segment, WalkState, follow
@@ -76,7 +77,8 @@ class LipmWalk:
         self._k = natural_frequency(p.pendulum_height)
         self._single_support = SingleSupport(p, self._k)
         settings = (
-            p.position_sigma, p.velocity_sigma, p.measurement_sigma, p.offset_time, p.push_velocity
+            p.position_sigma, p.velocity_sigma, p.measurement_sigma, p.offset_time, p.push_velocity,
+            p.sway_limit,
         )  # fmt: skip
         if settings != self._observer_settings:
             # Other changes keep what has been learned about the robot.
@@ -84,6 +86,7 @@ class LipmWalk:
             self._observer = self._make_observer(p)
             self._offset = MeasurementOffset(p.offset_time)
             self._push_detector = PushDetector(p.push_velocity)
+            self._sway = SwayLimit(p.sway_limit)
 
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Reset to a stand: both feet side by side, the CoM at rest between them."""
@@ -109,6 +112,7 @@ class LipmWalk:
         self._swing = self._swing_foot(other, 0.0)
         self._swing_target = SoleTarget(other[0], other[1], 0.0, other[2])
         self._steps_in_place = 0
+        self._sway.begin()
         self._unobserved = 0
         self._elapsed = 0.0
         self._time_left = 0.0
@@ -172,6 +176,7 @@ class LipmWalk:
         expected, dt = self._expected, self._dt
         dx, dy = measured_x - expected.x, measured_y - expected.y  # (11)
         dx, dy = self._offset.remove(dx, dy, dt)
+        self._sway.update(dy, dt)
         self._observer.predict(expected, dt)  # (12)
         correction = self._observer.correct(dx, dy)  # (13), (14)
         if acceleration is not None:
@@ -283,7 +288,11 @@ class LipmWalk:
         self._stopping = command.is_zero and in_place and enough and can_stop(state, self._k)
         if not self._shifts_weight:
             self._pace.add(self._elapsed, self._stride, p)
-        self._stride = approach(self._stride, stride_for(command, p, self._pace.share), p)
+        wanted = stride_for(command, p, self._pace.share)
+        forward_share, _, _ = wanted.used_shares(p)
+        if forward_share > self._sway.share:
+            wanted = wanted.scaled(self._sway.share / forward_share)
+        self._stride = approach(self._stride, wanted, p)
         self._reserve = 1.0 - limit_share(self._stride, p)
         self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(

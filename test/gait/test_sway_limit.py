@@ -1,0 +1,85 @@
+"""Strides become shorter while the walk sways."""
+
+import math
+
+import pytest
+
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.types import VelocityCommand
+from nao_lipm_gait.walks.lipm.extensions.sway_limit import (
+    RECOVERY_TIME,
+    SHARE_MIN,
+    START_TIME,
+    SwayLimit,
+)
+from nao_lipm_gait.walks.lipm.walk import LipmWalk
+
+DT = 0.01
+LIMIT = 0.002
+FAST = VelocityCommand(0.4, 0.0, 0.0)
+
+
+def swaying(limit: SwayLimit, deviation: float, seconds: float, offset: float = 0.0) -> None:
+    """A sway of 2.5 Hz, as that of the steps; its standard deviation and its mean [m]."""
+    for tick in range(round(seconds / DT)):
+        swing = math.sqrt(2.0) * deviation * math.sin(math.tau * 2.5 * tick * DT)
+        limit.update(offset + swing, DT)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.01])
+def test_a_calm_walk_may_use_all(offset: float) -> None:
+    limit = SwayLimit(LIMIT)
+    swaying(limit, 0.7 * LIMIT, 5.0, offset)
+    assert limit.share == 1.0
+
+
+def test_more_sway_leaves_less_and_never_nothing() -> None:
+    shares = []
+    for factor in (1.3, 1.6, 5.0):
+        limit = SwayLimit(LIMIT)
+        swaying(limit, factor * LIMIT, 4.0)
+        shares.append(limit.share)
+    assert 1.0 > shares[0] > shares[1] > shares[2] == SHARE_MIN
+
+
+def test_it_is_taken_back_slowly_and_kept_by_the_next_walk() -> None:
+    limit = SwayLimit(LIMIT)
+    swaying(limit, 5.0 * LIMIT, 4.0)
+    limit.begin()
+    swaying(limit, 0.0, START_TIME - 2 * DT)
+    assert limit.share == SHARE_MIN
+    swaying(limit, 0.0, 5.0)
+    assert limit.share == pytest.approx(SHARE_MIN + 5.0 / RECOVERY_TIME, abs=0.01)
+
+
+def test_the_first_steps_do_not_count() -> None:
+    limit = SwayLimit(LIMIT)
+    swaying(limit, 5.0 * LIMIT, START_TIME - 2 * DT)
+    assert limit.share == 1.0
+
+
+def test_off_is_off() -> None:
+    limit = SwayLimit(0.0)
+    swaying(limit, 0.1, 4.0)
+    assert limit.share == 1.0
+
+
+def walked(sway: float, command: VelocityCommand) -> LipmWalk:
+    walk = LipmWalk(GaitParameters(), DT)
+    walk.start(command)
+    for tick in range(800):
+        x, y = walk.expect().com_in_q
+        walk.observe(x, y + sway * math.sin(math.tau * 1.25 * tick * DT))
+        walk.plan(command)
+    return walk
+
+
+def test_a_walk_that_sways_takes_shorter_steps() -> None:
+    calm, swayed = walked(0.0, FAST), walked(0.008, FAST)
+    assert swayed.reserve > calm.reserve + 0.2
+    assert abs(swayed.step_size[0]) < 0.8 * abs(calm.step_size[0])
+
+
+def test_steps_to_the_side_and_turns_are_not_limited() -> None:
+    for command in (VelocityCommand(0.0, 0.2, 0.0), VelocityCommand(0.0, 0.0, 1.5)):
+        assert walked(0.008, command).reserve < walked(0.0, command).reserve + 0.05
