@@ -166,7 +166,7 @@ class Gait:
             if tick < missed:
                 self._walk.expect()
             if tick < plans - 1:
-                self._walk.plan(self._last_command, sent=False)
+                self._walk.plan(self._last_command, sent=tick < missed)
         dt = self._elapsed = (missed + 1) * self._dt
 
         # Expectation: support leg, sole and CoM at the time of the measurement.

@@ -52,9 +52,9 @@ STUCK = 0.06
 SPEED_SHARE = 3.0
 """Fastest plausible change of a joint, as a share of its speed limit. Joints that are pushed and
 measured in encoder steps reach 1.6."""
-ROTATION_STEP = 1.2
-"""[rad/s] Largest change of the gyro between two samples that needs no confirmation by the next
-one. The fastest walks reach 1.1, pushes 0.8."""
+ROTATION_STEP, ROTATION_ACCELERATION = 1.2, 120.0
+"""[rad/s, rad/s^2] Largest change of the gyro between two samples that needs no confirmation by the
+next one; the latter for samples that are far apart. The fastest walks reach 1.1, pushes 0.8."""
 ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""
@@ -284,6 +284,7 @@ class SensorValidation:
         self._joint_steps = StepFilter()
         self._gyro_steps = StepFilter(ROTATION_STEP_MAX)
         self._acceleration: FloatArray | None = None
+        self._imu_at = 0
         self._commands = CommandHistory()
         self._joints_at: int | None = None
         self._forget_repeats(None)
@@ -338,14 +339,16 @@ class SensorValidation:
             force, "imu/data linear_acceleration", ACCELERATION_ABSURD, "m/s^2"
         )
         measured = rate
-        rate, replaced = self._gyro_steps.apply(measured, ROTATION_STEP)
+        elapsed, self._imu_at = (stamp - self._imu_at) * 1e-9, stamp
+        limit = min(max(ROTATION_STEP, ROTATION_ACCELERATION * elapsed), ROTATION_STEP_MAX)
+        rate, replaced = self._gyro_steps.apply(measured, limit)
         if not len(replaced) or self._acceleration is None:
             self._acceleration = acceleration
         if len(replaced):
             axis = int(replaced[0])
             text = (
                 f"imu/data angular_velocity.{'xyz'[axis]}: got {measured[axis]:.3g} after "
-                f"{rate[axis]:.3g}; allowed: steps of {ROTATION_STEP:g} rad/s; "
+                f"{rate[axis]:.3g}; allowed: steps of {limit:.3g} rad/s; "
                 "the last sample is used"
             )
             self._diagnostics.event(SENSORS, Level.WARN, "gyro spike", text)
