@@ -1,13 +1,12 @@
 """The process that stands for the robot in a replay: sends messages and takes the answers.
 
 Command line: python -m gait_lab.bench.replay_process SCRIPT
-SCRIPT is a pickle of the control period [s] and the messages of each tick. The times that were
-measured (`ReplayTimes`) go to the standard output as JSON.
+SCRIPT is a JSON file: the control period [s], and for each tick topic, type and fields of its
+messages. The times that were measured (`ReplayTimes`) go to the standard output as JSON.
 """
 
 import gc
 import json
-import pickle
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -25,6 +24,7 @@ from gait_lab.bench.ros_replay import ReplayTimes
 from gait_lab.bench.wake_up import Sleeper, sleep_until
 from gait_lab.faults.channel import Message
 from nao_lipm_gait.ros.messages import to_time
+from nao_lipm_gait.ros.process import stay_local
 from nao_lipm_gait.ros.topics import publisher, subscription
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TwistInput
 
@@ -32,6 +32,8 @@ FIND_TIME, SETTLE_TIME = 60.0, 1.0
 """[s] to find the gait at most, and to wait after that and after the last message."""
 GUARD = 0.001
 """[s] before the next tick, in which this process only sleeps."""
+INPUTS = (ImuInput, JointInput, TwistInput)
+"""Messages that a script may hold."""
 _SECOND = 1_000_000_000
 
 
@@ -94,6 +96,12 @@ def _converted(message: Message) -> Any:
     raise TypeError(type(content).__name__)
 
 
+def _message(plain: Mapping[str, Any]) -> Message:
+    """The message of an entry of the script."""
+    (kind,) = (each for each in INPUTS if each.__name__ == plain["type"])
+    return Message(plain["topic"], kind(**plain["fields"]))
+
+
 def _stamp(message: Message) -> int | None:
     """Stamp [ns] of a joint state; None for other messages."""
     content = message.content
@@ -141,9 +149,11 @@ def _serve(executor: SingleThreadedExecutor, until: float) -> None:
 
 def main() -> None:
     """Replay the script of the command line."""
-    period, script = pickle.loads(Path(sys.argv[1]).read_bytes())
+    script = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    ticks = [[_message(plain) for plain in messages] for messages in script["ticks"]]
+    stay_local()
     rclpy.init()
-    json.dump(replay(period, script), sys.stdout)
+    json.dump(replay(script["period"], ticks), sys.stdout)
     rclpy.try_shutdown()
 
 

@@ -6,14 +6,15 @@ the robot. This one does not import rclpy.
 
 import importlib.util
 import json
-import pickle
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from gait_lab.bench.wake_up import deviations
 from gait_lab.demo.node_processes import NodeProcesses
@@ -104,8 +105,9 @@ def replay_over_ros(
     """
     with tempfile.TemporaryDirectory() as name, DomainClaim() as domain:
         folder = Path(name)
-        file = folder / "script.pickle"
-        file.write_bytes(pickle.dumps((period, script)))
+        file = folder / "script.json"
+        ticks = [[_plain(message) for message in messages] for messages in script]
+        file.write_text(json.dumps({"period": period, "ticks": ticks}), encoding="utf-8")
         environment = domain.environment()
         with NodeProcesses(environment, folder) as nodes:
             nodes.start("gait", parameters)
@@ -117,3 +119,12 @@ def replay_over_ros(
                 problem = [*done.stderr.splitlines()[-1:], *nodes.log_tails(1)]
                 raise NaoGaitError("replay over ROS 2", "; ".join(problem), "a gait that answers")
     return RosReplay.of(ReplayTimes(*json.loads(done.stdout)), period)
+
+
+def _plain(message: Message) -> dict[str, object]:
+    """Topic, type and fields of a message, for JSON."""
+    fields = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in asdict(message.content).items()
+    }
+    return {"topic": message.topic, "type": type(message.content).__name__, "fields": fields}
