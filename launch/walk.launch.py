@@ -58,7 +58,7 @@ ARGUMENTS = (
     ("enable_stamped_cmd_vel", bool, ("gait",), "cmd_vel is a TwistStamped (false)"),
     ("bias_wait", float, ("gait",), "longest stand until the gyro's bias is known [s] (20.0)"),
     ("hot_speed", float, ("gait",), "factor on the velocity while a motor is hot (1.0)"),
-    ("sensor_age", bool, ("gait",), "measure the age of the sensors (true without lockstep)"),
+    ("sensor_age", bool, ("gait",), "measure the age of the sensors, not in lockstep (false)"),
     ("cmd_vel_timeout", float, ("gait",), "an older velocity command means stop [s] (0.5)"),
 )  # fmt: skip
 
@@ -197,8 +197,6 @@ def _node(context: LaunchContext, name: str, robot: Robot | None = None) -> Node
     }
     # The bridge publishes the simulated time and itself uses the wall clock.
     given["use_sim_time"] = name != "sim_bridge"
-    if name == "gait":
-        given.setdefault("sensor_age", not _is_on(context, "lockstep"))
     if robot is not None and robot.urdf:
         given["urdf"] = ParameterValue(robot.urdf, value_type=str)
     return Node(
