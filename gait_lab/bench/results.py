@@ -109,7 +109,7 @@ SECTIONS = (
             {"robots": 10, "tasks": ("forward=20",)},
             {"robots": 4, "phases": 4, "impulses": (1.25,)}),
     Section("start", "Starts and stops", "start", quick={"robots": 6, **_ONE_LOOP}),
-    Section("endurance", "Endurance", "endurance", quick={"robots": 8, "metres": 5.0}),
+    Section("endurance", "Endurance", "endurance", {"metres": 100.0}, quick={"robots": 8, "metres": 5.0}),
     Section("robust", "Harder plants", "robust", {"tasks": ("forward=30", "forward=47")},
             {"robots": 6, "window": 5.0, **_ONE_LOOP}),
     Section("delay", "Late sensors", "delay", {"robots": 4},
