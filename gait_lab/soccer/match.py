@@ -1,4 +1,4 @@
-"""A match in one process, with percepts by the model: for statistics."""
+"""A match in one process, with percepts by the model or from rendered images: for statistics."""
 
 import contextlib
 import math

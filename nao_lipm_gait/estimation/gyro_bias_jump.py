@@ -81,6 +81,6 @@ class GyroBiasJump:
             dt: Time [s] since the last tick.
         """
         # From du/dt = u x w: a roll bias moves the vertical along y, a pitch bias along -x.
-        self.rate = -self._along_y.rate(sole[1], force[1], dt), self._along_x.rate(
-            sole[0], force[0], dt
-        )
+        along_x = self._along_x.rate(sole[0], force[0], dt)
+        along_y = self._along_y.rate(sole[1], force[1], dt)
+        self.rate = -along_y, along_x

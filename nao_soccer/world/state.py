@@ -17,6 +17,7 @@ SIGHT_AGE_MAX = 15.0
 """[s] after which a robot that sees nothing in its images is blind: longer than the turn in which
 it searches the ball, and which shows it the field."""
 
+
 class HeadMode(StrEnum):
     """What the head looks for; the body does not matter.
 
