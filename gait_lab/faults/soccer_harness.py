@@ -137,7 +137,7 @@ class SoccerHarness(Channels):
         """See `Channels`."""
         return tuple(self.fault.on_team_message(self, data)) if index == AFFECTED else (data,)
 
-    def referee_message(self, index: int, data: bytes) -> Sequence[bytes]:
+    def referee_message(self, index: int, data: bytes, time: float) -> Sequence[bytes]:
         """See `Channels`."""
         return tuple(self.fault.on_referee_message(self, data)) if index == AFFECTED else (data,)
 

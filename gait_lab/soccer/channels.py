@@ -21,6 +21,22 @@ class Channels:
         """What a robot receives of a message of a team mate."""
         return (data,)
 
-    def referee_message(self, index: int, data: bytes) -> Sequence[bytes]:
-        """What a robot receives of a message of the referee."""
+    def referee_message(self, index: int, data: bytes, time: float) -> Sequence[bytes]:
+        """What a robot receives of a message that the referee sends at `time` [s]."""
         return (data,)
+
+
+class SilentReferee(Channels):
+    """No robot receives messages of the referee for a while.
+
+    Args:
+        begin: From this time [s].
+        end: To this time [s].
+    """
+
+    def __init__(self, begin: float, end: float) -> None:
+        self._begin, self._end = begin, end
+
+    def referee_message(self, index: int, data: bytes, time: float) -> Sequence[bytes]:
+        """See `Channels`."""
+        return () if self._begin <= time < self._end else (data,)

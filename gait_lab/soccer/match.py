@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from gait_lab.soccer.channels import Channels
+from gait_lab.soccer.channels import Channels, SilentReferee
 from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
 from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
 from gait_lab.soccer.senses import in_field
@@ -121,7 +121,8 @@ class Match:
     Args:
         spec: The specification.
         rendered: Players see rendered images, not percepts by the model.
-        channels: Ways of images, percepts and messages to the players; None = without faults.
+        channels: Ways of images, percepts and messages to the players; None = without faults but
+            the referee's silence of the specification.
 
     Attributes:
         pitch: World and players.
@@ -132,6 +133,8 @@ class Match:
         self, spec: MatchSpec, *, rendered: bool = False, channels: Channels | None = None
     ) -> None:
         scene = match_scene(spec)
+        if channels is None and spec.silence is not None:
+            channels = SilentReferee(*spec.silence)
         self.spec = spec
         team_size = {team: sum(each.team == team for each in scene.robots) for team in TEAMS}
         self.pitch = Pitch(
@@ -189,12 +192,9 @@ class Match:
             self._broadcast(time)
 
     def _broadcast(self, time: float) -> None:
-        silence = self.spec.silence
-        if silence is not None and silence[0] <= time < silence[1]:
-            return
         data = self.referee.message().encode()
         for index, player in enumerate(self.pitch.players):
-            for each in self.pitch.channels.referee_message(index, data):
+            for each in self.pitch.channels.referee_message(index, data, time):
                 with contextlib.suppress(NaoGaitError):  # the node logs it
                     player.behavior.hear_referee(each, time)
 

@@ -11,7 +11,7 @@ from gait_lab.faults.channel import Delivery
 from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault
 from gait_lab.faults.soccer_faults import VisionGone
 from gait_lab.faults.soccer_harness import SoccerHarness
-from gait_lab.soccer.match import MatchSpec
+from gait_lab.soccer.match import Match, MatchSpec
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import WorldState
 from sim_bridge.cameras.camera import CameraImage
@@ -49,6 +49,13 @@ def test_a_player_without_vision_stands_and_says_why() -> None:
 def test_a_player_that_walks_on_blindly_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(WorldState, "blind", False)
     assert "walks blind" in play().violations
+
+
+def test_no_player_hears_the_referee_of_a_match_in_its_silence() -> None:
+    with Match(MatchSpec(silence=(1.0, 2.0))) as match:
+        ways = match.pitch.channels
+        heard = [ways.referee_message(0, b"told", time) for time in (0.9, 1.0, 1.9, 2.0)]
+    assert list(map(list, heard)) == [[b"told"], [], [], [b"told"]]
 
 
 PERCEPT = Percept(Kind.BALL, (1.0, 0.2), (0.01, 0.0, 0.01))
