@@ -170,7 +170,9 @@ def test_a_change_of_other_parameters_keeps_what_has_been_learned() -> None:
             total += walk.estimated.y - walk.expected.y
         return total
 
-    assert corrections(swing_lift=0.03) == corrections() < 0.5 * corrections(offset_time=2.0)
+    kept = corrections()
+    assert corrections(swing_lift=0.03) == corrections(sway_limit=0.02) == kept
+    assert kept < 0.5 * corrections(offset_time=2.0)
 
 
 def test_a_stop_ends_even_if_the_feedback_keeps_moving_the_feet() -> None:

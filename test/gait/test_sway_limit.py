@@ -64,6 +64,15 @@ def test_off_is_off() -> None:
     assert limit.share == 1.0
 
 
+def test_another_limit_keeps_what_was_found_and_none_ends_it() -> None:
+    limit = SwayLimit(LIMIT)
+    swaying(limit, 5.0 * LIMIT, 4.0)
+    limit.set_limit(2.0 * LIMIT)
+    assert limit.share == SHARE_MIN
+    limit.set_limit(0.0)
+    assert limit.share == 1.0
+
+
 def walked(sway: float, command: VelocityCommand) -> LipmWalk:
     walk = LipmWalk(GaitParameters(), DT)
     walk.start(command)

@@ -68,6 +68,7 @@ class LipmWalk:
         self._make_observer = make_observer
         self._observer_settings: tuple[float, ...] | None = None
         self.delay_ticks = max(0, round(parameters.feedback_delay / control_period))
+        self._sway = SwayLimit(parameters.sway_limit)
         self.set_parameters(parameters)
         self.stand_at((0.0, 0.0, 0.0))
 
@@ -76,9 +77,9 @@ class LipmWalk:
         self._p = p = parameters
         self._k = natural_frequency(p.pendulum_height)
         self._single_support = SingleSupport(p, self._k)
+        self._sway.set_limit(p.sway_limit)
         settings = (
             p.position_sigma, p.velocity_sigma, p.measurement_sigma, p.offset_time, p.push_velocity,
-            p.sway_limit,
         )  # fmt: skip
         if settings != self._observer_settings:
             # Other changes keep what has been learned about the robot.
@@ -86,7 +87,6 @@ class LipmWalk:
             self._observer = self._make_observer(p)
             self._offset = MeasurementOffset(p.offset_time)
             self._push_detector = PushDetector(p.push_velocity)
-            self._sway = SwayLimit(p.sway_limit)
 
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Reset to a stand: both feet side by side, the CoM at rest between them."""

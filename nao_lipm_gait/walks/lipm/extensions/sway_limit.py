@@ -31,9 +31,15 @@ class SwayLimit:
     """
 
     def __init__(self, limit: float) -> None:
-        self._limit = limit
         self.share = 1.0
+        self.set_limit(limit)
         self.begin()
+
+    def set_limit(self, limit: float) -> None:
+        """Use another limit [m]; the share that was found stays, unless 0 disables it."""
+        self._limit = limit
+        if limit <= 0.0:
+            self.share = 1.0
 
     def begin(self) -> None:
         """Begin a walk; the share that was found stays."""
