@@ -15,11 +15,14 @@ class Engine(NamedTuple):
         name: Its class in the module, called as `name(parameters, control_period)`; a
             `nao_lipm_gait.walks.base.Walk`.
         meaning: One phrase for the documentation of the parameter `walk`.
+        flat_stance: The stance sole of an undisturbed walk stays flat on the ground, so that it
+            shows the vertical; it then reveals a jump of the gyro's bias.
     """
 
     module: str
     name: str
     meaning: str
+    flat_stance: bool = False
 
 
 _WALKS = "nao_lipm_gait.walks"
@@ -27,7 +30,8 @@ _WALKS = "nao_lipm_gait.walks"
 # The first one is the default.
 WALKS = {
     "lipm": Engine(
-        f"{_WALKS}.lipm.walk", "LipmWalk", "observed linear inverted pendulum of the first paper"
+        f"{_WALKS}.lipm.walk", "LipmWalk", "observed linear inverted pendulum of the first paper",
+        flat_stance=True,
     ),
     "zmp": Engine(f"{_WALKS}.zmp.walk", "ZmpWalk", "ZMP trajectories of the second paper"),
     "preview": Engine(f"{_WALKS}.preview.walk", "PreviewWalk", "ZMP preview control"),

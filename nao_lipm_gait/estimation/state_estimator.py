@@ -38,6 +38,7 @@ from nao_lipm_gait.types import (
     PoseCovariance,
     SensorFrame,
 )
+from nao_lipm_gait.walk_engines import WALKS
 from nao_lipm_gait.walks.base import Expectation
 from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
@@ -96,6 +97,7 @@ class StateEstimator:
         self._p = p
         self._period = self._dt = period
         self._soles: tuple[SolePose, SolePose] | None = None
+        self._flat_stance = WALKS[p.walk].flat_stance
         self._bias_jump = GyroBiasJump()
         self._fall = FallDetector()
         self._tipping = TippingDetector()
@@ -167,7 +169,7 @@ class StateEstimator:
             # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.
             turning = (roll_rate, pitch_rate, self.odometry.velocity[2])
             self.orientation.update(turning, force, sole.normal, gyro_dt)
-            if state is WALK and self._p.feedback and self._p.walk == "lipm":
+            if state is WALK and self._p.feedback and self._flat_stance:
                 self._find_bias_jump(sole.normal, force, gyro_dt)
         level = level_frame(sole, self.orientation.up_in_torso)
         self.com_in_q = measured_com_in_q(com, level, expected.sole_in_q)
