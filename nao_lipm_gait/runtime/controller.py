@@ -8,7 +8,6 @@ The ROS node, the fault trials and the benchmarks run this same class. The way o
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -18,11 +17,8 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import MISSED_TICKS_MAX, Gait
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.library import MotionLibrary
-from nao_lipm_gait.motion.motion_file import load_motions
-from nao_lipm_gait.motion.scheduler import GET_UP
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.bias_wait import BiasWait
 from nao_lipm_gait.runtime.calibration_monitor import CalibrationMonitor
 from nao_lipm_gait.runtime.commands import (
     VelocityInput,
@@ -42,7 +38,7 @@ from nao_lipm_gait.runtime.inputs import (
     finite,
     stamp_of,
 )
-from nao_lipm_gait.runtime.motion_requests import MotionRequests
+from nao_lipm_gait.runtime.motion_commands import MotionCommands
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
 from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
 from nao_lipm_gait.runtime.sensor_age import SensorAge
@@ -53,19 +49,17 @@ from nao_lipm_gait.runtime.state_log import StateLog
 from nao_lipm_gait.runtime.target_guard import TargetGuard
 from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
+from nao_lipm_gait.runtime.velocity_gate import VelocityGate
 from nao_lipm_gait.types import (
     BUSY,
-    DOWN,
     GRAVITY,
     ON_THE_WAY,
-    STANDSTILL,
     FloatArray,
     GaitState,
     GaitStatus,
     JointTargets,
     Pose6,
     SensorFrame,
-    VelocityCommand,
 )
 
 STEADY_TIME = 0.1
@@ -78,8 +72,6 @@ LOAD_ABSURD = 1e5
 """[N]"""
 TEMPERATURE_ABSURD = 500.0
 """[deg C]"""
-SIT_DOWN = "sit"
-"""Motion that saves hot legs."""
 ASKED_AGAIN = 0.2
 """[s] of wall time without joint states, after which a repeated stamp asks for the answer again, as
 `sim_bridge` does in lockstep. That is no fault."""
@@ -184,12 +176,13 @@ class GaitController:
         self._publishers = PublisherWatch(self._diagnostics, clock)
         self._calibration = CalibrationMonitor(self._gait, self._diagnostics)
         self._heat = HeatWatch(robot, self._diagnostics, settings.hot_speed)
-        self._motions = MotionRequests()
-        self._answers: list[Answer] = []
-        self._motion_results: list[str] = []
+        self._motions = MotionCommands(self._gait, self._diagnostics)
         self._state_log = StateLog(self._gait, self._diagnostics, settings.cmd_vel_timeout)
-        self._bias_wait = BiasWait(settings.bias_wait)
-        self._motors_ready = True
+        self._gate = VelocityGate(
+            self._gait, self._velocity, self._heat, settings.bias_wait, self._diagnostics,
+            self._state_log,
+        )  # fmt: skip
+        self._answers: list[Answer] = []
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
         self._held = 0
@@ -253,10 +246,9 @@ class GaitController:
             self.unexpected += 1
             text = f"{topic}: {type(error).__name__}: {error}; message ignored"
             self._diagnostics.event(group, Level.ERROR, topic, text)
-        answers, results = tuple(self._answers), tuple(self._motion_results)
+        answers = tuple(self._answers)
         self._answers.clear()
-        self._motion_results.clear()
-        return Output(answers, self._diagnostics.take_log(), results)
+        return Output(answers, self._diagnostics.take_log(), self._motions.take_results())
 
     def _take(self, message: Input) -> None:
         if isinstance(message, JointInput):
@@ -272,7 +264,7 @@ class GaitController:
         elif isinstance(message, TemperatureInput):
             degrees = finite(message.degrees, "temperature", TEMPERATURE_ABSURD, "deg C")
             if self._heat.receive(message.joint, degrees, (self._stamps.last or 0) * 1e-9):
-                self._sit_down(f"{message.joint} at {degrees:.0f} deg C")
+                self._motions.sit_down(f"{message.joint} at {degrees:.0f} deg C")
         else:
             command = read_velocity(message)
             # Its arrival counts, not its stamp: senders may use another clock than the sensors.
@@ -376,21 +368,16 @@ class GaitController:
         """Restart the gait; its next targets may be anywhere, and so may the robot be."""
         self._gait.restart()
         self._guard.restart()
-        self._bias_wait.restart()
+        self._gate.restart()
 
     # -- the tick ----------------------------------------------------------------------------------
 
     def _tick(self, frame: SensorFrame) -> None:
-        command = self._heat.limited(self._velocity.at(frame.stamp))
-        if self._sensors_are_missing(frame.stamp):
-            command = STANDSTILL
-        if not self._motors_ready:
-            if not command.is_zero:
-                text = "standing until the motors are ready"
-                self._diagnostics.begin(COMMANDS, Level.OK, "motors", text)
-            command = STANDSTILL
-        if not self._bias_wait.over and self._must_wait(frame.stamp, command):
-            command = STANDSTILL
+        command = self._gate.command(
+            frame.stamp,
+            stand=self._sensors_are_missing(frame.stamp),
+            ticked=self.last_status is not None,
+        )
         late = self._age.update(frame.stamp, self._arrival)
         if late:
             frame = replace(frame, late=late)
@@ -411,24 +398,8 @@ class GaitController:
             status = self.last_status = self._gait.status
             self._answers.append(Answer(guarded.targets, status))
             self._state_log.update(status)
-            result = self._motions.update(
-                status.state, status.motion, self._gait.motion_waits, self._gait.motion_ended
-            )
-            if result is not None:
-                self._report_motion(result)
+            self._motions.follow(status)
         self._state_log.update_command(timed_out=self._velocity.timed_out)
-
-    def _must_wait(self, stamp: int, command: VelocityCommand) -> bool:
-        """Whether the robot must still stand until the gyro's bias is known; ends for good."""
-        wait, ticked = self._bias_wait, self.last_status is not None
-        sigma = self._gait.heading_drift_sigma if ticked else None
-        stands = wait.update(stamp, self._gait.state, sigma)
-        self._state_log.update_bias_wait(wait, stands=stands, commanded=not command.is_zero)
-        return stands
-
-    def _report_motion(self, result: str) -> None:
-        self._motion_results.append(result)
-        self._state_log.report_motion(result)
 
     def _count_held(self, fault: str) -> None:
         if len(self.crashes) < _CRASHES_MAX:
@@ -468,9 +439,7 @@ class GaitController:
 
     def note_motors(self, ready: bool) -> None:
         """Whether the motors follow what is commanded; until then the robot stands."""
-        self._motors_ready = ready
-        if ready:
-            self._diagnostics.end("motors", "the motors are ready")
+        self._gate.note_motors(ready)
 
     def stand(self) -> str:
         """Stop and stand; describes what is going to happen."""
@@ -491,42 +460,8 @@ class GaitController:
         return "; but no sensor message has arrived yet, and without one nothing is sent"
 
     def request_motion(self, name: str) -> None:
-        """Run a motion as soon as it can begin.
-
-        Args:
-            name: Name of the motion, or the path of its YAML file.
-
-        Raises:
-            NaoGaitError: For a motion that is unknown or cannot begin here.
-        """
-        try:
-            if name.endswith(".yaml"):
-                motion = load_motions(Path(name), self._gait.robot)[0]
-                self._gait.request_motion(motion)
-                name = motion.name
-            else:
-                self._gait.request_motion(name)
-        except NaoGaitError as error:
-            self._motion_results.append(self._motions.refuse(name, str(error)))
-            raise
-        self._follow_motion(name)
-
-    def _follow_motion(self, name: str) -> None:
-        replaced = self._motions.request(name)
-        if replaced is not None:
-            self._report_motion(replaced)
-
-    def _sit_down(self, reason: str) -> None:
-        """Stop and sit down; a robot that has no such motion, or lies, stays as it is."""
-        if self._gait.state in DOWN:
-            return
-        try:
-            self.request_motion(SIT_DOWN)
-        except NaoGaitError as error:
-            text = f"{reason}, but the robot cannot sit down: {error}"
-        else:
-            text = f"{reason}: sitting down; ~/stand stands up again"
-        self._diagnostics.event(WALK, Level.ERROR, "hot legs", text)
+        """Run a motion as soon as it can begin; see `MotionCommands.request`."""
+        self._motions.request(name)
 
     def get_up(self) -> str:
         """Get up from the floor; describes what is going to happen.
@@ -534,8 +469,7 @@ class GaitController:
         Raises:
             NaoGaitError: If the robot does not lie.
         """
-        self._gait.request_motion(GET_UP)
-        self._follow_motion(GET_UP)
+        self._motions.get_up()
         return "getting up once the robot has come to rest"
 
     def look(self, goal: Goal | None) -> None:

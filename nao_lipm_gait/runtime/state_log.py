@@ -60,11 +60,6 @@ class StateLog:
             text = f"standing until the gyro's bias is known, for {wait.longest:g} s at most"
             self._diagnostics.begin(COMMANDS, Level.OK, "gyro bias", text)
 
-    def report_motion(self, result: str) -> None:
-        """Log what became of a motion, `name: outcome`."""
-        level = Level.OK if result.endswith(": done") else Level.WARN
-        self._diagnostics.log(level, f"motion {result}")
-
     def _log_change(self, status: GaitStatus) -> None:
         before, self._state = self._state, status.state
         if status.state is GaitState.FALLEN and before is not GaitState.GETTING_UP:
