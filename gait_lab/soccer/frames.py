@@ -3,10 +3,20 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 from nao_lipm_gait.types import Point2
 from nao_soccer.referee.rules import Goal
+
+STROKE_SPEED = 0.3
+"""[m/s] by which the ball is faster after a stroke of a dribbling robot."""
+STROKE_REACH = 0.3
+"""[m] from the middle of a robot to a ball that its foot hits."""
+STROKE_TIME = 0.5
+"""[s] in which a robot hits the ball once: the time of a step."""
+DRIBBLES = ": dribble"
+"""End of what a dribbling robot does."""
 
 
 class RobotFrame(NamedTuple):
@@ -65,4 +75,24 @@ def wrong_half(goals: Sequence[Goal], frames: Sequence[Frame]) -> int:
         before = next((each for each in reversed(frames) if each.time <= goal.time), None)
         robot = None if before is None else before.robots.get(goal.player)
         count += goal.own and robot is not None and robot.turned
+    return count
+
+
+def dribble_strokes(frames: Sequence[Frame]) -> int:
+    """Number of times that the foot of a dribbling robot makes the ball faster.
+
+    Frames must be so dense that a foot hits the ball once between two of them.
+    """
+    count, speed, last = 0, 0.0, -math.inf
+    for before, now in pairwise(frames):
+        dt = now.time - before.time
+        slower, speed = speed, math.dist(now.ball, before.ball) / dt if dt > 0.0 else speed
+        if speed - slower < STROKE_SPEED or now.time - last < STROKE_TIME:
+            continue
+        gap, doing = min(
+            (math.dist(before.ball, (robot.x, robot.y)), robot.doing)
+            for robot in before.robots.values()
+        )
+        if gap < STROKE_REACH and doing.endswith(DRIBBLES):
+            count, last = count + 1, now.time
     return count

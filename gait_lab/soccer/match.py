@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from gait_lab.soccer.channels import Channels, SilentReferee
-from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
+from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
 from gait_lab.soccer.senses import in_field
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
@@ -69,7 +69,8 @@ class MatchResult:
         goals: The goals.
         seconds: Simulated time [s].
         falls: Falls by robot.
-        kicks: Number of kicks.
+        kicks: Number of kicks, which are motions of a standing robot.
+        strokes: Number of strokes of dribbling robots.
         messages: Team messages that were sent.
         one_striker: Share of the playing time in which a team had exactly one striker; NaN if it
             was not watched.
@@ -84,6 +85,7 @@ class MatchResult:
     seconds: float
     falls: dict[str, int]
     kicks: int
+    strokes: int
     messages: int
     one_striker: float
     conflict: float
@@ -102,6 +104,7 @@ class MatchResult:
             "minutes": round(self.seconds / 60.0, 2),
             "falls": sum(self.falls.values()),
             "kicks": self.kicks,
+            "strokes": self.strokes,
             "goals": [
                 {"t": round(goal.time, 2), "team": goal.team, "player": goal.player}
                 for goal in self.goals
@@ -243,6 +246,7 @@ class Match:
             self.pitch.world.time * 1e-9,
             dict(self.referee.falls),
             sum(len(player.kicks) for player in self.pitch.players),
+            dribble_strokes(frames),
             self.pitch.messages,
             self._strikers.share,
             self._strikers.longest,

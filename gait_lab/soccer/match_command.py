@@ -56,5 +56,5 @@ def finish(
     falls = sum(result.falls.values())
     say(
         f"{result.seconds / 60.0:.1f} simulated minutes in {seconds / 60.0:.1f}; "
-        f"{falls} falls, {result.kicks} kicks; replay: {replay}"
+        f"{falls} falls, {result.kicks} kicks, {result.strokes} dribble strokes; replay: {replay}"
     )

@@ -38,6 +38,7 @@ def play_or_recall(spec: MatchSpec, file: str) -> MatchResult:
             "seconds": result.seconds,
             "falls": result.falls,
             "kicks": result.kicks,
+            "strokes": result.strokes,
             "messages": result.messages,
             "one_striker": None if math.isnan(result.one_striker) else result.one_striker,
             "conflict": None if math.isnan(result.conflict) else result.conflict,
@@ -76,7 +77,8 @@ def _result(spec: MatchSpec, line: dict[str, Any]) -> MatchResult:
         )
         return MatchResult(
             spec, line["score"], [Goal(*goal) for goal in line["goals"]], line["seconds"],
-            line["falls"], line["kicks"], line["messages"], one, conflict, line["wrong_half"],
+            line["falls"], line["kicks"], line["strokes"], line["messages"], one, conflict,
+            line["wrong_half"],
         )  # fmt: skip
     except (KeyError, TypeError) as error:
         raise NaoGaitError("keep", spec.seed, f"a complete line of a match ({error})") from error

@@ -13,7 +13,7 @@ from gait_lab.analysis.bag import BagWriter
 from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
-from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
+from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.match_options import MatchOptions, Progress
 from gait_lab.soccer.senses import in_field
@@ -258,6 +258,7 @@ class _Watcher:
             self._now * 1e-9 - START,
             falls,
             self._kicks,
+            dribble_strokes(self._frames),
             0,
             float("nan"),
             float("nan"),

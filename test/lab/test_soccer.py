@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gait_lab.soccer import match_store
-from gait_lab.soccer.frames import Frame, RobotFrame, is_turned, wrong_half
+from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
@@ -145,7 +145,7 @@ def test_a_finished_match_is_not_played_again(
         played.append(spec.seed)
         goals = [Goal(40.5, "red", "red2", False), Goal(80.0, "blue", "red1", True)]
         score = {"red": 1, "blue": 1}
-        return MatchResult(spec, score, goals, 300.0, {"red1": 2}, 3, 900, 0.98, 0.4, 0)
+        return MatchResult(spec, score, goals, 300.0, {"red1": 2}, 3, 25, 900, 0.98, 0.4, 0)
 
     monkeypatch.setattr(match_store, "play_match", play)
     file = str(tmp_path / "matches.jsonl")
@@ -170,6 +170,25 @@ def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_
     assert wrong_half([goal], [frame(9.9, 0.1), frame(10.1, 3.0)]) == 1
     assert wrong_half([goal], [frame(9.9, 3.0), frame(10.1, 0.1)]) == 0
     assert wrong_half([goal._replace(own=False)], [frame(9.9, 0.1)]) == 0
+
+
+def test_a_stroke_is_a_ball_that_a_dribbling_robot_makes_faster() -> None:
+    def course(speeds: list[float], robot: RobotFrame) -> list[Frame]:
+        """A ball that rolls along x, the robot 0.15 m behind it."""
+        frames, x = [], 0.0
+        for index, speed in enumerate(speeds):
+            x += 0.2 * speed
+            moved = robot._replace(x=robot.x + x)
+            frames.append(Frame(0.2 * index, (x, 0.0), {"red1": moved}, "playing", (0, 0)))
+        return frames
+
+    dribbles = RobotFrame(-0.15, 0.0, 0.0, "walk", "striker", "play the ball: dribble")
+    two_strokes = [0.0, 0.0, 1.0, 1.4, 0.9, 0.5, 0.2, 1.2, 1.0]
+    assert dribble_strokes(course(two_strokes, dribbles)) == 2
+    assert dribble_strokes(course([0.0, 0.1, 0.2, 0.3, 0.3], dribbles)) == 0
+    away, kicks = dribbles._replace(y=0.5), dribbles._replace(doing="play the ball: kick")
+    assert dribble_strokes(course(two_strokes, away)) == 0
+    assert dribble_strokes(course(two_strokes, kicks)) == 0
 
 
 def test_the_replay_page_has_the_match(tmp_path: Path) -> None:

@@ -63,12 +63,16 @@ def matches(options: Options) -> SuiteResult:
     own = sum(result.own_goals for result in results)
     conflict = max(result.conflict for result in results)
     one = 100.0 * sum(result.one_striker for result in results) / count
+    kicks = sum(result.kicks for result in results) / (minutes * robots)
+    strokes = sum(result.strokes for result in results) / (minutes * robots)
     difference = [result.score["blue"] - result.score["red"] for result in results]
     rows = (
         Measurement("goals_per_match", "goals", (red + blue) / count),
         Measurement("goals_red", "goals", red),
         Measurement("goals_blue", "goals", blue),
         Measurement("falls_per_robot_minute", "1/min", falls / (minutes * robots)),
+        Measurement("kicks_per_robot_minute", "1/min", kicks),
+        Measurement("strokes_per_robot_minute", "1/min", strokes),
         Measurement("own_goals", "goals", own),
         Measurement("wrong_half", "goals", wrong),
         Measurement("one_striker", "%", one),
@@ -77,19 +81,21 @@ def matches(options: Options) -> SuiteResult:
     columns = (
         Column("matches"), Column("red", "goals"), Column("blue", "goals"),
         Column("goals", "a match", 1), Column("falls", "per robot and minute", 2),
-        Column("own goals"), Column("wrong half", "goals"), Column("one striker", "%"),
+        Column("kicks", "likewise", 2), Column("strokes", "likewise", 2), Column("own goals"),
+        Column("wrong half", "goals"), Column("one striker", "%"),
         Column("longest conflict", "s"),
     )  # fmt: skip
     line = (
-        count, red, blue, (red + blue) / count, falls / (minutes * robots), own, wrong, one,
-        conflict,
+        count, red, blue, (red + blue) / count, falls / (minutes * robots), kicks, strokes, own,
+        wrong, one, conflict,
     )  # fmt: skip
     spread = _deviation(difference) / math.sqrt(count)
     notes = (
         f"{options.minutes:g} simulated minutes a half. Goals of blue minus those of red: "
         f"{sum(difference) / count:.2f} a match, standard error {spread:.2f}.",
-        "own goals: a defender touched the ball last; wrong half: and took its own goal for the "
-        "opponents'. one striker: share of the playing time in which a team has exactly one; "
+        "kicks: motions of a standing robot; strokes: of dribbling robots. own goals: a defender "
+        "touched the ball last; wrong half: and took its own goal for the opponents'. one "
+        "striker: share of the playing time in which a team has exactly one; "
         "conflict: longest time with two.",
     )
     title = f"Matches; {options.title}, {options.scene}"
