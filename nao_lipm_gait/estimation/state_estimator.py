@@ -164,6 +164,8 @@ class StateEstimator:
         if feet_free:
             # The feet need not stand flat, so they tell nothing about the torso.
             self.orientation.update(rate, force, None, gyro_dt)
+            if state in DOWN:
+                self._bias_jump = GyroBiasJump()  # what grew while the robot fell is no bias
             self.lying_side = self._lying.update(force, gyro_dt)
         else:
             # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.

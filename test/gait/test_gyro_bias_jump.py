@@ -4,7 +4,18 @@ import math
 
 import pytest
 
+from gait_lab.trials.trial import (
+    Push,
+    TimedCommands,
+    TrialSpec,
+    loaded_robot,
+    make_gait,
+    make_world,
+    run,
+)
 from nao_lipm_gait.estimation.gyro_bias_jump import DEADBAND, GyroBiasJump
+from nao_lipm_gait.presets import preset_for
+from nao_lipm_gait.types import DOWN, STAND, STANDSTILL, VelocityCommand
 
 DT = 0.01
 TIME = 2.0
@@ -49,3 +60,26 @@ def test_a_sole_that_tilts_without_the_torso_is_no_bias() -> None:
     for tick in range(1000):
         jump.update((0.0 if tick < 300 else 0.2, 0.0), (-0.001, 0.0), DT)
     assert jump.rate == (0.0, 0.0)
+
+
+def test_a_robot_that_was_pushed_over_walks_again() -> None:
+    """Sole and force drift away from the vertical in a fall too: this is no bias."""
+    pytest.importorskip("mujoco")
+    gets_up = preset_for(loaded_robot("nao_h21_v33"), "default").replace(get_up=True)
+    spec = TrialSpec(robot_seed=-1, engine="mujoco", parameters=gets_up)
+
+    def command_at(time: float) -> VelocityCommand:
+        walks = 1.0 < time < 3.5 or time > 13.0
+        return VelocityCommand(0.15) if walks else STANDSTILL
+
+    policy = TimedCommands(command_at, (Push(3.0, 6.0, -math.pi / 2.0),))
+    states = []
+    with make_world(spec) as world:
+        for count, tick in enumerate(run(world, make_gait(spec), policy, past_falls=True)):
+            if tick.status is not None:
+                states.append(tick.status.state)
+            if count > 1550:
+                break
+    assert any(state in DOWN for state in states[:500])
+    assert states[1250] is STAND
+    assert not any(state in DOWN for state in states[1250:])
