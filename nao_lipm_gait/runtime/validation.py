@@ -29,6 +29,7 @@ from nao_lipm_gait.runtime.inputs import (
     some,
     stamp_of,
 )
+from nao_lipm_gait.runtime.stamp_monitor import LONGEST_GAP
 from nao_lipm_gait.types import FloatArray, JointTargets
 
 JOINT_MARGIN = 0.5
@@ -340,6 +341,8 @@ class SensorValidation:
         )
         measured = rate
         elapsed, self._imu_at = (stamp - self._imu_at) * 1e-9, stamp
+        if abs(elapsed) > LONGEST_GAP * 1e-9:
+            self._gyro_steps.restart(None)
         limit = min(max(ROTATION_STEP, ROTATION_ACCELERATION * elapsed), ROTATION_STEP_MAX)
         rate, replaced = self._gyro_steps.apply(measured, limit)
         if not len(replaced) or self._acceleration is None:

@@ -68,7 +68,7 @@ class Sensors:
     def imu(
         self, rate: tuple[float, float, float], force: tuple[float, float, float] = REST
     ) -> FloatArray:
-        message = ImuInput(0, self.stamp % 1_000_000_000, rate, force)
+        message = ImuInput(*divmod(self.stamp, 10**9), rate, force)
         return self.validation.imu(message).angular_velocity
 
     def said(self) -> list[str]:
@@ -236,6 +236,19 @@ def test_the_accelerometer_of_a_spike_of_the_gyro_is_not_used():
         ImuInput(*divmod(sensors.stamp, 10**9), (0.0, 2.0, 0.0), (40.0, 0.0, 50.0))
     )
     assert sample.linear_acceleration.tolist() == [0.0, 0.0, 9.81]
+
+
+def test_the_gyro_before_a_pause_says_nothing_about_the_one_after_it():
+    sensors = Sensors()
+    for force in (REST, (0.0, 0.0, -9.81)):
+        sensors.imu((0.0, 8.0, 0.0), force)
+    sensors.stamp += 600 * MS
+    sample = sensors.validation.imu(
+        ImuInput(*divmod(sensors.stamp, 10**9), (0.0, 0.0, 0.0), REST)
+    )
+    assert sample.angular_velocity.tolist() == [0.0, 0.0, 0.0]
+    assert sample.linear_acceleration.tolist() == list(REST)
+    assert not sensors.said()
 
 
 # -- joints that cannot be read --------------------------------------------------------------------
