@@ -54,6 +54,8 @@ class Fault:
         why: Why robots fall, for the table; empty if they do not.
         end: Duration of a run [s].
         settings: Settings of the gait; a fault for comparison may replace them.
+        says: Parts of the warnings that explain a stop by this fault; used by the scopes `soccer`
+            and `robot`.
         begin: Time at which the fault begins [s]; the robot walks by then.
         random: Random generator of the fault.
     """
@@ -62,6 +64,7 @@ class Fault:
     why = ""
     end = 6.0
     settings = Settings()
+    says: tuple[str, ...] = ()
 
     def __init__(self, random: np.random.Generator) -> None:
         self.random = random
@@ -70,6 +73,10 @@ class Fault:
     def active(self, harness: Timed) -> bool:
         """Whether the fault acts in this tick; by default from `begin` on."""
         return harness.seconds() >= self.begin
+
+    def explained_by(self, warning: str) -> bool:
+        """Whether a warning explains a stop by this fault."""
+        return any(part in warning for part in self.says)
 
     def before_physics(self, harness: "Harness") -> None:
         """Disturb the robot or the processes before the physics of a tick."""

@@ -92,6 +92,7 @@ class GaitKilled(NodeFault):
     """The gait dies while the robot walks."""
 
     summary = "the gait is killed while the robot plays, and is started again at once"
+    says = ("fallen",)
     victim = "gait"
     gone = (0.0, 0.5)
     stays_gone = 0.0
@@ -101,6 +102,7 @@ class VisionKilled(NodeFault):
     """Vision dies."""
 
     summary = "vision is killed; in half of the runs it is started again after 1 to 5 s"
+    says = ("no usable image",)
     victim = "vision"
 
 
@@ -108,6 +110,7 @@ class PlayerKilled(NodeFault):
     """The player dies."""
 
     summary = "the player is killed; in half of the runs it is started again after 1 to 5 s"
+    says = ("no cmd_vel",)
     victim = "player"
 
 
@@ -115,6 +118,7 @@ class PlayerHangs(NodeFault):
     """The player hangs."""
 
     summary = "the player hangs for 1 to 5 s"
+    says = ("no cmd_vel",)
     victim = "player"
     stays_gone = 0.0
     hangs = True
@@ -124,6 +128,7 @@ class RefereeKilled(NodeFault):
     """The referee dies."""
 
     summary = "the referee is killed in play; in half of the runs another begins a new match"
+    says = ("referee not heard",)
     victim = "referee"
     referee = True
     end = 44.0
@@ -144,6 +149,7 @@ class LolaSilent(LolaFault):
     """LoLA sends nothing for a while."""
 
     summary = "LoLA sends nothing for 1 to 5 s, then goes on"
+    says = ("no joint_states",)
     victim = "lola_server"
     hangs = True
 
@@ -152,6 +158,7 @@ class LolaBridgeKilled(LolaFault):
     """The node between LoLA and the gait dies."""
 
     summary = "lola_bridge is killed and started again after 1 to 5 s"
+    says = ("no joint_states",)
     victim = "lola_bridge"
 
 
@@ -159,6 +166,7 @@ class LolaGaitKilled(LolaFault):
     """The gait dies; LoLA goes on."""
 
     summary = "the gait behind LoLA is killed; in half of the runs it is started again"
+    says = ("no joint_command",)
     victim = "gait"
     stays_gone = 0.5
 

@@ -77,7 +77,6 @@ class NodeHarness:
         self._busy_at = self._obeys_at = -LOOK
         self._fell = False
         self._warned: dict[str, None] = {}
-        self._remark = ""
         self._log_sizes: dict[Path, int] = {}
         self._folder = folder
         common = {"engine": engine, "plant": plant, "real_time_factor": FACTORS[fault.rig]}
@@ -204,8 +203,9 @@ class NodeHarness:
                 for line in new.splitlines() if line.startswith(("[WARN]", "[ERROR]"))
             ]  # fmt: skip
         went_on = max(self._busy_at, self._obeys_at) > self._now - LOOK
-        if not went_on and not explained and not self._remark:
-            violations.append(f"silent stop: {self._state} at the end, nothing says why")
+        if not went_on and not any(map(self.fault.explained_by, explained)):
+            said = "; ".join(dict.fromkeys(explained)) or "nothing"
+            violations.append(f"silent stop: {self._state} at the end, warnings: {said}")
         return NodeOutcome(
             went_on, tuple(violations), tuple(dict.fromkeys(explained)), self._fell, self._now
         )
@@ -230,11 +230,10 @@ class NodeHarness:
 
     def _on_behavior(self, message: DiagnosticArray) -> None:
         (status,) = message.status
-        self._remark = status.message if ord(status.level) > 0 else ""
-        if not self._remark and any("stand still" in pair.value for pair in status.values):
+        if ord(status.level) > 0:
+            self._warned[f"behavior: {status.message.partition(' for ')[0]}"] = None
+        elif any("stand still" in pair.value for pair in status.values):
             self._obeys_at = self._now  # the referee wants it to stand
-        if self._remark:
-            self._warned[f"behavior: {self._remark.partition(' for ')[0]}"] = None
 
 
 def main() -> None:

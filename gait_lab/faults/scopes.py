@@ -87,12 +87,12 @@ SCOPES: Mapping[str, Scope] = {
         "process",
         (
             "went on: the player plays at the end, or does what the referee or its role asks. "
-            "stopped: it stands, and its report says why. Half of the faults last to the end, the "
-            "others for 2 to 15 s. with a fall: the robot fell after the fault began, as robots do "
-            "in matches without one (class none).",
+            "stopped: it stands, and its report names the fault. Half of the faults last to the "
+            "end, the others for 2 to 15 s. with a fall: the robot fell after the fault began, as "
+            "robots do in matches without one (class none).",
             "violated: an exception; a walk that is not finite; a robot that walks on although it "
             "has seen nothing for longer than it may; a team of which nobody moves for 25 s and "
-            "nobody reports why.",
+            "nobody reports the fault.",
         ),
     ),
     "robot": Scope(
@@ -105,9 +105,9 @@ SCOPES: Mapping[str, Scope] = {
         "runs of a robot's ROS 2 nodes with a fault of one of them",
         (
             "went on: in the last 8 s the robot walks, kicks, gets up or stands as the referee "
-            "wants it. stopped: it does not, and a diagnostic or a warning in a log says why.",
-            "violated: another node ended or raised an exception; a stop that nothing explains. "
-            "The nodes run by the wall clock, so a run depends on more than its seed.",
+            "wants it. stopped: it does not, and a diagnostic or a warning in a log names the "
+            "fault. violated: another node ended or raised an exception; a stop without such a "
+            "warning. The nodes run by the wall clock, so a run depends on more than its seed.",
         ),
     ),
 }

@@ -23,6 +23,8 @@ LATE = (0.3, 3.0)
 BAD_NUMBERS = (math.nan, math.inf, -math.inf, 1e30, -1e30, -1.0, 0.0)
 FLIPS = 4
 """Largest number of changed bits of a message."""
+BLIND = ("no usable image", "nothing seen in the images")
+"""Remarks of a player that cannot see."""
 
 
 class LastingFault(SoccerFault):
@@ -47,6 +49,7 @@ class CameraFault(LastingFault):
     rendered = True
     robots = 1
     end = 40.0
+    says = BLIND
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -119,6 +122,7 @@ class VisionGone(LastingFault):
     """The process of vision is killed, and perhaps started again."""
 
     summary = "vision is killed; in half of the runs it is back after 2 to 15 s"
+    says = BLIND
 
     def on_percepts(
         self, harness: SoccerHarness, percepts: Percepts
@@ -132,6 +136,7 @@ class PerceptsFuture(LastingFault):
     """Vision stamps its percepts with another clock."""
 
     summary = "stamps of percepts are 0.6 to 10 s ahead, of all or of some"
+    says = BLIND
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -151,6 +156,7 @@ class PerceptsLate(LastingFault):
     """Vision is slow."""
 
     summary = "percepts arrive 0.3 to 3 s late"
+    says = BLIND
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -167,6 +173,7 @@ class PerceptsNan(LastingFault):
     """Vision computes nonsense."""
 
     summary = "10 to 100 % of the percepts have NaN, infinite, huge or negative numbers"
+    says = BLIND
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -241,6 +248,7 @@ class RefereeGone(LastingFault):
     """The referee is not heard."""
 
     summary = "no message of the referee arrives"
+    says = ("referee not heard",)
 
     def on_referee_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
         """Nothing."""
@@ -265,6 +273,7 @@ class PlayerRestart(SoccerFault):
     """The process of the player is killed and starts again within ten seconds."""
 
     summary = "the player is killed and is back after 1 to 10 s, with its pose of the kick-off"
+    says = ("no referee heard yet",)
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)

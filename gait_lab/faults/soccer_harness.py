@@ -32,7 +32,7 @@ BLIND_GRACE = 1.0
 STALE = 1.5
 """[s] Age of an image from which on it shows nothing of the present."""
 IDLE_MAX = 25.0
-"""[s] for which no robot of the team may move in play, without a remark of any of them."""
+"""[s] for which no robot of the team may move in play, without a remark that names the fault."""
 STOP_TIME = 3.0
 """[s] at the end, in which a robot that has stopped stands."""
 
@@ -166,8 +166,8 @@ class SoccerHarness(Channels):
 
     @property
     def stopped(self) -> bool:
-        """The struck robot stands still at the end, and a remark says why."""
-        return all(self._stands) and bool(self._player.behavior.remark)
+        """The struck robot stands still at the end, and its remark names the fault."""
+        return all(self._stands) and self.fault.explained_by(self._player.behavior.remark)
 
     @property
     def _player(self) -> RobotPlayer:
@@ -224,7 +224,7 @@ class SoccerHarness(Channels):
             if robot.team == team and player.runs
         ]
         playing = frame.phase == Phase.PLAYING
-        says = any(player.behavior.remark for player in mates)
+        says = any(self.fault.explained_by(player.behavior.remark) for player in mates)
         if not playing or says or not mates or any(map(self._walks, mates)):
             self._moved = self._now
         elif self._now - self._moved > IDLE_MAX:
