@@ -75,7 +75,7 @@ class SensorCorrection:
             force = np.array(rotate(self._imu, as_point(force)))
         position = frame.joint_position + self._offset
         return SensorFrame(
-            frame.stamp, position, frame.joint_velocity, rate, force, frame.late
+            frame.stamp, position, frame.joint_velocity, rate, force, frame.late, frame.lifted
         )
 
     def for_motors(self, position: FloatArray) -> FloatArray:

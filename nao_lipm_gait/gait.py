@@ -30,6 +30,7 @@ from nao_lipm_gait.status import make_status
 from nao_lipm_gait.types import (
     DOWN,
     IN_MOTION,
+    LIFTED,
     MOTION,
     ON_THE_WAY,
     STAND,
@@ -182,13 +183,13 @@ class Gait:
 
         # Modes.
         gets_up = self._parameters.get_up
-        transition = self._modes.update(ModeInputs(command, settled, gets_up, dt))
+        transition = self._modes.update(ModeInputs(command, settled, gets_up, dt, frame.lifted))
         if transition is not None:
             self._carry_out(transition, frame, command)
         state = self._modes.state
         if state is not STAND:
             self._estimator.reset_tipping()
-        if self._modes.fell:
+        if self._modes.fell or state is LIFTED:
             self._heading_hold.release()
         if state in DOWN:
             return self._limp_targets(frame)
@@ -200,7 +201,7 @@ class Gait:
         self._walk.observe(x, y, self._estimator.acceleration_in_q)
 
         # Plan: prediction by the delay (21), pendulum (15)-(20), support change, steps (3)-(9).
-        walking = state is not STAND and not self._modes.must_stop
+        walking = state in ON_THE_WAY and not self._modes.must_stop
         support_before = self._walk.predicted.support
         self._last_command = self._corrected(command) if walking else STANDSTILL
         planned = self._walk.plan(self._last_command) if plans > 0 else self._walk.replan()
@@ -285,7 +286,7 @@ class Gait:
             self._begin_motion(motion, frame)
         elif after is WALK and before is STAND:
             self._begin_walk(transition, command)
-        elif after is STAND and before not in ON_THE_WAY:
+        elif after is LIFTED or (after is STAND and before not in ON_THE_WAY):
             start = frame.joint_position if self._last_position is None else self._last_position
             # A motion that kept its feet ends in the stand; after a get-up the robot must settle.
             in_place = motion is not None and not motion.gets_up

@@ -1,4 +1,4 @@
-"""The state machine of the gait: stand, walk, stop, motion, getting_up, fallen, relaxed.
+"""The state machine of the gait: stand, walk, stop, lifted, motion, getting_up, fallen, relaxed.
 
 `TRANSITIONS`, at the end of this file, lists for each mode the modes that may follow and their
 conditions. The conditions are short methods of `Modes`. `Modes` only decides; the gait carries out
@@ -17,6 +17,7 @@ from nao_lipm_gait.types import (
     FALLEN,
     GETTING_UP,
     IN_MOTION,
+    LIFTED,
     MOTION,
     RELAXED,
     STAND,
@@ -60,12 +61,14 @@ class ModeInputs(NamedTuple):
         settled: The robot stands in its stand pose.
         gets_up: A fallen robot gets up without a request.
         dt: Time [s] since the last tick.
+        lifted: See `SensorFrame`.
     """
 
     command: VelocityCommand
     settled: bool
     gets_up: bool
     dt: float
+    lifted: bool = False
 
 
 class Transition(NamedTuple):
@@ -208,7 +211,7 @@ class Modes:
 
     def _enter(self, transition: Transition) -> None:
         before, after = transition.before, transition.after
-        if after is FALLEN or (after is RELAXED and not self._requests.relax):
+        if after in (FALLEN, LIFTED) or (after is RELAXED and not self._requests.relax):
             self.motions.drop_upright()
         elif after is RELAXED or (after is STAND and before not in (WALK, STOP)):
             self.motions.stop()
@@ -250,6 +253,12 @@ class Modes:
 
     def _falls_and_should_stand(self) -> bool:
         return self._falls() and self._requests.stand
+
+    def _lifted(self) -> bool:
+        return self._now.lifted
+
+    def _put_down(self) -> bool:
+        return not self._now.lifted
 
     def _requested_motion(self) -> Motion | None:
         return self.motions.waiting if self._now.settled else None
@@ -318,6 +327,7 @@ TRANSITIONS: dict[GaitState, tuple[tuple[GaitState, Condition], ...]] = {
     STAND: (
         (RELAXED, Modes._relax_requested),
         (FALLEN, Modes._falls),
+        (LIFTED, Modes._lifted),
         (MOTION, Modes._requested_motion),
         (WALK, Modes._tips),
         (WALK, Modes._walk_commanded),
@@ -325,14 +335,21 @@ TRANSITIONS: dict[GaitState, tuple[tuple[GaitState, Condition], ...]] = {
     WALK: (
         (RELAXED, Modes._relax_requested),
         (FALLEN, Modes._falls),
+        (LIFTED, Modes._lifted),
         (STAND, Modes._walk_finished),
         (STOP, Modes._walk_stops),
     ),
     STOP: (
         (RELAXED, Modes._relax_requested),
         (FALLEN, Modes._falls),
+        (LIFTED, Modes._lifted),
         (STAND, Modes._walk_finished),
         (WALK, Modes._walk_continues),
+    ),
+    LIFTED: (
+        (RELAXED, Modes._relax_requested),
+        (FALLEN, Modes._falls),
+        (STAND, Modes._put_down),
     ),
     MOTION: (
         (RELAXED, Modes._relax_requested),

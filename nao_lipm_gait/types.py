@@ -41,6 +41,7 @@ class SensorFrame:
             upright (REP-145).
         late: Control periods by which the frame is older on arrival than the walk is set to; below
             0 fresher.
+        lifted: Something else than its soles carries the robot.
     """
 
     stamp: int
@@ -49,6 +50,7 @@ class SensorFrame:
     angular_velocity: FloatArray
     linear_acceleration: FloatArray
     late: int = 0
+    lifted: bool = False
 
 
 class VelocityCommand(NamedTuple):
@@ -97,6 +99,7 @@ class GaitState(StrEnum):
         STAND: Stands in the stand pose, or moves into it.
         WALK: Walks.
         STOP: Brings the CoM to rest; both feet stay on the ground.
+        LIFTED: Holds the stand pose in the air.
         MOTION: Runs a motion of keyframes, or holds its last pose.
         GETTING_UP: Runs a motion that begins lying.
         FALLEN: Lies or falls; all joints are limp.
@@ -106,6 +109,7 @@ class GaitState(StrEnum):
     STAND = "stand"
     WALK = "walk"
     STOP = "stop"
+    LIFTED = "lifted"
     MOTION = "motion"
     GETTING_UP = "getting_up"
     FALLEN = "fallen"
@@ -114,6 +118,7 @@ class GaitState(StrEnum):
 
 # The tick uses these names: a global is looked up faster than a member of an enumeration.
 STAND, WALK, STOP = GaitState.STAND, GaitState.WALK, GaitState.STOP
+LIFTED = GaitState.LIFTED
 MOTION, GETTING_UP = GaitState.MOTION, GaitState.GETTING_UP
 FALLEN, RELAXED = GaitState.FALLEN, GaitState.RELAXED
 
@@ -121,8 +126,8 @@ DOWN = (FALLEN, RELAXED)
 """All joints are limp."""
 ON_THE_WAY = (WALK, STOP)
 """The walk moves the robot."""
-UPRIGHT = (STAND, *ON_THE_WAY)
-"""The robot stands or walks by its walk engine."""
+UPRIGHT = (STAND, *ON_THE_WAY, LIFTED)
+"""The targets come from the walk engine."""
 IN_MOTION = (MOTION, GETTING_UP)
 """A motion moves or holds the robot."""
 BUSY = (*ON_THE_WAY, *IN_MOTION)

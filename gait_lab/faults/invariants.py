@@ -22,7 +22,7 @@ SILENT_STOP = 2.2
 
 Diagnostics are published each second, and standing up takes almost one.
 """
-UPRIGHT_STATES = (GaitState.STAND, GaitState.WALK, GaitState.STOP)
+UPRIGHT_STATES = (GaitState.STAND, GaitState.WALK, GaitState.STOP, GaitState.LIFTED)
 """States in which the gait has not detected a fall."""
 _ROUNDING = 1e-9
 

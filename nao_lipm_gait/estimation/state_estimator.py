@@ -31,6 +31,7 @@ from nao_lipm_gait.types import (
     GRAVITY,
     IN_MOTION,
     LEFT,
+    LIFTED,
     MOTION,
     WALK,
     GaitState,
@@ -99,6 +100,7 @@ class StateEstimator:
         self._soles: tuple[SolePose, SolePose] | None = None
         self._flat_stance = WALKS[p.walk].flat_stance
         self._bias_jump = GyroBiasJump()
+        self._lifted = False
         self._fall = FallDetector()
         self._tipping = TippingDetector()
         self._lying = LyingSideDetector()
@@ -160,7 +162,8 @@ class StateEstimator:
         force = as_point(frame.linear_acceleration)
         rate = self._mean_rate(self._without_bias(as_point(frame.angular_velocity)))
         roll_rate, pitch_rate, _ = rate
-        feet_free = state in IN_MOTION or state in DOWN
+        self._lifted = state is LIFTED
+        feet_free = state in IN_MOTION or state in DOWN or self._lifted
         if feet_free:
             # The feet need not stand flat, so they tell nothing about the torso.
             self.orientation.update(rate, force, None, gyro_dt)
@@ -288,7 +291,7 @@ class StateEstimator:
             self.orientation.tilt,
             self.angular_velocity,
             self._p.fall_tilt,
-            self._p.fall_horizon,
+            0.0 if self._lifted else self._p.fall_horizon,  # hands may turn it fast
         )
 
     def detect_tipping(self) -> tuple[float, float, float, float] | None:

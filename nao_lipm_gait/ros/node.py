@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped, PoseStamped, Twist, TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
@@ -49,6 +50,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
+from nao_lipm_gait.ros.sampled_group import NEWEST, SampledGroup
 from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
@@ -100,6 +102,8 @@ NODE_PARAMETERS = (
 
 WATCHDOG_PERIOD = 0.25
 """[s]"""
+LOAD_TICKS = 4
+"""Of the wrenches of the soles one in so many is taken; each costs as much as a tenth of a tick."""
 MARKER_TICKS = 10
 """Footsteps are published with every support change and every so many ticks."""
 
@@ -130,6 +134,7 @@ class GaitNode(Node):
         )
         self._garbage = GarbageScheduler()
         self._loads: list[Subscription] = []
+        self._load_group = SampledGroup(LOAD_TICKS)
         self._support = ""
         self._step_count = -1
         self._tick_count = 0
@@ -220,11 +225,13 @@ class GaitNode(Node):
         )
 
     def _subscribe(
-        self, kind: type, topic: str, read: Callable[[Any], Input], qos: Any
-    ) -> Subscription:
-        return subscription(
-            self, kind, topic, lambda message: self._receive(topic, partial(read, message)), qos
-        )
+        self, kind: type, topic: str, read: Callable[[Any], Input], qos: Any,
+        group: CallbackGroup | None = None,
+    ) -> Subscription:  # fmt: skip
+        def receive(message: Any) -> None:
+            self._receive(topic, partial(read, message))
+
+        return subscription(self, kind, topic, receive, qos, group)
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -239,16 +246,17 @@ class GaitNode(Node):
         arrived = self.get_clock().now().nanoseconds if self._measures_age else None
         read = partial(joint_input, message, info, time.time_ns(), arrived)
         self._receive("joint_states", read)
+        self._load_group.count()
 
     def _subscribe_to_soles(self, wanted: bool) -> None:
-        """Subscribe to the sole wrenches only while the IMU is missing."""
+        """Sample the sole wrenches while they are needed."""
         while self._loads:
             self.destroy_subscription(self._loads.pop())
         if wanted:
             self._loads = [
                 self._subscribe(
-                    WrenchStamped, f"{frame}/wrench", partial(load_input, side),
-                    qos_profile_sensor_data,
+                    WrenchStamped, f"{frame}/wrench", partial(load_input, side), NEWEST,
+                    self._load_group,
                 )
                 for side, frame in enumerate(self._robot.sole_frames)
             ]  # fmt: skip

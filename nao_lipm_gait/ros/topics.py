@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from rclpy.callback_groups import CallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -30,15 +31,18 @@ def publisher(node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) ->
 
 
 def subscription(
-    node: Node, kind: type, topic: str, callback: Any, qos: QoSProfile = RELIABLE
-) -> Subscription:
+    node: Node, kind: type, topic: str, callback: Any, qos: QoSProfile = RELIABLE,
+    group: CallbackGroup | None = None,
+) -> Subscription:  # fmt: skip
     """A subscription without events of its middleware, for the same reason.
 
     The sender of a message that does not fit logs that by itself. The callback may take the
     message info too.
     """
     events = SubscriptionEventCallbacks(use_default_callbacks=False)
-    return node.create_subscription(kind, topic, callback, qos, event_callbacks=events)
+    return node.create_subscription(
+        kind, topic, callback, qos, callback_group=group, event_callbacks=events
+    )
 
 
 class Inputs:

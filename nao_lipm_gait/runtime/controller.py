@@ -38,11 +38,13 @@ from nao_lipm_gait.runtime.inputs import (
     finite,
     stamp_of,
 )
+from nao_lipm_gait.runtime.lift_watch import LiftWatch
 from nao_lipm_gait.runtime.motion_commands import MotionCommands
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
 from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
 from nao_lipm_gait.runtime.sensor_age import SensorAge
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
+from nao_lipm_gait.runtime.sole_loads import LOAD_AGE, SoleLoads
 from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
 from nao_lipm_gait.runtime.stamp_reports import StampReports
 from nao_lipm_gait.runtime.state_log import StateLog
@@ -141,7 +143,7 @@ class GaitController:
         faults: Ticks whose targets were held or clipped by the guard.
         unexpected: Exceptions other than NaoGaitError: mistakes of this program.
         crashes: Why the first few ticks gave no usable targets.
-        needs_loads: The messages of the soles are needed now.
+        needs_loads: The messages of the soles are used now.
         last_status: Status of the last tick; None before the first.
     """
 
@@ -170,7 +172,9 @@ class GaitController:
         self._age = SensorAge(settings.control_period)
         self._age.set_usual(parameters.feedback_delay - robot.command_lag)
         self._arrival: int | None = None
-        self._outage = SensorOutage(self._gait.mass, settings.imu_patience)
+        self._loads = SoleLoads(self._gait.mass)
+        self._outage = SensorOutage(self._loads, settings.imu_patience)
+        self._lift = None if robot.force_sensors is None else LiftWatch(self._loads)
         self._velocity = VelocityInput(settings.cmd_vel_timeout)
         self._ticks = TickTimes(settings.control_period)
         self._publishers = PublisherWatch(self._diagnostics, clock)
@@ -210,8 +214,8 @@ class GaitController:
 
     @property
     def needs_loads(self) -> bool:
-        """The loads on the soles are used only while the IMU is missing."""
-        return self._outage.blind > 0
+        """The messages of the soles: always with force sensors, else while the IMU is missing."""
+        return self._lift is not None or self._outage.blind > 0
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -260,7 +264,8 @@ class GaitController:
         elif isinstance(message, LoadInput):
             stamp = stamp_of(message.sec, message.nanosec, "wrench header.stamp")
             force = finite(message.force, "wrench force.z", LOAD_ABSURD, "N")
-            self._outage.loads.add(message.side, stamp, force)
+            if abs(stamp - (self._stamps.last or 0)) < LOAD_AGE:  # else it is of another time
+                self._loads.add(message.side, stamp, force)
         elif isinstance(message, TemperatureInput):
             degrees = finite(message.degrees, "temperature", TEMPERATURE_ABSURD, "deg C")
             if self._heat.receive(message.joint, degrees, (self._stamps.last or 0) * 1e-9):
@@ -356,6 +361,8 @@ class GaitController:
         self._sync.restart(stamp)
         self._validation.restart(sample, steady)
         self._velocity.clear()
+        if self._lift is not None:
+            self._lift.restart()
         if steady:
             self._gait.continue_at(stamp)
             self._guard.shift_clock(stamp)
@@ -379,8 +386,11 @@ class GaitController:
             ticked=self.last_status is not None,
         )
         late = self._age.update(frame.stamp, self._arrival)
-        if late:
-            frame = replace(frame, late=late)
+        lifted = self._lift is not None and self._lift.update(
+            frame.stamp, frame.linear_acceleration
+        )
+        if late or lifted:
+            frame = replace(frame, late=late, lifted=lifted)
         begin = self._clock()
         guarded = self._guard.step(frame, command)
         self._ticks.add(begin, self._clock())

@@ -109,6 +109,8 @@ def _walk(health: Health, remarks: Sequence[Remark]) -> Report:
     level, message = Level.OK, status.state.value
     if status.state is GaitState.FALLEN:
         level = Level.ERROR
+    elif status.state is GaitState.LIFTED:
+        level = Level.WARN
     elif status.ik_residual > UNREACHED or status.clipped_joints:
         level = Level.WARN
         message += ", target out of reach"

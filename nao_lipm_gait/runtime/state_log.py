@@ -76,3 +76,8 @@ class StateLog:
             self._diagnostics.log(Level.OK, "stood up")
         elif before in DOWN:
             self._diagnostics.log(Level.OK, "upright, standing")
+        elif status.state is GaitState.LIFTED:
+            text = "lifted: the soles carry no load; standing until they do again"
+            self._diagnostics.log(Level.WARN, text)
+        elif before is GaitState.LIFTED:
+            self._diagnostics.log(Level.OK, "back on the ground")

@@ -17,7 +17,7 @@ from gait_lab.faults.catalogue import FAULTS
 from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.invariants import FALL_GRACE, SILENT_STOP, CommandCheck, Invariants
-from gait_lab.faults.robot_faults import motor_of
+from gait_lab.faults.robot_faults import PickedUp, motor_of
 from gait_lab.faults.scopes import SCOPES
 from gait_lab.faults.sensor_faults import ImuOutage
 from gait_lab.trials.rollout import RolloutSpec, make_pair
@@ -27,7 +27,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
 from nao_lipm_gait.types import GaitState, JointTargets, VelocityCommand
 
 pytest.importorskip("mujoco")
@@ -118,6 +118,28 @@ def test_without_imu_the_robot_stops_stands_and_reports_why() -> None:
         assert not harness.fallen
         assert any("imu/data: none for" in text for text in harness.invariants.explained)
         assert not harness.invariants.violations
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_a_robot_that_is_lifted_stands_in_the_air_and_walks_on_once_it_is_put_down(
+    engine: str,
+) -> None:
+    pytest.importorskip(engine)
+    fault = PickedUp(np.random.default_rng(0))
+    fault.begin, fault.duration = 2.0, 1.0
+    simulation, _ = make_pair(RolloutSpec(TASKS["stand"], robot_seed=3, engine=engine))
+    harness = Harness(simulation, GaitParameters(), fault, FORWARD)
+    states = []
+    with simulation:
+        for _ in range(700):
+            harness.step()
+            state = harness.gaits[0].controller.state
+            if not states or states[-1] is not state:
+                states.append(state)
+    stand, walk, lifted = GaitState.STAND, GaitState.WALK, GaitState.LIFTED
+    assert states == [stand, walk, lifted, stand, walk]
+    assert "walk: lifted" in harness.invariants.explained
+    assert not harness.fallen
 
 
 def test_a_robot_that_is_pushed_over_without_imu_relaxes_and_stays_fallen() -> None:
@@ -238,7 +260,7 @@ def test_a_stamp_far_from_zero_makes_no_difference() -> None:
 
         def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
             content = message.content
-            assert isinstance(content, ImuInput | JointInput)
+            assert isinstance(content, ImuInput | JointInput | LoadInput)
             content = replace(content, sec=content.sec + self.shift)
             yield Delivery(0, replace(message, content=content))
 
