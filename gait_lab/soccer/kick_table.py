@@ -22,8 +22,15 @@ STANDS = 0.95
 """Share of the robots that have to stand after a kick of the table."""
 FOOT = "kick_front_left"
 """A ball that this kick hits lies before the left foot."""
-DRIBBLES = {"dribble_left": 1.0, "dribble_right": -1.0}
-"""Names, and the side of the foot."""
+OUTER_EDGE = 0.065
+"""[m] from there to a ball that the outer edge of the foot sends outwards."""
+DRIBBLES = {
+    "dribble_left": (1.0, 0.0),
+    "dribble_right": (-1.0, 0.0),
+    "dribble_outward_left": (1.0, OUTER_EDGE),
+    "dribble_outward_right": (-1.0, OUTER_EDGE),
+}
+"""Names, the side of the foot, and how far [m] beside its middle the ball lies."""
 HIT_TIME = 0.5
 """[s] A dribbling robot walks on: time of the step that hits the ball."""
 
@@ -40,16 +47,18 @@ def measured(urdf: str, robots: int, engine: str, jobs: int | None) -> list[Kick
 
 
 def dribbled(urdf: str, robots: int, engine: str, jobs: int | None) -> list[DribbleResult]:
-    """One attempt with each foot of each robot."""
+    """One attempt with each foot and edge of each robot."""
     spot = shipped_library(loaded_robot(urdf)).find(FOOT).kick
     if spot is None:
         raise NaoGaitError("motion", FOOT, "a kick")
     speed = WalkLimits().forward
     specs = [
-        DribbleSpec(robot_seed=seed, urdf=urdf, engine=engine, across=side * spot.y, speed=speed)
-        for side in DRIBBLES.values()
+        DribbleSpec(
+            robot_seed=seed, urdf=urdf, engine=engine, across=side * (spot.y + beside), speed=speed
+        )
+        for side, beside in DRIBBLES.values()
         for seed in range(robots)
-    ]
+    ]  # fmt: skip
     results: list[DribbleResult] = parallel_map(dribble, specs, jobs=jobs, label="dribbles")
     return results
 
@@ -57,8 +66,9 @@ def dribbled(urdf: str, robots: int, engine: str, jobs: int | None) -> list[Drib
 def dribble_rows(results: Sequence[DribbleResult]) -> Iterator[str]:
     """The part `dribbles` of the file."""
     yield "dribbles:"
-    for name, side in DRIBBLES.items():
-        mine = [each for each in results if each.spec.across * side > 0.0 and each.stood]
+    across = dict.fromkeys(each.spec.across for each in results)
+    for name, place in zip(DRIBBLES, across, strict=True):
+        mine = [each for each in results if each.spec.across == place and each.stood]
         if not mine:
             raise NaoGaitError(name, "no attempt", "robots that touch the ball and stay upright")
         directions = [each.direction for each in mine]

@@ -27,6 +27,8 @@ from sim_bridge.world import World
 
 RUN_UP = (0.3, 0.5)
 """[m] from the robot to the ball at the start; drawn, as the phase of the step at the touch."""
+PLACEMENT = 0.01
+"""[m] standard deviation of the ball's place beside the robot's line."""
 BIAS_WAIT = 1.0
 """[s] of standing at the start."""
 MOVED = 0.01
@@ -101,7 +103,8 @@ def _attempt(
     random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed])
     start = footprint_of(tick.truth)
     line = compose(start, (0.0, spec.across, 0.0))
-    lay = compose(line, (float(random.uniform(*RUN_UP)), 0.0, 0.0))
+    ahead, beside = float(random.uniform(*RUN_UP)), float(random.normal(0.0, PLACEMENT))
+    lay = compose(line, (ahead, beside, 0.0))
     world.put_ball(*lay[:2])
     place, way, fastest = start, np.zeros(2), 0.0
     for _ in range(round(LIMIT / CONTROL_PERIOD)):

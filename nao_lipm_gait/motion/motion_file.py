@@ -29,9 +29,12 @@ STAND = "stand"
 """The pose of this name is the gait's stand pose, which depends on its parameters."""
 LIKE = "like"
 """Key in a pose that names the pose which it changes."""
+BASE = "base"
+"""Key of a file that names another one in its folder: what it lacks is as in that one."""
 _SUPPORTS = {"both": 0, "left": 1, "right": -1}
 _ANGLE = Number(-math.tau, math.tau, "rad")
 _SHARE = Number(0.0, 1.0)
+_TIME = Number(0.02, 60.0, "s")
 _END_POSTURES = tuple(each.value for each in Posture if each is not Posture.UPRIGHT)
 
 
@@ -82,6 +85,9 @@ class MotionFile(Settings):
     poses: dict[str, dict[str, Any]] = schema.field(
         Table(_PoseKind(), key=NAME), attrs.Factory(dict)
     )
+    times: dict[str, float] = schema.field(
+        Table(_TIME), attrs.Factory(dict), "By pose, in place of those of the keyframes."
+    )
 
 
 def load_motions(path: Path, robot: RobotDescription) -> tuple[Motion, ...]:
@@ -92,7 +98,7 @@ def load_motions(path: Path, robot: RobotDescription) -> tuple[Motion, ...]:
             `check_motion` refuses.
     """
     where = f"motion file {path}: "
-    file = MotionFile.from_mapping(schema.read_yaml(path, "motion file"), where)
+    file = MotionFile.from_mapping(_with_base(path), where)
     motion = Motion(
         name=NAME.check(f"name of motion file {path}", path.stem),
         meaning=file.meaning,
@@ -112,6 +118,22 @@ def load_motions(path: Path, robot: RobotDescription) -> tuple[Motion, ...]:
     return motion, mirror
 
 
+def _with_base(path: Path) -> Any:
+    """The content of a file; where it has a base, over the content of that."""
+    values = schema.read_yaml(path, "motion file")
+    if not isinstance(values, Mapping) or BASE not in values:
+        return values
+    own = dict(values)
+    name = NAME.check(f"motion file {path}: {BASE}", own.pop(BASE))
+    base = schema.read_yaml(path.with_name(f"{name}.yaml"), "motion file")
+    if not isinstance(base, Mapping) or BASE in base:
+        raise NaoGaitError(f"motion file {path}: {BASE}", name, "a motion file without a base")
+    for key in ("poses", "times"):
+        if isinstance(own.get(key), Mapping) and isinstance(base.get(key), Mapping):
+            own[key] = {**base[key], **own[key]}
+    return {**base, **own}
+
+
 class _Builder:
     """Turns names of joints and poses into arrays."""
 
@@ -121,6 +143,10 @@ class _Builder:
 
     def keyframes(self, file: MotionFile) -> tuple[Keyframe, ...]:
         poses = self._poses(file.poses)
+        used = [entry.pose for entry in file.keyframes]
+        for name in file.times:
+            if name not in used:
+                raise NaoGaitError(f"{self._where}times.{name}", name, "a pose of a keyframe")
         count = len(self._robot.joint_names)
         position, stiffness = np.full(count, np.nan), np.ones(count)
         keyframes = []
@@ -138,7 +164,7 @@ class _Builder:
                 Keyframe(
                     pose=entry.pose,
                     position=None if named is None else position,
-                    time=entry.time,
+                    time=file.times.get(entry.pose, entry.time),
                     interpolation=entry.interpolation,
                     stiffness=stiffness,
                     support=_SUPPORTS[entry.support],

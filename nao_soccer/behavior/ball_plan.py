@@ -39,6 +39,8 @@ OUT_TIME = 10.0
 """[s] that a ball outside of the field costs."""
 DRIBBLE_STEP = 0.5
 """[m] over which a dribble is compared with kicks; a robot that is nearer stops the ball."""
+NO_TIME = 0.7
+"""[m] from another robot to the ball, below which a robot that walks does not begin to kick."""
 NEAR_ROBOT = 1.0
 """[m] from the ball to a robot that the ball may have to pass."""
 PAST = 0.1
@@ -197,6 +199,7 @@ class Planner:
         self, own: Pose2, ball: Point2, robots: Sequence[Point2], *, valid: bool, stands: bool
     ) -> Iterator[BallPlan]:
         s, table = self.settings, self._table
+        contested = any(math.dist(robot, ball) < NO_TIME for robot in robots)
         for way in self._ways(ball, robots):
             for kick in (*table.dribbles, *table.kicks) if valid else table.dribbles:
                 x, y, heading = kick.robot_pose(ball, way.direction)
@@ -209,9 +212,12 @@ class Planner:
                 seconds = walk + self._no_room((x, y, heading), robots)
                 dribbles = kick in table.dribbles
                 if not dribbles:
+                    at_once = stands and walk < AT_ONCE
+                    if contested and not at_once:
+                        continue
                     # A ball that goes in is in soon after the foot has hit it.
                     seconds += HIT_SHARE * kick.seconds
-                    seconds += 0.0 if stands and walk < AT_ONCE else s.settle
+                    seconds += 0.0 if at_once else s.settle
                     rest += (1.0 - HIT_SHARE) * kick.seconds + s.retry
                 seconds += hit * min(self._far(ball) / kick.speed, 2.0) + (1.0 - hit) * rest
                 yield BallPlan(kick, dribbles, way.direction, walk, seconds)

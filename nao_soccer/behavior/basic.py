@@ -15,6 +15,10 @@ KEEP_FACING = (0.7, 1.2)
 """[m] A nearer place is taken by steps backwards and to the side, with the ball in sight."""
 DRIBBLE_ACROSS = 0.08
 """[m] beside the place in front of the foot, at which the robot stops to walk towards the ball."""
+PUSH_FOOT = 0.06
+"""[m] from the middle of the robot to the middle of a foot that pushes the ball."""
+PUSH_NEAR = 0.17
+"""[m] ahead: a nearer ball that is beside the foot would be passed or kicked to the side."""
 LOST_TURN = 0.3
 """[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
 SEARCH_TURN = 0.7
@@ -85,17 +89,28 @@ def kick(s: Situation) -> Action:
 
 
 def dribble(s: Situation) -> Action:
-    """Walk on with the ball in front of one foot, which pushes it straight ahead.
+    """Walk on with the ball in front of a foot or its outer edge, as the plan wants.
 
     A ball in the middle between the feet would go 30 degrees to either side.
     """
     if s.plan is None:
         return stand(s)
-    direction = math.remainder(s.plan.direction - s.own[2], math.tau)
+    direction = math.remainder(
+        s.plan.direction - s.plan.kick.direction - s.own[2], math.tau
+    )
     across = rotate_planar(*s.ball, -direction)[1] - s.plan.kick.y
     forward = s.limits.forward * max(0.25, 1.0 - abs(across) / DRIBBLE_ACROSS)
     vx, vy = rotate_planar(forward, 2.0 * across, direction)
     return Action(s.limits.command(vx, vy, 1.5 * direction), head=_head_near_ball(s))
+
+
+def push(s: Situation) -> Action:
+    """Walk straight ahead, with the nearer foot to the ball; to the side first if it is beside."""
+    x, y = s.ball
+    across = y - math.copysign(PUSH_FOOT, y)
+    share = max(0.0, 1.0 - abs(across) / DRIBBLE_ACROSS)
+    ahead = s.limits.forward * max(share, 0.25 if x > PUSH_NEAR else 0.0)
+    return Action(s.limits.command(ahead, 2.5 * across, 0.0), head=HeadMode.BALL)
 
 
 def _head_near_ball(s: Situation) -> HeadMode:

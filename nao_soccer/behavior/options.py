@@ -16,11 +16,17 @@ SEARCH: _Option = Option(
 
 PLAY_BALL: _Option = Option(
     "play the ball",
-    _State("walk behind ball", basic.walk_behind_ball, [When(symbols.behind_ball, "line up")]),
+    _State(
+        "walk behind ball",
+        basic.walk_behind_ball,
+        [When(symbols.may_push, "push"), When(symbols.behind_ball, "line up")],
+    ),
+    _State("push", basic.push, [When(symbols.push_is_over, "walk behind ball")]),
     _State(
         "line up",
         basic.step_to_ball,
         [
+            When(symbols.may_push, "push"),
             When(symbols.plan_is_dribble, "dribble"),
             When(symbols.at_kick_spot, "settle"),
             When(symbols.not_behind_ball, "walk behind ball"),
@@ -31,6 +37,7 @@ PLAY_BALL: _Option = Option(
         "dribble",
         basic.dribble,
         [
+            When(symbols.may_push, "push"),
             When(symbols.not_behind_ball, "walk behind ball"),
             When(symbols.plan_is_kick, "line up"),
         ],

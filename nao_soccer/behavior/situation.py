@@ -26,6 +26,12 @@ ROBOT_RADIUS = 0.3
 """[m] between the middles of two robots that pass each other."""
 AT_BALL = 0.4
 """[m] A nearer ball is played."""
+CONTESTED = 0.5
+"""[m] from a robot to the ball that it is about to play."""
+PUSH_BEHIND, PUSH_AHEAD, PUSH_ASIDE = 0.05, 0.3, 0.16
+"""[m] in front of and beside base_footprint: where a ball lies that is pushed in a duel."""
+PUSH_HEADING = 0.3
+"""Least cosine of a robot's heading in the field, from which it pushes the ball ahead."""
 BEHIND = 0.13
 """[m] against the ball's way, from the place of a kick to the one where the robot lines up."""
 PRECEDENCE = 0.08
@@ -123,6 +129,23 @@ class Situation:
     def ball_distance(self) -> float:
         """[m] to the ball; infinite without one."""
         return math.inf if self.world.ball is None else math.hypot(*self.ball)
+
+    @property
+    def contested(self) -> bool:
+        """Another robot is at the ball."""
+        robots = (each for each in self.world.obstacles if not each.fallen)
+        return any(math.dist(each.position, self.ball) < CONTESTED for each in robots)
+
+    def pushes_ball(self, margin: float) -> bool:
+        """Another robot is at the ball, and a few steps straight ahead push it forwards.
+
+        Args:
+            margin: [m] by which the ball may lie farther.
+        """
+        ball, (x, y) = self.world.ball, self.ball
+        seen = ball is not None and ball.seen_recently and self.world.own.valid
+        near = PUSH_BEHIND < x < PUSH_AHEAD + margin and abs(y) < PUSH_ASIDE + margin
+        return seen and near and math.cos(self.own[2]) > PUSH_HEADING and self.contested
 
     @property
     def kick_pose(self) -> Pose2:

@@ -17,6 +17,8 @@ SPOT = 0.025
 """[m] error of the ball's place at which the robot stops before a kick."""
 SPOT_HEADING = 0.12
 """[rad] the same for the heading."""
+PUSH_MARGIN = 0.05
+"""[m] The ball may lie so much farther while it is pushed."""
 SHOT_SPEED = 0.4
 """[m/s] towards the keeper, from which on a ball is a shot."""
 SHOT_TIME = 1.15
@@ -140,6 +142,16 @@ def not_behind_ball(s: Situation) -> bool:
     place, heading = _behind_error(s)
     lost = s.ball_distance > 0.6 or place > 2.5 * BEHIND_ANGLE or heading > 2.0 * BEHIND_ANGLE
     return s.plan is None or lost
+
+
+def may_push(s: Situation) -> bool:
+    """The ball lies at the feet and another robot is at it: there is no time to aim."""
+    return s.pushes_ball(0.0)
+
+
+def push_is_over(s: Situation) -> bool:
+    """The ball is no longer at the feet, or no other robot is at it."""
+    return not s.pushes_ball(PUSH_MARGIN)
 
 
 def plan_is_kick(s: Situation) -> bool:

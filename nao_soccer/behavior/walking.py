@@ -56,11 +56,15 @@ APART_FROM = 0.5
 """[m] beyond these, from which on another robot limits the speed."""
 APART_GAIN = 0.8
 """[1/s] Speed towards another robot over the room that is left."""
-APART_RETREAT = 0.1
+APART_GAIN_BALL = 2.0
+"""[1/s] the same of a robot that pushes the ball."""
+APART_RETREAT = 0.15
 """[m/s] Speed away from a robot that is too near."""
 
 APART_TURN = 0.6
 """[rad/s] at most beside a robot that is too near: arms and feet of a fast turn hit it."""
+APART_STILL = 0.1
+"""[m] nearer still: there the robot does not turn at all."""
 
 
 class Round(NamedTuple):
@@ -153,7 +157,10 @@ def _around(target: Point2, obstacles: Sequence[Round]) -> Point2:
 
 
 def kept_apart(
-    command: VelocityCommand, robots: Sequence[Round], limits: WalkLimits
+    command: VelocityCommand,
+    robots: Sequence[Round],
+    limits: WalkLimits,
+    gain: float = APART_GAIN,
 ) -> VelocityCommand:
     """The command without what would lead into another robot.
 
@@ -164,6 +171,7 @@ def kept_apart(
         command: The velocity.
         robots: The other robots, with the distance to keep from each.
         limits: Largest speeds.
+        gain: [1/s] Speed towards another robot over the room that is left.
     """
     if command.is_zero:
         return command
@@ -173,9 +181,10 @@ def kept_apart(
         if not 0.0 < gap < radius + influence:
             continue
         if gap < radius:
-            yaw = min(max(yaw, -APART_TURN), APART_TURN)
+            turn = APART_TURN * max(0.0, 1.0 - (radius - gap) / APART_STILL)
+            yaw = min(max(yaw, -turn), turn)
         ox, oy = place[0] / gap, place[1] / gap
-        too_fast = x * ox + y * oy - max(APART_GAIN * (gap - radius), -APART_RETREAT)
+        too_fast = x * ox + y * oy - max(gain * (gap - radius), -APART_RETREAT)
         if too_fast > 0.0:
             x, y = x - too_fast * ox, y - too_fast * oy
     return limits.command(x, y, yaw)

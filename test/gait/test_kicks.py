@@ -21,9 +21,11 @@ MOTIONS = list(shipped_library(ROBOT).motions.values())
 KICKS = {motion.name: motion.kick for motion in MOTIONS if motion.kick is not None}
 
 
-def test_there_are_eight_kicks_in_pairs() -> None:
+def test_there_are_twenty_kicks_in_pairs() -> None:
     kinds = {name.rsplit("_", 1)[0] for name in KICKS}
-    assert kinds == {"kick_front", "kick_diagonal", "kick_side", "kick_backheel"}
+    ahead = {"front", "hard", "nudge", "diagonal", "outward", "inward"}
+    others = {"side", "across", "backheel", "back_diagonal"}
+    assert kinds == {f"kick_{kind}" for kind in ahead | others}
     for kind in kinds:
         left, right = KICKS[f"{kind}_left"], KICKS[f"{kind}_right"]
         assert (left.x, left.y) == (right.x, -right.y)

@@ -164,6 +164,39 @@ def test_a_mirrored_motion_has_the_other_support_and_the_other_side(tmp_path: Pa
     assert b.stiffness[ROBOT.index("RElbowYaw")] == 0.0
 
 
+def test_a_file_with_a_base_says_only_what_differs(tmp_path: Path) -> None:
+    (base,) = load_motions(written(tmp_path, changed()), ROBOT)
+    path = tmp_path / "nod_fast.yaml"
+    differs = "meaning: nods fast\nposes: {up: {HeadPitch: -0.1}}\ntimes: {up: 0.4}\n"
+    path.write_text(f"base: nod\n{differs}")
+    (fast,) = load_motions(path, ROBOT)
+    assert (fast.name, fast.meaning, fast.starts) == ("nod_fast", "nods fast", base.starts)
+    head = ROBOT.index("HeadPitch")
+    for mine, theirs in zip(fast.keyframes, base.keyframes, strict=True):
+        assert mine.time == (0.4 if mine.pose == "up" else theirs.time)
+        if mine.pose == "up":
+            assert mine.position is not None
+            assert mine.position[head] == -0.1
+        elif mine.position is not None:
+            np.testing.assert_array_equal(mine.position, theirs.position)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("base: nowhere\n", "nowhere"),
+        ("base: nod_fast\n", "base: got 'nod_fast'; allowed: a motion file without a base"),
+        ("base: nod\ntimes: {sideways: 0.4}\n", r"times\.sideways.*a pose of a keyframe"),
+    ],
+)
+def test_a_bad_base_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    written(tmp_path, changed())
+    path = tmp_path / "nod_fast.yaml"
+    path.write_text(text)
+    with pytest.raises(NaoGaitError, match=message):
+        load_motions(path, ROBOT)
+
+
 # -- what is refused -------------------------------------------------------------------------------
 
 

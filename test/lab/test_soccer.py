@@ -120,17 +120,19 @@ def test_the_written_table_of_kicks_can_be_read(tmp_path: Path) -> None:
     ]
     dribbles = [
         DribbleResult(
-            DribbleSpec(robot_seed=seed, across=0.06 * side, speed=0.35),
-            (0.12, 0.06 * side), 0.02 * side, 1.0 + seed, 1.3, stood,
+            DribbleSpec(robot_seed=seed, across=place, speed=0.35),
+            (0.12, place), place / 3.0, 1.0 + seed, 1.3, stood,
         )
-        for side in (1.0, -1.0)
+        for place in (0.06, -0.06, 0.125, -0.125)
         for seed, stood in ((0, True), (2, True), (9, False))
     ]  # fmt: skip
     file = tmp_path / "kicks.yaml"
     file.write_text(table("nao_h21_v33", kicks, dribbles))
     read = load_kicks(file)
     assert [each.distance for each in read.kicks] == [1.5]
-    left, right = read.dribbles
+    left, right, outward, _ = read.dribbles
+    assert outward.motion == "dribble_outward_left"
+    assert (outward.y, outward.direction) == (0.125, pytest.approx(0.0417))
     assert (left.distance, left.distance_spread) == (2.0, 1.0)  # that of the robot that fell is out
     assert (left.y, right.y) == (0.06, -0.06)
     assert (left.direction, right.direction) == (0.02, -0.02)

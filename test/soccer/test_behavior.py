@@ -15,7 +15,7 @@ from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.types import GaitState, PoseCovariance, VelocityCommand
 from nao_soccer.behavior.ball_plan import Planner
-from nao_soccer.behavior.kicks import load_kicks
+from nao_soccer.behavior.kicks import KickTable, load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body, Role, Situation
@@ -125,10 +125,12 @@ def test_with_the_ball_at_its_heel_and_the_goal_behind_the_robot_kicks_back() ->
     assert planner().choose(own, ball, valid=False).dribbles
 
 
-def test_far_from_the_goal_the_ball_is_dribbled_towards_it() -> None:
-    plan = planner().choose((-1.5, 0.3, 0.0), (-1.2, 0.3))
-    assert plan.dribbles
-    assert abs(plan.direction) < 0.2
+def test_a_free_ball_far_from_the_goal_goes_far_and_one_with_an_opponent_goes_at_once() -> None:
+    own, ball = (-1.5, 0.3, 0.0), (-1.2, 0.3)
+    free = planner().choose(own, ball)
+    assert abs(free.direction) < 0.2
+    assert free.kick.distance > 1.4
+    assert planner().choose(own, ball, [(-0.7, 0.1)]).dribbles
 
 
 def test_a_robot_in_the_way_changes_the_direction() -> None:
@@ -252,6 +254,16 @@ def test_two_robots_that_walk_into_each_other_stop_before_they_touch(heading: fl
     assert nearest > 0.9 * APART
 
 
+def test_the_nearer_another_robot_the_slower_is_the_turn() -> None:
+    turns = [
+        kept_apart(VelocityCommand(yaw=1.5), [Round((gap, 0.0), APART)], LIMITS).yaw
+        for gap in (APART + 0.01, APART - 0.02, APART - 0.06, APART - 0.12)
+    ]
+    assert turns == sorted(turns, reverse=True)
+    assert (turns[0], turns[-1]) == (1.5, 0.0)
+    assert turns[1] < 0.6
+
+
 def test_a_robot_far_away_or_behind_changes_nothing() -> None:
     command = VelocityCommand(0.3, 0.0, 0.2)
     assert (
@@ -348,6 +360,33 @@ def test_of_two_opponents_equally_near_to_the_ball_one_keeps_off(x: float) -> No
     assert sorted(kept) == [APART_BALL, APART_FIRST]
 
 
+def in_duel(heading: float, ball: tuple[float, float]) -> tuple[str, VelocityCommand]:
+    """What a robot in its own half does with an opponent beyond the ball; from the third update."""
+    mind, own = new_mind(), (-1.0, 0.2, heading)
+    x, y = compose(own, (*ball, 0.0))[:2]
+    opponent = compose(own, (ball[0] + 0.26, ball[1], 0.0))[:2]
+    for i in range(3):
+        state = world(own, (x, y), time=0.1 * i, robots=(opponent,))
+        decision = mind.update(state, Body(GaitState.WALK))
+    return decision.path[-1].state, decision.action.walk
+
+
+@pytest.mark.parametrize(("y", "aside"), [(0.06, 0.0), (-0.06, 0.0), (0.13, 1.0), (-0.13, -1.0)])
+def test_in_a_duel_a_ball_at_the_feet_is_pushed_ahead_at_once(y: float, aside: float) -> None:
+    state, walk = in_duel(0.8, (0.2, y))
+    assert state == "push"
+    assert walk.x > (0.1 if aside == 0.0 else 0.0)
+    assert walk.y * aside >= 0.0
+    assert abs(walk.y) > 0.05 or aside == 0.0
+
+
+def test_a_ball_is_not_pushed_towards_the_own_goal_nor_without_need() -> None:
+    assert in_duel(2.5, (0.2, 0.06))[0] != "push"
+    assert in_duel(0.8, (0.2, 0.3))[0] != "push"
+    alone = new_mind().update(world((-1.0, 0.2, 0.8), (-0.9, 0.4)), Body(GaitState.WALK))
+    assert alone.path[-1].state != "push"
+
+
 def test_a_robot_that_walks_to_its_place_looks_for_robots_and_for_landmarks() -> None:
     mind, game = new_mind(), GameState(phase=Phase.READY)
     heads = [
@@ -440,18 +479,20 @@ def test_the_robot_leads_one_foot_to_the_ball_that_it_dribbles(
     start: tuple[float, float, float],
 ) -> None:
     """From any side, ideally walked: at the touch the ball lies before a foot, not between."""
-    mind, pose, ball = new_mind(), start, (0.0, 0.1)
+    mind = Mind(1, KickTable((), TABLE.dribbles), SCENE.field, GOALS)
+    pose, ball = start, (0.0, 0.1)
     for i in range(600):
         decision = mind.update(world(pose, ball, time=0.05 * i), Body(GaitState.WALK))
         assert decision.plan is not None
         kick = decision.plan.kick
         x, y, _ = relative((*ball, 0.0), pose)
-        if abs(x - kick.x) < 0.03 and abs(y) < 0.09:
+        if abs(x - kick.x) < 0.03 and abs(y) < abs(kick.y) + 0.03:
             break
         pose = compose(pose, tuple(0.05 * each for each in decision.action.walk))
     assert decision.path[-1].state == "dribble"
     assert y == pytest.approx(kick.y, abs=0.025)
-    assert math.remainder(pose[2] - decision.plan.direction, math.tau) == pytest.approx(0, abs=0.15)
+    heading = decision.plan.direction - decision.plan.kick.direction
+    assert math.remainder(pose[2] - heading, math.tau) == pytest.approx(0, abs=0.15)
     assert decision.action.walk.x > 0.2
 
 
