@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
+from sensor_msgs.msg import BatteryState, Imu, JointState, Joy
 
 from lola_bridge.codec import JOINTS, LolaSensors
 from lola_bridge.joints import JointMap
@@ -115,16 +115,6 @@ def battery_state(stamp: int, sensors: LolaSensors) -> BatteryState:
     discharging = BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
     message.power_supply_status = charging if current > 0.0 else discharging
     return message
-
-
-def temperatures(stamp: int, sensors: LolaSensors) -> list[Temperature]:
-    """`temperature`: one for each motor, whose joint is the frame_id."""
-    messages = []
-    for joint, degrees in zip(JOINTS, sensors.temperature, strict=True):
-        message = Temperature(temperature=float(degrees))
-        message.header.stamp, message.header.frame_id = to_time(stamp), joint
-        messages.append(message)
-    return messages
 
 
 def diagnostics(

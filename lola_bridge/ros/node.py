@@ -16,7 +16,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
 from std_msgs.msg import Bool, String
 
-from lola_bridge.codec import LolaSensors, decode_sensors
+from lola_bridge.codec import JOINTS, LolaSensors, decode_sensors
 from lola_bridge.driver import DriverSettings
 from lola_bridge.joints import JointMap, sitting_pose
 from lola_bridge.link import (
@@ -28,10 +28,11 @@ from lola_bridge.link import (
     pack_command,
     unpack_from_driver,
 )
-from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics, temperatures
+from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics
 from lola_bridge.safety import Mode, SafetySettings
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.ros.messages import temperature_messages
 from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
@@ -39,7 +40,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
+from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher, write_log
 from nao_lipm_gait.runtime.command_input import CommandInput
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_lipm_gait.runtime.inputs import stamp_of
@@ -230,14 +231,7 @@ class LolaBridgeNode(Node):
     def _log(self, line: LogLine) -> None:
         if line.level >= Level.WARN:
             self._reason = line.text
-        logger = self.get_logger()
-        # One call each: rclpy allows one severity per place in the source.
-        if line.level >= Level.ERROR:
-            logger.error(line.text)
-        elif line.level == Level.WARN:
-            logger.warning(line.text)
-        else:
-            logger.info(line.text)
+        write_log(self, line)
 
     # -- commands ----------------------------------------------------------------------------------
 
@@ -272,7 +266,7 @@ class LolaBridgeNode(Node):
         self._battery.publish(battery_state(frame.stamp, sensors))
         # Who joined after the last change gets to know it too.
         self._touch.publish(self._writer.touch(frame.stamp, sensors))
-        for message in temperatures(frame.stamp, sensors):
+        for message in temperature_messages(frame.stamp, JOINTS, sensors.temperature):
             self._temperature.publish(message)
         name = self.get_fully_qualified_name().lstrip("/")
         mode = frame.status.mode

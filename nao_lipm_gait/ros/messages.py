@@ -1,6 +1,6 @@
 """Conversion between the gait's own types and ROS messages.
 
-`sim_bridge` uses `to_time` and `to_doubles` for its own messages.
+`sim_bridge` and `lola_bridge` use parts of it for their own messages.
 """
 
 import math
@@ -124,6 +124,18 @@ def to_time(stamp: int) -> Time:
     """A stamp [ns] as a message."""
     sec, nanosec = divmod(stamp, _NANOSECONDS)
     return Time(sec=sec, nanosec=nanosec)
+
+
+def temperature_messages(
+    stamp: int, joints: Sequence[str], degrees: Sequence[float]
+) -> list[Temperature]:
+    """`temperature`: one for each motor, whose joint is the frame_id; degrees [deg C]."""
+    messages = []
+    for joint, each in zip(joints, degrees, strict=True):
+        message = Temperature(temperature=float(each))
+        message.header.stamp, message.header.frame_id = to_time(stamp), joint
+        messages.append(message)
+    return messages
 
 
 def to_doubles(values: FloatArray) -> array:

@@ -51,11 +51,10 @@ from nao_lipm_gait.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from nao_lipm_gait.ros.sampled_group import NEWEST, SampledGroup
-from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription
+from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription, write_log
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
@@ -269,7 +268,7 @@ class GaitNode(Node):
         for result in output.motion_results:
             self._motion_result.publish(String(data=result))
         for line in output.log:
-            self._log(line)
+            write_log(self, line)
 
     def _publish_status(self, status: GaitStatus) -> None:
         writer = self._status_writer
@@ -301,16 +300,6 @@ class GaitNode(Node):
             self._tick_count = 0
             if self._footsteps.get_subscription_count():
                 self._footsteps.publish(footsteps(status))
-
-    def _log(self, line: LogLine) -> None:
-        logger = self.get_logger()
-        # One call each: rclpy allows one severity per place in the source.
-        if line.level >= Level.ERROR:
-            logger.error(line.text)
-        elif line.level == Level.WARN:
-            logger.warning(line.text)
-        else:
-            logger.info(line.text)
 
     # -- parameters and diagnostics ----------------------------------------------------------------
 

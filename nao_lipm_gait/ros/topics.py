@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of the nodes, and subscriptions that refuse bad messages."""
+"""Publishers, subscriptions and the log of the nodes; subscriptions that refuse bad messages."""
 
 import time
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.runtime.diagnostics import Level, LogLine, Throttle
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -43,6 +43,18 @@ def subscription(
     return node.create_subscription(
         kind, topic, callback, qos, callback_group=group, event_callbacks=events
     )
+
+
+def write_log(node: Node, line: LogLine) -> None:
+    """Write a line to the log of a node."""
+    logger = node.get_logger()
+    # One call each: rclpy allows one severity per place in the source.
+    if line.level >= Level.ERROR:
+        logger.error(line.text)
+    elif line.level == Level.WARN:
+        logger.warning(line.text)
+    else:
+        logger.info(line.text)
 
 
 class Inputs:

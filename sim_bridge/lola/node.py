@@ -3,7 +3,6 @@
 import math
 import time
 from collections import deque
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -30,6 +29,7 @@ from nao_lipm_gait.ros.topics import Inputs, publisher
 from nao_lipm_gait.runtime.command_input import read_push
 from nao_lipm_gait.runtime.diagnostics import Level
 from nao_lipm_gait.runtime.reports import Report
+from nao_lipm_gait.runtime.tick_times import quantile
 from sim_bridge.lola.body import LolaBody
 from sim_bridge.lola.server import LolaSocket
 from sim_bridge.plant import load_plant
@@ -90,16 +90,11 @@ class CycleTimes:
         """The numbers as text."""
         values = {"cycles": str(self.cycles), "missed": str(self.missed)}
         for name, times in (("answer", self._answers), ("woken late", self._wakes)):
+            ordered = sorted(times) or [math.nan]
             for share in (0.5, 0.99, 1.0):
                 label = f"p{100 * share:.0f}" if share < 1.0 else "max"
-                values[f"{name} {label} [ms]"] = f"{1e3 * quantile(times, share):.2f}"
+                values[f"{name} {label} [ms]"] = f"{1e3 * quantile(ordered, share):.2f}"
         return values
-
-
-def quantile(values: Sequence[float] | deque[float], share: float) -> float:
-    """The smallest value that `share` of the values do not exceed; NaN without values."""
-    ordered = sorted(values)
-    return ordered[max(0, math.ceil(share * len(ordered)) - 1)] if ordered else math.nan
 
 
 class LolaServerNode(Node):

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from geometry_msgs.msg import PointStamped, Vector3, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
+from sensor_msgs.msg import BatteryState, Imu, JointState
 
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.ros.messages import to_doubles, to_time
@@ -77,16 +77,6 @@ def battery_state(stamp: int, motors: MotorState) -> BatteryState:
     )  # fmt: skip
     message.header.stamp = to_time(stamp)
     return message
-
-
-def temperatures(stamp: int, joints: Sequence[str], motors: MotorState) -> list[Temperature]:
-    """`temperature`: one for each motor, whose joint is the frame_id."""
-    messages = []
-    for joint, degrees in zip(joints, motors.temperature.tolist(), strict=True):
-        message = Temperature(temperature=degrees)
-        message.header.stamp, message.header.frame_id = to_time(stamp), joint
-        messages.append(message)
-    return messages
 
 
 class WorldWriter:

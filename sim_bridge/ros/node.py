@@ -17,8 +17,7 @@ from std_srvs.srv import Trigger
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.parameters import declare, of_type, used_as, warn_of_unknown_overrides
-from nao_lipm_gait.ros.topics import LATCHED, Inputs, publisher
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine
+from nao_lipm_gait.ros.topics import LATCHED, Inputs, publisher, write_log
 from nao_soccer.field import BallPlace
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraSettings
@@ -196,14 +195,7 @@ class BridgeNode(Node):
         """Log topics of this bridge on which others publish too."""
         counts = {topic: self.count_publishers(topic) for topic in self._watched_topics}
         for line in self._publisher_monitor.update(counts):
-            self.log(line)
-
-    def log(self, line: LogLine) -> None:
-        """Write a line of a monitor to the log."""
-        if line.level == Level.OK:
-            self.get_logger().info(line.text)
-        else:
-            self.get_logger().warning(line.text)
+            write_log(self, line)
 
     # -- inputs ------------------------------------------------------------------------------------
 

@@ -8,12 +8,13 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.ros.messages import temperature_messages
 from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
 from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.inputs import stamp_of
 from sim_bridge.robot import Reading, SimulatedRobot
 from sim_bridge.ros.camera_topics import CameraTopics
-from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state, temperatures
+from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state
 
 HEAT_PERIOD = 1_000_000_000
 """[ns] between two messages about battery and temperatures."""
@@ -132,7 +133,9 @@ class RobotInterface:
             self._heat_due = stamp + HEAT_PERIOD
             battery, temperature = self._heat
             battery.publish(battery_state(stamp, motors))
-            for message in temperatures(stamp, self.robot.description.joint_names, motors):
+            for message in temperature_messages(
+                stamp, self.robot.description.joint_names, motors.temperature.tolist()
+            ):
                 temperature.publish(message)
         # The IMU goes first: the joint state of the same stamp starts a tick of the gait.
         self._imu.publish(self._readings.imu(reading))

@@ -7,6 +7,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from nao_lipm_gait.ros.process import StopRequest
+from nao_lipm_gait.ros.topics import write_log
 from sim_bridge.ros.monitors import WINDOW, SpeedMonitor
 from sim_bridge.ros.node import BridgeNode
 
@@ -89,7 +90,7 @@ def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> No
         now = time.monotonic_ns()
         line = speed.update(now, pacer.lost)
         if line is not None:
-            node.log(line)
+            write_log(node, line)
         if now >= check_at:
             check_at = now + round(WINDOW * _SECOND)
             node.check_publishers()
