@@ -1,4 +1,4 @@
-"""Whether somebody has lifted the robot.
+"""Detects that the robot is lifted.
 
 The specific force times the mass is the sum of all contact forces. A robot whose soles carry next
 to nothing and that is not in free fall is carried by something else.
@@ -10,8 +10,8 @@ from nao_lipm_gait.runtime.sole_loads import SoleLoads
 from nao_lipm_gait.types import GRAVITY, FloatArray
 
 LIFT_TIME = 150_000_000
-"""[ns] without load after which the robot counts as lifted. In the time that a step takes to fall
-from the height of a swing foot, sqrt(2 h / g) = 75 ms, it must not."""
+"""[ns] without load after which the robot counts as lifted: twice the time in which a body falls
+from the height of a swing foot, sqrt(2 h / g) = 75 ms, so longer than any flight of a walk."""
 GROUND_TIME = 200_000_000
 """[ns] of load on both soles after which a lifted robot is back on the ground."""
 FREE_FALL = 0.5 * GRAVITY
@@ -36,7 +36,7 @@ class LiftWatch:
         self._flight: int | None = None
 
     def update(self, stamp: int, specific_force: FloatArray) -> bool:
-        """Whether the robot is in somebody's hands.
+        """Whether the robot is lifted.
 
         Args:
             stamp: Stamp [ns] of the sensor frame.
