@@ -6,6 +6,7 @@ from collections import deque
 from functools import partial
 from typing import Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from nav_msgs.msg import Odometry
@@ -29,7 +30,6 @@ from nao_lipm_gait.ros.topics import Inputs, publisher
 from nao_lipm_gait.runtime.command_input import read_push
 from nao_lipm_gait.runtime.diagnostics import Level
 from nao_lipm_gait.runtime.reports import Report
-from nao_lipm_gait.runtime.tick_times import quantile
 from sim_bridge.lola.body import LolaBody
 from sim_bridge.lola.server import LolaSocket
 from sim_bridge.plant import load_plant
@@ -90,10 +90,11 @@ class CycleTimes:
         """The numbers as text."""
         values = {"cycles": str(self.cycles), "missed": str(self.missed)}
         for name, times in (("answer", self._answers), ("woken late", self._wakes)):
-            ordered = sorted(times) or [math.nan]
+            known = list(times) or [math.nan]
             for share in (0.5, 0.99, 1.0):
                 label = f"p{100 * share:.0f}" if share < 1.0 else "max"
-                values[f"{name} {label} [ms]"] = f"{1e3 * quantile(ordered, share):.2f}"
+                value = np.quantile(known, share, method="inverted_cdf")
+                values[f"{name} {label} [ms]"] = f"{1e3 * value:.2f}"
         return values
 
 
