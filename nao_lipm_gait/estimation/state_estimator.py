@@ -164,11 +164,12 @@ class StateEstimator:
         roll_rate, pitch_rate, _ = rate
         self._lifted = state is LIFTED
         feet_free = state in IN_MOTION or state in DOWN or self._lifted
+        if state is not WALK:
+            # A fall or a shove looks like a bias too, and a walk that begins with one falls.
+            self._bias_jump = GyroBiasJump()
         if feet_free:
             # The feet need not stand flat, so they tell nothing about the torso.
             self.orientation.update(rate, force, None, gyro_dt)
-            if state in DOWN:
-                self._bias_jump = GyroBiasJump()  # what grew while the robot fell is no bias
             self.lying_side = self._lying.update(force, gyro_dt)
         else:
             # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.

@@ -11,12 +11,7 @@ from nao_soccer.behavior.engine import Activation, Engine
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.options import PLAYER
 from nao_soccer.behavior.situation import Action, Body, Role, Situation
-from nao_soccer.behavior.walking import (
-    APART_GAIN,
-    APART_GAIN_BALL,
-    WalkLimits,
-    kept_apart,
-)
+from nao_soccer.behavior.walking import WalkLimits, kept_apart
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.world.state import HeadMode, TeamMate, WorldState
@@ -123,8 +118,7 @@ class Mind:
             self._dives,
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
-        gain = APART_GAIN_BALL if situation.pushes_ball(0.0) else APART_GAIN
-        walk = kept_apart(action.walk, situation.near_robots(), self._limits, gain)
+        walk = kept_apart(action.walk, situation.near_robots(), self._limits)
         action = replace(action, walk=walk, head=_watching_way(action, situation))
         return Decision(action, path, self._plan)
 

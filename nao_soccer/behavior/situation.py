@@ -13,6 +13,8 @@ from nao_soccer.behavior.walking import (
     APART_FALLEN,
     APART_FIRST,
     APART_FROM,
+    APART_GAIN,
+    APART_GAIN_BALL,
     Round,
     WalkLimits,
 )
@@ -28,7 +30,7 @@ AT_BALL = 0.4
 """[m] A nearer ball is played."""
 CONTESTED = 0.5
 """[m] from a robot to the ball that it is about to play."""
-PUSH_BEHIND, PUSH_AHEAD, PUSH_ASIDE = 0.05, 0.3, 0.16
+PUSH_BEHIND, PUSH_AHEAD, PUSH_ASIDE = 0.05, 0.45, 0.2
 """[m] in front of and beside base_footprint: where a ball lies that is pushed in a duel."""
 PUSH_HEADING = 0.3
 """Least cosine of a robot's heading in the field, from which it pushes the ball ahead."""
@@ -175,8 +177,12 @@ class Situation:
         another one behind the ball. The other one keeps off. If they are equally near, the ball is
         that of the robot in whose half it lies: both come to the same result.
         """
-        robots = self.world.obstacles
-        return [Round(each.position, self._apart(each), APART_FROM) for each in robots]
+        return [self._near_robot(each) for each in self.world.obstacles]
+
+    def _near_robot(self, other: Obstacle) -> Round:
+        apart = self._apart(other)
+        gain = APART_GAIN_BALL if apart == APART_BALL else APART_GAIN
+        return Round(other.position, apart, APART_FROM, gain)
 
     def _apart(self, other: Obstacle) -> float:
         """The distance [m] to keep from another robot."""

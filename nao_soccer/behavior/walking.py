@@ -57,7 +57,7 @@ APART_FROM = 0.5
 APART_GAIN = 0.8
 """[1/s] Speed towards another robot over the room that is left."""
 APART_GAIN_BALL = 2.0
-"""[1/s] the same of a robot that pushes the ball."""
+"""[1/s] the same of the robot that plays the ball between them."""
 APART_RETREAT = 0.15
 """[m/s] Speed away from a robot that is too near."""
 
@@ -74,11 +74,13 @@ class Round(NamedTuple):
         position: x, y [m].
         radius: [m] that the middle of the robot keeps from it.
         influence: [m] beyond `radius` over which it turns the robot away.
+        gain: [1/s] Speed towards it over the room that is left.
     """
 
     position: Point2
     radius: float
     influence: float = 0.25
+    gain: float = APART_GAIN
 
 
 def walk_to(
@@ -133,7 +135,7 @@ def _around(target: Point2, obstacles: Sequence[Round]) -> Point2:
         return 0.0, 0.0
     ux, uy = target[0] / far, target[1] / far
     fx, fy = ux, uy
-    for position, radius, influence in obstacles:
+    for position, radius, influence, _ in obstacles:
         gap = math.hypot(position[0], position[1])
         if gap == 0.0 or gap > radius + influence:
             continue
@@ -157,10 +159,7 @@ def _around(target: Point2, obstacles: Sequence[Round]) -> Point2:
 
 
 def kept_apart(
-    command: VelocityCommand,
-    robots: Sequence[Round],
-    limits: WalkLimits,
-    gain: float = APART_GAIN,
+    command: VelocityCommand, robots: Sequence[Round], limits: WalkLimits
 ) -> VelocityCommand:
     """The command without what would lead into another robot.
 
@@ -171,12 +170,11 @@ def kept_apart(
         command: The velocity.
         robots: The other robots, with the distance to keep from each.
         limits: Largest speeds.
-        gain: [1/s] Speed towards another robot over the room that is left.
     """
     if command.is_zero:
         return command
     x, y, yaw = command.x, command.y, command.yaw
-    for place, radius, influence in robots:
+    for place, radius, influence, gain in robots:
         gap = math.hypot(*place)
         if not 0.0 < gap < radius + influence:
             continue

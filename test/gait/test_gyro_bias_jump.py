@@ -5,6 +5,7 @@ import math
 import pytest
 
 from gait_lab.trials.trial import (
+    CONTROL_PERIOD,
     Push,
     TimedCommands,
     TrialSpec,
@@ -15,7 +16,7 @@ from gait_lab.trials.trial import (
 )
 from nao_lipm_gait.estimation.gyro_bias_jump import DEADBAND, GyroBiasJump
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.types import DOWN, STAND, STANDSTILL, VelocityCommand
+from nao_lipm_gait.types import DOWN, STANDSTILL, UPRIGHT, VelocityCommand
 
 DT = 0.01
 TIME = 2.0
@@ -62,24 +63,31 @@ def test_a_sole_that_tilts_without_the_torso_is_no_bias() -> None:
     assert jump.rate == (0.0, 0.0)
 
 
-def test_a_robot_that_was_pushed_over_walks_again() -> None:
-    """Sole and force drift away from the vertical in a fall too: this is no bias."""
+@pytest.mark.parametrize(
+    ("robot", "pushes", "impulse", "direction", "again"),
+    [(-1, (3.0,), 6.0, -math.pi / 2.0, 13.0), (0, (3.0, 3.25), 1.5, math.pi / 2.0, 6.5)],
+    ids=["pushed over", "shoved"],
+)
+def test_a_robot_that_was_pushed_walks_again(
+    robot: int, pushes: tuple[float, ...], impulse: float, direction: float, again: float
+) -> None:
+    """Sole and force drift away from the vertical in a fall or a shove too: this is no bias."""
     pytest.importorskip("mujoco")
     gets_up = preset_for(loaded_robot("nao_h21_v33"), "default").replace(get_up=True)
-    spec = TrialSpec(robot_seed=-1, engine="mujoco", parameters=gets_up)
+    spec = TrialSpec(robot_seed=robot, engine="mujoco", parameters=gets_up)
 
     def command_at(time: float) -> VelocityCommand:
-        walks = 1.0 < time < 3.5 or time > 13.0
+        walks = 1.0 < time < 3.45 or time > again
         return VelocityCommand(0.15) if walks else STANDSTILL
 
-    policy = TimedCommands(command_at, (Push(3.0, 6.0, -math.pi / 2.0),))
+    policy = TimedCommands(command_at, [Push(time, impulse, direction) for time in pushes])
     states = []
     with make_world(spec) as world:
-        for count, tick in enumerate(run(world, make_gait(spec), policy, past_falls=True)):
+        for tick in run(world, make_gait(spec), policy, past_falls=True):
             if tick.status is not None:
                 states.append(tick.status.state)
-            if count > 1550:
+            if tick.truth.stamp > (again + 2.5) * 1e9:
                 break
-    assert any(state in DOWN for state in states[:500])
-    assert states[1250] is STAND
-    assert not any(state in DOWN for state in states[1250:])
+    start = round((again - 0.2) / CONTROL_PERIOD)
+    assert states[start] in UPRIGHT
+    assert not any(state in DOWN for state in states[start:])
