@@ -76,7 +76,7 @@ class PickedUp(TemporaryFault):
     """
 
     summary = "lifted by the torso, held in the air for 1 to 3 s, put down gently"
-    why = "the steps in the air do not end at the height of the floor."
+    why = "it is put down tilted, and rocks while it settles into its stand."
     shortest, longest = 1.0, 3.0
     end = 9.0
     LIFT = 0.08
