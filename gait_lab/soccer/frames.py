@@ -15,8 +15,8 @@ STROKE_REACH = 0.3
 """[m] from the middle of a robot to a ball that its foot hits."""
 STROKE_TIME = 0.5
 """[s] in which a robot hits the ball once: the time of a step."""
-DRIBBLES = ": dribble"
-"""End of what a dribbling robot does."""
+DRIBBLES = ": dribble", ": push"
+"""Ends of what a dribbling robot does."""
 
 
 class RobotFrame(NamedTuple):

@@ -42,8 +42,9 @@ BALL_RADIUS = 0.05
 PAIR_BALL = 0.1, 0.0
 PAIR = (-0.35, 0.0, 0.0), (-0.3, 0.55, -0.9)
 """Two team mates at a ball."""
-PAIR_TIME = 4.0
-"""[s] after which it is judged who does what."""
+PAIR_TIME, PAIR_LIMIT = 4.0, 10.0
+"""[s] after which it is judged who does what: as soon as the ball moves, and at the latest. A robot
+that kicks stands first."""
 PAIR_PUSHED, PAIR_APART = 0.3, 0.7
 """[m] by which the ball has moved towards the goal, and distance of the one who steps back."""
 SPRINT = 6.0
@@ -154,14 +155,14 @@ def _two_at_ball(spec: SceneSpec) -> SceneResult:
     with _pitch(spec, "pitch_small", *PAIR) as pitch:
         pitch.world.put_ball(*PAIR_BALL)
         for _ in pitch.run(lambda _: None):
-            if pitch.count * CONTROL_PERIOD >= PAIR_TIME:
+            time, moved = pitch.count * CONTROL_PERIOD, pitch.ball[0] - PAIR_BALL[0]
+            if time >= PAIR_LIMIT or (time >= PAIR_TIME and moved > PAIR_PUSHED):
                 break
-        moved = pitch.ball[0] - PAIR_BALL[0]
         apart = math.dist(pitch.poses[1][:2], PAIR_BALL)
         roles = [player.behavior.role for player in pitch.players]
     done = roles == [Role.STRIKER, Role.SUPPORTER] and moved > PAIR_PUSHED and apart > PAIR_APART
     doing = f"{', '.join(roles)}; ball moved {moved:.2f} m, the other one at {apart:.2f} m"
-    return SceneResult(spec, done, PAIR_TIME if done else None, doing)
+    return SceneResult(spec, done, time if done else None, doing)
 
 
 def _sprint(spec: SceneSpec) -> SceneResult:

@@ -30,7 +30,7 @@ AT_BALL = 0.4
 """[m] A nearer ball is played."""
 CONTESTED = 0.5
 """[m] from a robot to the ball that it is about to play."""
-PUSH_BEHIND, PUSH_AHEAD, PUSH_ASIDE = 0.05, 0.45, 0.2
+PUSH_BEHIND, PUSH_AHEAD, PUSH_ASIDE = 0.05, 0.3, 0.16
 """[m] in front of and beside base_footprint: where a ball lies that is pushed in a duel."""
 PUSH_HEADING = 0.3
 """Least cosine of a robot's heading in the field, from which it pushes the ball ahead."""

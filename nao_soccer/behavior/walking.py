@@ -164,7 +164,7 @@ def kept_apart(
     """The command without what would lead into another robot.
 
     The nearer a robot, the slower this one walks towards it; from one that is too near it walks
-    away, and turns slowly.
+    away, and hardly turns.
 
     Args:
         command: The velocity.

@@ -301,17 +301,25 @@ class Referee:
                 (here[1] - state.last[1]) / since,
             )
         if math.dist(state.velocity, before) > TOUCH_SPEED:
-            near = [
-                (math.dist(here, robot.position), name)
-                for name, robot in robots.items()
-                if name in self._players
-            ]
-            gap, name = min(near, default=(math.inf, ""))
-            if gap < TOUCH:
-                state.touched_by = name
+            # Where it was hit comes first: a hard kick takes it to another robot at once.
+            state.touched_by = (
+                self._beside(state.last, robots) or self._beside(here, robots) or state.touched_by
+            )
         state.last = here
         if math.dist(here, state.moved_from) > MOVED:
             state.moved_from, state.moved_at = here, self._time
+
+    def _beside(self, ball: Point2, robots: Mapping[str, RobotPlace]) -> str:
+        """Name of the robot that is near enough to have touched a ball; empty if none is."""
+        gap, name = min(
+            (
+                (math.dist(ball, robot.position), name)
+                for name, robot in robots.items()
+                if name in self._players
+            ),
+            default=(math.inf, ""),
+        )
+        return name if gap < TOUCH else ""
 
     def _watch_robots(self, robots: Mapping[str, RobotPlace], orders: list[Order]) -> None:
         x, y = self._field.length / 2.0, self._field.width / 2.0

@@ -187,6 +187,8 @@ def test_a_stroke_is_a_ball_that_a_dribbling_robot_makes_faster() -> None:
     dribbles = RobotFrame(-0.15, 0.0, 0.0, "walk", "striker", "play the ball: dribble")
     two_strokes = [0.0, 0.0, 1.0, 1.4, 0.9, 0.5, 0.2, 1.2, 1.0]
     assert dribble_strokes(course(two_strokes, dribbles)) == 2
+    pushes = dribbles._replace(doing="play the ball: push")
+    assert dribble_strokes(course(two_strokes, pushes)) == 2
     assert dribble_strokes(course([0.0, 0.1, 0.2, 0.3, 0.3], dribbles)) == 0
     away, kicks = dribbles._replace(y=0.5), dribbles._replace(doing="play the ball: kick")
     assert dribble_strokes(course(two_strokes, away)) == 0

@@ -102,6 +102,18 @@ def test_a_goal_into_the_own_goal_is_one_for_the_others() -> None:
     assert (goal.team, goal.own) == ("blue", True)
 
 
+def test_a_hard_kick_past_a_robot_is_of_the_one_that_kicked() -> None:
+    game = Game()
+    game.kick_off()
+    game.robots["blue1"] = RobotPlace((0.24, 0.0), True)
+    game.robots["red1"] = RobotPlace((-0.19, -0.17), True)
+    for step in range(17):
+        game.ball = (-0.15 * step, 0.0, 0.05)
+        game.run(0.1)
+    (goal,) = game.referee.goals_scored
+    assert (goal.team, goal.player, goal.own) == ("blue", "blue1", False)
+
+
 def test_a_ball_that_rolls_past_a_robot_was_not_touched_by_it() -> None:
     game = Game()
     game.kick_off()

@@ -59,7 +59,7 @@ def scenes(options: Options) -> SuiteResult:
     )  # fmt: skip
     notes = (
         "backheel: the goal is behind the robot, unseen; it scores by a kick backwards. two at the "
-        "ball: the nearer robot goes on, the other one steps back (judged at a fixed time). "
+        "ball: the nearer robot goes on, the other one steps back (judged 4 to 10 s later). "
         f"sprint: {SPRINT:g} m straight ahead by the robot's own world model, from its first step.",
     )
     return SuiteResult(tuple(rows), f"Scenes; {options.title}", (Table(columns, lines),), notes)
