@@ -364,7 +364,9 @@ def write_page(docs: Path) -> Path:
     """Write results.md and its figures from the files in results/; the path of the page."""
     files = (docs / "results" / f"{section.name}.json" for section in SECTIONS)
     contents = {file.stem: load(file) for file in files if file.is_file()}
-    form = "All of it is of commit {}." if _one_commit(contents.values()) else "Measured at commit {} where no other is named."
+    one_commit = _one_commit(contents.values())
+    form = "All of it" if one_commit else "What names no other commit"
+    form += " is of commit {}."
     commits = [_commit(content) for content in contents.values() if not content["stale"]]
     form = form.format(f"`{commits[0]}`") if commits else ""
     quick = [name for name, content in contents.items() if content["quick"]]
