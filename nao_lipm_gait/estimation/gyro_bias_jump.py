@@ -3,15 +3,22 @@
 The estimated vertical follows the gyro and, slowly, the stance sole and the accelerometer. On the
 average of a step both differ from it by an angle that stays the same (joint zeros, IMU mounting).
 After a jump of the bias by b the vertical drifts away with b, and both differences grow alike. What
-they grow beyond a deadband is taken as the bias, so that an intact gyro is not touched.
+they grow beyond a deadband is taken as the bias, so that an intact gyro is not touched. Another
+walk leans and sways otherwise, so the deadband is wider while the velocity changes.
 """
 
 from math import copysign
 
+from nao_lipm_gait.types import Pose2
+
 FAST_TIME, SLOW_TIME = 0.4, 4.0
 """[s] Averaging times of a difference, and of what it usually is."""
 DEADBAND = 0.03
-"""[rad] Growth of the difference that does not count; undisturbed walks stay below."""
+"""[rad] Growth of the difference that does not count in a steady walk."""
+CHANGE_SHARE = 0.1
+"""[rad s/m] Growth that does not count either, per change of the velocity within `SLOW_TIME`."""
+LEVER = 0.15
+"""[m] What a change of the yaw rate counts as a change of the velocity."""
 GAIN, RETURN_GAIN = 6.0, 3.0
 """[1/s^2, 1/s] From the angle beyond the deadband to the bias's rate of change, and to the rate at
 which the vertical returns."""
@@ -26,12 +33,12 @@ class _Drift:
         self._fast = self._slow = 0.0
         self._age = 0.0
 
-    def update(self, difference: float, dt: float) -> float:
+    def update(self, difference: float, deadband: float, dt: float) -> float:
         """Growth [rad] beyond the usual difference, after `dt` [s]."""
         self._age += dt
         self._fast += dt / min(FAST_TIME, self._age) * (difference - self._fast)
         growth = self._fast - self._slow
-        if abs(growth) < DEADBAND or self._age < SLOW_TIME / 4.0:
+        if abs(growth) < deadband or self._age < SLOW_TIME / 4.0:
             self._slow += dt / min(SLOW_TIME, self._age) * growth
         return growth
 
@@ -43,16 +50,18 @@ class _Axis:
         self._sole, self._force = _Drift(), _Drift()
         self._bias = 0.0
 
-    def rate(self, sole: float, force: float, dt: float) -> float:
+    def rate(self, sole: float, force: float, deadband: float, dt: float) -> float:
         """Rate [rad/s] with which the vertical would drift without a correction.
 
         Args:
             sole: Difference of the sole's normal from it [rad].
             force: Difference of the specific force [rad].
+            deadband: Growth that does not count [rad].
             dt: Time [s] since the last tick.
         """
-        sole, force = self._sole.update(sole, dt), self._force.update(force, dt)
-        beyond = abs(sole) - DEADBAND
+        sole = self._sole.update(sole, deadband, dt)
+        force = self._force.update(force, deadband, dt)
+        beyond = abs(sole) - deadband
         if beyond <= 0.0 or sole * force <= 0.0:
             return self._bias
         angle = copysign(min(beyond, abs(force)), sole)
@@ -70,17 +79,30 @@ class GyroBiasJump:
     def __init__(self) -> None:
         self.rate = (0.0, 0.0)
         self._along_x, self._along_y = _Axis(), _Axis()
+        self._usual_velocity: Pose2 = (0.0, 0.0, 0.0)
 
-    def update(self, sole: tuple[float, float], force: tuple[float, float], dt: float) -> None:
+    def update(
+        self, sole: tuple[float, float], force: tuple[float, float], velocity: Pose2, dt: float
+    ) -> None:
         """One tick.
 
         Args:
             sole: Normal of the flat stance sole minus the estimated vertical, x and y in the torso
                 frame.
             force: The same of the specific force over gravity.
+            velocity: Of the robot, averaged over a step [m/s, m/s, rad/s].
             dt: Time [s] since the last tick.
         """
+        deadband = DEADBAND + CHANGE_SHARE * self._change(velocity, dt)
         # From du/dt = u x w: a roll bias moves the vertical along y, a pitch bias along -x.
-        along_x = self._along_x.rate(sole[0], force[0], dt)
-        along_y = self._along_y.rate(sole[1], force[1], dt)
+        along_x = self._along_x.rate(sole[0], force[0], deadband, dt)
+        along_y = self._along_y.rate(sole[1], force[1], deadband, dt)
         self.rate = -along_y, along_x
+
+    def _change(self, velocity: Pose2, dt: float) -> float:
+        """By how much [m/s] the velocity differs from what it usually is."""
+        x, y, yaw = self._usual_velocity
+        dx, dy, dyaw = velocity[0] - x, velocity[1] - y, velocity[2] - yaw
+        share = dt / SLOW_TIME
+        self._usual_velocity = x + share * dx, y + share * dy, yaw + share * dyaw
+        return abs(dx) + abs(dy) + LEVER * abs(dyaw)

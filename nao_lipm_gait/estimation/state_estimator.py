@@ -199,8 +199,7 @@ class StateEstimator:
         if feet_free:
             if state is not MOTION:
                 up = self.orientation.up_in_torso
-                turned = self._off_feet.update(up, rate, gyro_dt) if self._p.yaw_gyro else 0.0
-                self.odometry.hold(turned)
+                self.odometry.hold(self._off_feet.update(up, rate, gyro_dt))
             self._yaw_over_sole.interrupt()
             return
         self._off_feet.interrupt()
@@ -269,7 +268,8 @@ class StateEstimator:
     def _find_bias_jump(self, normal: Point3, force: Point3, dt: float) -> None:
         x, y, _ = self.orientation.up_in_torso
         force_x, force_y = force[0] / GRAVITY - x, force[1] / GRAVITY - y
-        self._bias_jump.update((normal[0] - x, normal[1] - y), (force_x, force_y), dt)
+        sole = normal[0] - x, normal[1] - y
+        self._bias_jump.update(sole, (force_x, force_y), self.odometry.velocity, dt)
 
     @property
     def tilt(self) -> float:
