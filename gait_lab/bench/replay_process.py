@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, WrenchStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -26,32 +26,36 @@ from gait_lab.faults.channel import Message
 from nao_lipm_gait.ros.messages import to_time
 from nao_lipm_gait.ros.process import stay_local
 from nao_lipm_gait.ros.topics import publisher, subscription
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TwistInput
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 
 FIND_TIME, SETTLE_TIME = 60.0, 1.0
 """[s] to find the gait at most, and to wait after that and after the last message."""
 GUARD = 0.001
 """[s] before the next tick, in which this process only sleeps."""
-INPUTS = (ImuInput, JointInput, TwistInput)
-"""Messages that a script may hold."""
+INPUTS = {ImuInput: Imu, JointInput: JointState, TwistInput: Twist, LoadInput: WrenchStamped}
+"""Messages that a script may hold, and the type of their topics."""
 _SECOND = 1_000_000_000
 
 
 class ReplayNode(Node):
     """Publishes the topics of a robot and keeps the times of the answers.
 
+    Args:
+        script: The messages of each tick; their topics are published.
+
     Attributes:
         answered: Stamp [ns] of a command -> when the gait sent it [s of the system clock].
     """
 
-    def __init__(self) -> None:
+    def __init__(self, script: list[list[Message]]) -> None:
         super().__init__("replay")
         self.answered: dict[int, float] = {}
+        kinds = {each.topic: type(each.content) for messages in script for each in messages}
         self._topics = {
-            "imu/data": publisher(self, Imu, "imu/data"),
-            "joint_states": publisher(self, JointState, "joint_states"),
-            "cmd_vel": publisher(self, Twist, "cmd_vel"),
+            topic: publisher(self, INPUTS[kind], topic) for topic, kind in kinds.items()
         }
+        # The gait takes wrenches of the soles only while it needs them.
+        self._awaited = [self._topics[name] for name in kinds if kinds[name] is not LoadInput]
         self._commands = subscription(
             self, JointState, "joint_command", self._on_command, QoSProfile(depth=1000)
         )
@@ -59,7 +63,7 @@ class ReplayNode(Node):
     @property
     def connected(self) -> bool:
         """The gait receives all topics, and its commands are received."""
-        heard = all(topic.get_subscription_count() for topic in self._topics.values())
+        heard = all(topic.get_subscription_count() for topic in self._awaited)
         return heard and self._commands.get_publisher_count() > 0
 
     def sending(self, message: Message) -> Callable[[], None]:
@@ -93,6 +97,11 @@ def _converted(message: Message) -> Any:
         twist.linear.x, twist.linear.y, twist.linear.z = content.linear
         twist.angular.x, twist.angular.y, twist.angular.z = content.angular
         return twist
+    if isinstance(content, LoadInput):
+        wrench = WrenchStamped()
+        wrench.header.stamp = to_time(content.sec * _SECOND + content.nanosec)
+        wrench.wrench.force.z = content.force
+        return wrench
     raise TypeError(type(content).__name__)
 
 
@@ -112,7 +121,7 @@ def _stamp(message: Message) -> int | None:
 
 def replay(period: float, script: list[list[Message]]) -> ReplayTimes:
     """Send the messages of each tick at its time; the times of sending and of the answers."""
-    node = ReplayNode()
+    node = ReplayNode(script)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     ticks = [[(node.sending(each), _stamp(each)) for each in messages] for messages in script]

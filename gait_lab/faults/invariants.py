@@ -1,5 +1,6 @@
 """What must never happen whatever the fault, and when the robot fell."""
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -16,7 +17,9 @@ HANG = 1.0
 FALL_GRACE = 0.3
 """Time [s] after a fall from which a stiff command is a violation: sensors are delayed."""
 START_GRACE = 0.1
-"""Time [s] in which a new gait has to detect that the robot lies."""
+"""Time [s] in which a gait that begins, or begins again, has to detect that the robot lies."""
+GAP = 0.2
+"""[s] without commands after which a gait begins again: it knows nothing of the time between."""
 SILENT_STOP = 2.2
 """Longest time [s] for which the robot may ignore a velocity command without a diagnostic.
 
@@ -81,7 +84,8 @@ class Invariants:
         self.fell_at: float | None = None
         self._down_since: float | None = None
         self._idle_since: float | None = None
-        self._first_command: dict[str, float] = {}
+        self._begun: dict[str, float] = {}
+        self._last_command: dict[str, float] = {}
         self._checks: dict[str, CommandCheck] = {}
         self._explained_at = -1.0
 
@@ -105,11 +109,13 @@ class Invariants:
         if found is not None:
             self.violate("command", found)
         now = self._seconds()
-        first = self._first_command.setdefault(sender, now)
+        if now > self._last_command.get(sender, -math.inf) + GAP:
+            self._begun[sender] = now
+        self._last_command[sender] = now
         if (
             targets.stiffness > 0.0
             and self._down_since is not None
-            and now > max(self._down_since + FALL_GRACE, first + START_GRACE)
+            and now > max(self._down_since + FALL_GRACE, self._begun[sender] + START_GRACE)
             and state in UPRIGHT_STATES
         ):
             self.violate("stiff after a fall", f"state {state.value}")

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.faults.channel import Delivery, Message
+from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.stamp_faults import shifted
 from nao_lipm_gait.errors import NaoGaitError
@@ -80,6 +81,13 @@ class BridgeRestart(Fault):
         """Shift the stamps to the clock of the new bridge."""
         began = self._restarted_at
         yield Delivery(0, message if began is None else shifted(message, -began))
+
+    def on_command(self, harness: Harness, command: Command) -> Iterable[Delivery[Command]]:
+        """Shift the stamp back: the simulated world keeps its clock."""
+        began, targets = self._restarted_at, command.targets
+        if began is not None:
+            command = replace(command, targets=targets._replace(stamp=targets.stamp + began))
+        yield Delivery(0, command)
 
 
 class TwoDrivers(Fault):

@@ -16,7 +16,13 @@ from gait_lab.faults.campaign import STOPPED, VIOLATED, WALKS, FaultRun, run_fau
 from gait_lab.faults.catalogue import FAULTS
 from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
-from gait_lab.faults.invariants import FALL_GRACE, SILENT_STOP, CommandCheck, Invariants
+from gait_lab.faults.invariants import (
+    FALL_GRACE,
+    SILENT_STOP,
+    START_GRACE,
+    CommandCheck,
+    Invariants,
+)
 from gait_lab.faults.robot_faults import PickedUp, motor_of
 from gait_lab.faults.scopes import SCOPES
 from gait_lab.faults.sensor_faults import ImuOutage
@@ -92,6 +98,10 @@ def test_the_robot_stops_without_velocity_commands_and_reports_why() -> None:
     result = run_fault(FaultRun("no_commands", 1))
     assert result.outcome == STOPPED
     assert any("no cmd_vel for" in text for text in result.explained)
+
+
+def test_a_bridge_that_was_restarted_executes_commands_at_once() -> None:
+    assert run_fault(FaultRun("bridge_restart", 5)).outcome == WALKS
 
 
 def test_a_run_depends_on_its_seed_alone() -> None:
@@ -328,10 +338,23 @@ def test_a_stiff_command_after_a_fall_is_a_violation_unless_the_gait_knows_of_th
     for state, violated in ((GaitState.WALK, True), (GaitState.GETTING_UP, False)):
         clock = Clock()
         invariants = Invariants(ROBOT, clock)
-        invariants.check_command("gait_1", state, stiff)
         invariants.check_tick(True, [gait(state)], asked_to_walk=False)
-        clock.now = FALL_GRACE + 0.01
-        invariants.check_command("gait_1", state, stiff)
+        for now in np.arange(0.0, FALL_GRACE + 0.05, 0.02):
+            clock.now = float(now)
+            invariants.check_command("gait_1", state, stiff)
+        assert ("stiff after a fall" in invariants.violations) is violated
+
+
+def test_a_gait_has_a_moment_to_notice_a_fall_that_it_could_not_see() -> None:
+    """It gets no sensors, sends nothing, and begins again when the robot lies."""
+    clock = Clock()
+    invariants = Invariants(ROBOT, clock)
+    stiff = JointTargets(0, ROBOT.stand_pose)
+    invariants.check_command("gait_1", GaitState.WALK, stiff)
+    invariants.check_tick(True, [gait(GaitState.WALK)], asked_to_walk=False)
+    for now, violated in ((1.0, False), (0.99 + START_GRACE, False), (1.01 + START_GRACE, True)):
+        clock.now = now
+        invariants.check_command("gait_1", GaitState.STAND, stiff)
         assert ("stiff after a fall" in invariants.violations) is violated
 
 

@@ -51,7 +51,7 @@ def test_errors_of_pose_and_ball_are_those_that_were_made(
         estimated = (side * (BALL[0] + 0.1), side * BALL[1])
         flat = (0.01, 0.0, 0.01)
         ball = BallEstimate(
-            (0.0, 0.0), (0.0, 0.0), flat, flat, estimated, (0.0, 0.0), flat, 0.0, True
+            (0.0, 0.0), (0.0, 0.0), flat, estimated, (0.0, 0.0), flat, flat, 0.0, True
         )
         rows += [
             ("/ground_truth/ball", stamp, true_ball),

@@ -4,7 +4,7 @@ from gait_lab.bench.ros_replay import replay_over_ros
 from gait_lab.faults.channel import Message
 from gait_lab.faults.harness import PERIOD
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
 from nao_lipm_gait.types import GRAVITY
 
 TICKS = 40
@@ -18,6 +18,10 @@ def standing(tick: int) -> list[Message]:
     names, pose = list(robot.joint_names), robot.stand_pose.tolist()
     return [
         Message("imu/data", imu),
+        *(
+            Message(f"{frame}/wrench", LoadInput(sec, nanosec, side, 25.0))
+            for side, frame in enumerate(robot.sole_frames)
+        ),
         Message("joint_states", JointInput(sec, nanosec, names, pose, [0.0] * len(pose))),
     ]
 
