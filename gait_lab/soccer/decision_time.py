@@ -58,7 +58,7 @@ def _world(stamp: int, own: Pose2, ball: Point2, robots: list[Point2]) -> WorldS
     return WorldState(
         stamp,
         PoseEstimate(own, PoseCovariance(), True),
-        BallEstimate(seen(ball), still, EXACT, EXACT, ball, still, EXACT, 0.1, True),
+        BallEstimate(seen(ball), still, EXACT, ball, still, EXACT, EXACT, 0.1, True),
         tuple(
             Obstacle(seen(place), (place[0], place[1]), EXACT, still, "blue", False, 0.1)
             for place in robots

@@ -51,6 +51,9 @@ WANDER = 5.0
 """[s] Time constant by which the tilt of a robot wanders, as vision goes on learning it."""
 
 
+_NOTHING: FloatArray = np.zeros((0, 3))
+
+
 class OtherRobot(NamedTuple):
     """Another robot, where it truly is.
 
@@ -91,7 +94,11 @@ class PerceptModel:
         self._objects = [
             (kind, rows) for kind, rows in field_map.landmarks.items() if kind in errors.kinds
         ]
-        self._line_points = line_points(field)
+        line = line_points(field)
+        parts = [*(rows[:, :2] for _, rows in self._objects), line]
+        ends = np.cumsum([len(each) for each in parts])
+        self._fixed = np.concatenate(parts)
+        self._parts = [slice(end - len(each), end) for end, each in zip(ends, parts, strict=True)]
         self._tilt = scale * errors.tilt.robot * random.standard_normal()
         self._pan = scale * errors.pan.robot * random.standard_normal()
         self._shift = scale * errors.shift.robot * random.standard_normal(2)
@@ -123,15 +130,19 @@ class PerceptModel:
         hiding = _seen_from(footprint, np.array([each.place for each in robots if not each.lies]))
         geometry = ImageGeometry(view, PoseError())
 
-        def found(kind: str, places: FloatArray, hidden_by: FloatArray = hiding) -> FloatArray:
-            """(m, 3) measured places and the index of each, of places (n, 2) on the field."""
-            near = _seen_from(footprint, places)
-            chosen = self._chosen(kind, near, view, hidden_by)
-            return self._measured(kind, near, np.flatnonzero(chosen), common)
+        def found(
+            kind: str, near: FloatArray, inside: NDArray[np.bool_], hidden_by: FloatArray = hiding
+        ) -> FloatArray:
+            """(m, 3) measured places and the index of each, of places (n, 2) in base_footprint."""
+            chosen = self._chosen(kind, near, inside, hidden_by)
+            return self._measured(kind, near, chosen, common) if len(chosen) else _NOTHING
 
+        fixed = _seen_from(footprint, self._fixed)
+        in_image = _in_image(fixed, 0.0, view)
+        *parts, line = self._parts
         objects: list[Percept] = []
-        for kind, rows in self._objects:
-            for x, y, index in found(kind.value, rows[:, :2]).tolist():
+        for (kind, rows), part in zip(self._objects, parts, strict=True):
+            for x, y, index in found(kind.value, fixed[part], in_image[part]).tolist():
                 yaw = rows[int(index), 2] - footprint[2] if kind in CROSSINGS else 0.0
                 objects.append(self._percept(geometry, kind, (x, y), yaw))
         for kind, place, lies in robots:
@@ -140,15 +151,17 @@ class PerceptModel:
             if lies:
                 objects += self._lying(geometry, kind, near)
                 continue
-            for x, y, _ in found(ROBOT, np.array([place]), others).tolist():
+            whole = _in_image(near[None], 0.0, view) & _in_image(near[None], WAIST, view)
+            for x, y, _ in found(ROBOT, near[None], whole, others).tolist():
                 objects.append(self._percept(geometry, kind, (x, y)))
             if not _hidden(near[None], others)[0]:
                 objects += self._too_near(geometry, kind, near)
         seen = None
         if ball is not None:
-            for x, y, _ in found(Kind.BALL.value, np.array([ball])).tolist():
+            near = _seen_from(footprint, np.array(ball))
+            for x, y, _ in found(Kind.BALL.value, near, _in_image(near, 0.0, view)).tolist():
                 seen = self._percept(geometry, Kind.BALL, (x, y))
-        points = found(LINE_POINT, self._line_points)[:, :2]
+        points = found(LINE_POINT, fixed[line], in_image[line])[:, :2]
         visible = visible_ground(view)
         false = self._false_percepts(geometry, visible)
         if seen is None:
@@ -169,18 +182,15 @@ class PerceptModel:
         self._stamp = stamp
 
     def _chosen(
-        self, kind: str, near: FloatArray, view: CameraView, hiding: FloatArray
-    ) -> NDArray[np.bool_]:
-        """(n,) Which of the places (n, 2) in base_footprint are in the image and found."""
-        inside = _in_image(near, 0.0, view)
-        if kind == ROBOT:
-            inside &= _in_image(near, WAIST, view)
-        inside[inside] = ~_hidden(near[inside], hiding)
-        distance = np.hypot(*near.T)
-        share = np.array([self._errors.recall(kind, r) for r in distance[inside].tolist()])
-        chosen = inside.copy()
-        chosen[inside] = self._random.random(len(share)) < share
-        return chosen
+        self, kind: str, near: FloatArray, inside: NDArray[np.bool_], hiding: FloatArray
+    ) -> NDArray[np.intp]:
+        """Indices of the places (n, 2) in base_footprint, of those in the image, that are found."""
+        chosen = np.flatnonzero(inside)
+        if not len(chosen):  # as of most landmarks in most images
+            return chosen
+        chosen = chosen[~_hidden(near[chosen], hiding)]
+        share = self._errors.recalls(kind, np.hypot(*near[chosen].T))
+        return chosen[self._random.random(len(share)) < share]
 
     def _lying(self, geometry: ImageGeometry, kind: Kind, near: FloatArray) -> list[Percept]:
         """The robot that lies at a place (2,) in base_footprint, if it is found."""
@@ -302,10 +312,10 @@ def line_points(field: Field) -> FloatArray:
 def _hidden(near: FloatArray, hiding: FloatArray) -> NDArray[np.bool_]:
     """(n,) Whether one of some robots (m, 2) hides places (n, 2), all in base_footprint."""
     hidden = np.zeros(len(near), dtype=bool)
-    distance = np.hypot(*near.T)
-    for x, y in hiding:
+    distance, bearings = np.hypot(*near.T), np.arctan2(near[:, 1], near[:, 0])
+    for x, y in hiding.tolist():
         away = math.hypot(x, y)
-        bearing = np.arctan2(near[:, 1], near[:, 0]) - math.atan2(y, x)
+        bearing = bearings - math.atan2(y, x)
         beside = np.abs(np.remainder(bearing + math.pi, math.tau) - math.pi)
         hidden |= (distance > away + HIDES) & (beside < math.atan2(HIDES, away))
     return hidden

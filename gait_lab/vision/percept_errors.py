@@ -15,6 +15,7 @@ from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import find
 from nao_lipm_gait.schema import Number, Sequence, Settings, Table, group, number
+from nao_lipm_gait.types import FloatArray
 
 LINE_POINT = "line_point"
 """A point on the middle of a field line; true ones are 0.1 m apart."""
@@ -84,9 +85,13 @@ class PerceptErrors(Settings):
 
     def recall(self, kind: str, distance: float) -> float:
         """Share that is found of a kind at a distance [m]; 0 beyond the last distance."""
-        if distance > self.distances[-1]:
-            return 0.0
-        return float(np.interp(distance, self.distances, self.kinds[kind].recall))
+        return float(self.recalls(kind, np.array((distance,)))[0])
+
+    def recalls(self, kind: str, distances: FloatArray) -> FloatArray:
+        """Shares (n,) at distances (n,), as `recall`."""
+        own = self.kinds[kind].recall
+        shares: FloatArray = np.interp(distances, self.distances, own, right=0.0)
+        return shares
 
 
 def load_percept_errors(name_or_path: str | Path = "percept_errors") -> PerceptErrors:

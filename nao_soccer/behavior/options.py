@@ -73,7 +73,21 @@ STRIKER: _Option = Option(
     _State(
         "play",
         PLAY_BALL,
-        [When(symbols.ball_lost, "search"), When(symbols.must_give_way, "wait")],
+        [
+            When(symbols.ball_lost, "search"),
+            When(symbols.must_give_way, "wait"),
+            When(symbols.place_lost, "find place"),
+        ],
+    ),
+    _State(
+        "find place",
+        basic.find_place,
+        [When(symbols.place_known, "play"), After(12.0, "play all the same")],
+    ),
+    _State(
+        "play all the same",
+        PLAY_BALL,
+        [When(symbols.place_known, "play"), When(symbols.ball_lost, "search")],
     ),
     _State(
         "wait",
@@ -146,6 +160,8 @@ GAME: _Option = Option(
 PLAYER: _Option = Option(
     "player",
     _State("upright", GAME, [When(symbols.fallen, "get up")]),
-    _State("get up", basic.get_up, [When(symbols.upright, "upright")]),
+    _State("get up", basic.get_up, [When(symbols.upright, "upright"), After(20.0, "lie")]),
+    # A gait gives up after some attempts, or was started again: each request is a new one.
+    _State("lie", basic.stand, [When(symbols.upright, "upright"), When(symbols.lies, "get up")]),
 )
 """The root."""

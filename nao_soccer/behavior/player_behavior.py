@@ -133,6 +133,8 @@ class PlayerBehavior:
     def update(self, state: WorldState, body: Body) -> Decision:
         """Decide what to do now."""
         time = state.stamp * 1e-9
+        if self._state is not None and state.stamp < self._state.stamp:
+            self._restart(time)
         before = self.role
         claims = self.link.claims(time)
         if self.identity.roles:
@@ -153,10 +155,17 @@ class PlayerBehavior:
         self._state = state
         return self._decision
 
+    def _restart(self, time: float) -> None:
+        """The clock has begun again: what waits for a time of the old one would wait for long."""
+        self._mind.reset()
+        self._roles = RoleChoice(self.identity.player)
+        self.link.reset()
+        self._packet_time = min(self._packet_time, time)
+
     def _seconds_to_ball(self, state: WorldState) -> float:
         plan = None if self._decision is None else self._decision.plan
         ball = state.ball
-        away = self.game.penalized or state.blind
+        away = self.game.penalized or state.blind or self._mind.lost
         if plan is None or ball is None or ball.age > BALL_AGE or away:
             return NEVER
         down = 0.0 if state.upright else GETTING_UP_TIME

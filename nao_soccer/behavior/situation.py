@@ -10,22 +10,22 @@ from nao_soccer.behavior.ball_plan import BallPlan
 from nao_soccer.behavior.walking import (
     APART,
     APART_BALL,
-    APART_FALLEN,
-    APART_FIRST,
     APART_FROM,
     APART_GAIN,
     APART_GAIN_BALL,
+    APART_WIDE,
     Round,
     WalkLimits,
 )
 from nao_soccer.field import Field, Goals
-from nao_soccer.game_state import GameState
+from nao_soccer.game_state import GameState, Phase
 from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 
 BALL_DECELERATION = 0.3
 """[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
-ROBOT_RADIUS = 0.3
-"""[m] between the middles of two robots that pass each other."""
+PASSING = 0.06
+"""[m] by which the way around a robot leads nearer to it than it is to be kept: the way is left
+before, by the speed."""
 AT_BALL = 0.4
 """[m] A nearer ball is played."""
 CONTESTED = 0.5
@@ -186,14 +186,15 @@ class Situation:
 
     def _apart(self, other: Obstacle) -> float:
         """The distance [m] to keep from another robot."""
-        keep = APART_FALLEN if other.fallen else APART
+        idle = self.role is Role.SUPPORTER or self.game.phase is not Phase.PLAYING
+        keep = APART_WIDE if other.fallen or idle else APART
         if self.world.ball is None:
             return keep
         lead = PRECEDENCE if self.world.ball.position_in_field[0] < 0.0 else -PRECEDENCE
         theirs = math.dist(other.position, self.ball)
         if self.ball_distance >= theirs + lead:  # the other one is first
             plays = theirs < AT_BALL and not other.fallen and self.role is not Role.KEEPER
-            return APART_FIRST if plays else keep
+            return APART_WIDE if plays else keep
         behind = self.ball_distance < math.hypot(*other.position)
         if self.role is Role.STRIKER and self.ball_distance < AT_BALL and behind:
             bearing = math.atan2(other.position[1], other.position[0])
@@ -204,7 +205,9 @@ class Situation:
 
     def obstacles(self, *more: Round) -> list[Round]:
         """The other robots and goal posts to walk around, in base_footprint."""
-        robots = [Round(each.position, ROBOT_RADIUS) for each in self.world.obstacles]
+        robots = [
+            Round(each.position, self._apart(each) - PASSING) for each in self.world.obstacles
+        ]
         if not self.world.own.valid:
             return [*robots, *more]
         posts = [

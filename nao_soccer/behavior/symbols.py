@@ -5,7 +5,7 @@ Thresholds come in pairs, so that decisions do not flicker.
 
 import math
 
-from nao_lipm_gait.types import IN_MOTION, STAND
+from nao_lipm_gait.types import FALLEN, IN_MOTION, STAND
 from nao_soccer.behavior.situation import BALL_DECELERATION, Role, Situation
 from nao_soccer.game_state import Phase
 
@@ -40,6 +40,11 @@ DIVE_REACH = 0.7
 def fallen(s: Situation) -> bool:
     """The robot lies or gets up."""
     return not s.world.upright
+
+
+def lies(s: Situation) -> bool:
+    """The robot lies and does not get up."""
+    return s.body.state is FALLEN
 
 
 def upright(s: Situation) -> bool:
@@ -106,6 +111,19 @@ def is_supporter(s: Situation) -> bool:
 def is_keeper(s: Situation) -> bool:
     """This robot keeps the goal."""
     return s.role is Role.KEEPER
+
+
+# -- the own place ---------------------------------------------------------------------------------
+
+
+def place_lost(s: Situation) -> bool:
+    """The robot does not know where it is, or in which half."""
+    return s.lost
+
+
+def place_known(s: Situation) -> bool:
+    """The opposite of `place_lost`."""
+    return not s.lost
 
 
 # -- the ball --------------------------------------------------------------------------------------

@@ -46,15 +46,14 @@ class WalkLimits(Settings):
 
 APART = 0.36
 """[m] between the middles of two robots that do not touch, also with their arms."""
-APART_BALL = 0.28
+APART_BALL = 0.32
 """[m] the same for robots that face each other, with the ball between their feet."""
-APART_FIRST = 0.45
-"""[m] from a robot that is first at the ball: it has to be let play, two at one ball fall."""
-APART_FALLEN = 0.45
-"""[m] from the middle of a robot that lies or gets up."""
+APART_WIDE = 0.5
+"""[m] of a robot that has no business at the ball, and from one that lies, gets up, or is first at
+the ball: it has to be let play, two at one ball fall."""
 APART_FROM = 0.5
 """[m] beyond these, from which on another robot limits the speed."""
-APART_GAIN = 0.8
+APART_GAIN = 0.5
 """[1/s] Speed towards another robot over the room that is left."""
 APART_GAIN_BALL = 2.0
 """[1/s] the same of the robot that plays the ball between them."""
@@ -62,9 +61,10 @@ APART_RETREAT = 0.15
 """[m/s] Speed away from a robot that is too near."""
 
 APART_TURN = 0.6
-"""[rad/s] at most beside a robot that is too near: arms and feet of a fast turn hit it."""
+"""[rad/s] at most at this distance from another robot: arms and feet of a fast turn hit it."""
 APART_STILL = 0.1
-"""[m] nearer still: there the robot does not turn at all."""
+"""[m] nearer, the robot neither turns nor walks past; so much farther, it may turn twice as
+fast."""
 
 
 class Round(NamedTuple):
@@ -163,8 +163,8 @@ def kept_apart(
 ) -> VelocityCommand:
     """The command without what would lead into another robot.
 
-    The nearer a robot, the slower this one walks towards it; from one that is too near it walks
-    away, and hardly turns.
+    The nearer a robot, the slower this one walks towards it and turns; from one that is too near it
+    walks straight away before it does anything else.
 
     Args:
         command: The velocity.
@@ -178,13 +178,14 @@ def kept_apart(
         gap = math.hypot(*place)
         if not 0.0 < gap < radius + influence:
             continue
-        if gap < radius:
-            turn = APART_TURN * max(0.0, 1.0 - (radius - gap) / APART_STILL)
-            yaw = min(max(yaw, -turn), turn)
+        share = max(0.0, 1.0 + (gap - radius) / APART_STILL)
+        yaw = min(max(yaw, -APART_TURN * share), APART_TURN * share)
         ox, oy = place[0] / gap, place[1] / gap
-        too_fast = x * ox + y * oy - max(gain * (gap - radius), -APART_RETREAT)
-        if too_fast > 0.0:
-            x, y = x - too_fast * ox, y - too_fast * oy
+        towards, across = x * ox + y * oy, x * oy - y * ox
+        towards = min(towards, max(gain * (gap - radius), -APART_RETREAT))
+        if share < 1.0:
+            across = min(max(across, -APART_RETREAT * share), APART_RETREAT * share)
+        x, y = towards * ox + across * oy, towards * oy - across * ox
     return limits.command(x, y, yaw)
 
 

@@ -53,7 +53,7 @@ class Rules(Settings):
     )
     penalty: float = number(15.0, 0.0, 120.0, "s", "Duration of a penalty.")
     stuck: float = number(30.0, 5.0, 600.0, "s", "After which a ball that rests is put away.")
-    budget: int = number(1200, 0, 65535, whole=True, meaning="Messages of each team in a match.")
+    budget: int = number(1200, 0, 65535, whole=True, meaning="Messages that each team is told.")
 
 
 class RobotPlace(NamedTuple):
@@ -194,7 +194,10 @@ class Referee:
         return self._players[name].penalty is not Penalty.NONE
 
     def message(self, version: int = 18) -> ControlMessage:
-        """What the robots are told now; each call counts as a packet."""
+        """What the robots are told now; each call counts as a packet.
+
+        The messages of the teams are not counted: the budget that is told is the whole one.
+        """
         self._packet = (self._packet + 1) % 256
         free_in = self._free_at - self._time if self._kicks is not None else 0.0
         return ControlMessage(
@@ -244,6 +247,7 @@ class Referee:
         self._watch_ball(ball, robots, since)
         self._watch_robots(robots, orders)
         if self._phase is Phase.INITIAL:
+            self._half = 1
             self._enter(Phase.READY)
         elif self._phase is Phase.READY:
             if time - self._since >= self.rules.ready:
@@ -256,7 +260,7 @@ class Referee:
         elif self._phase is Phase.PLAYING:
             self._play(ball, robots, orders)
         elif not self.over and time - self._since >= self.rules.pause:
-            self._half_ends = 0.0
+            self._half, self._half_ends = 2, 0.0
             self._kicks = _other(self._first_kick)
             self._enter(Phase.READY)
         if self._half_ends and time >= self._half_ends and self._phase is not Phase.FINISHED:
@@ -276,7 +280,6 @@ class Referee:
 
     def _begin_play(self, ball: Point3) -> None:
         if not self._half_ends:
-            self._half += 1
             self._half_ends = self._time + self.rules.half
         self._enter(Phase.PLAYING)
         self._free_at = self._time + self.rules.free

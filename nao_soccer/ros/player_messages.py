@@ -22,6 +22,8 @@ FIELD = "field"
 """Frame of the field: origin in its centre, x towards the opponents' goal."""
 POINTS_MAX = 5000
 """Longer clouds are refused."""
+IMAGES_MAX = 8
+"""Number of images whose messages may wait for each other."""
 _LINE_FIELDS = ("x", "y", "z", "var_x", "cov_xy", "var_y")
 _OBJECT_FIELDS = (*_LINE_FIELDS, "yaw", "kind")
 _UNKNOWN = math.pi**2
@@ -52,6 +54,11 @@ class PerceptParts:
     objects: PointCloud2 | None = None
     view: PolygonStamped | None = None
 
+    @property
+    def complete(self) -> bool:
+        """All messages are there."""
+        return self.lines is not None and self.objects is not None and self.view is not None
+
     def joined(self, stamp: int) -> Percepts | None:
         """The percepts of the image; None while a message is missing."""
         if self.lines is None or self.objects is None or self.view is None:
@@ -72,6 +79,41 @@ class PerceptParts:
             np.zeros((0, 2)),
             np.array(corners, dtype=float).reshape(-1, 2),
         )
+
+
+class PerceptBuffer:
+    """Messages of images of which others are still missing."""
+
+    def __init__(self) -> None:
+        self._waiting: list[tuple[int, PerceptParts]] = []
+
+    def add(self, part: str, stamp: int, message: PointCloud2 | PolygonStamped) -> Percepts | None:
+        """Keep a message.
+
+        Two cameras may have images with one stamp: a part that is there already begins another one.
+
+        Args:
+            part: Which attribute of `PerceptParts` it is.
+            stamp: [ns] of its image.
+            message: The message.
+
+        Returns:
+            The percepts of the image that it completes; None = none.
+        """
+        parts = next(
+            (each for at, each in self._waiting if at == stamp and getattr(each, part) is None),
+            None,
+        )
+        if parts is None:
+            parts = PerceptParts()
+            self._waiting.append((stamp, parts))
+        setattr(parts, part, message)
+        if parts.complete:
+            self._waiting = [each for each in self._waiting if each[1] is not parts]
+            return parts.joined(stamp)
+        # The oldest by arrival: after a restart of the clock stamps are smaller than before.
+        del self._waiting[:-IMAGES_MAX]
+        return None
 
 
 def _kind(number: float) -> Kind:
@@ -130,7 +172,7 @@ def ball(stamp: int, estimate: BallEstimate, radius: float) -> Odometry:
     message.pose.covariance = _planar_covariance(estimate.position_covariance_in_field)
     vx, vy = estimate.velocity_in_field
     message.twist.twist.linear.x, message.twist.twist.linear.y = vx, vy
-    message.twist.covariance = _planar_covariance(estimate.velocity_covariance)
+    message.twist.covariance = _planar_covariance(estimate.velocity_covariance_in_field)
     return message
 
 

@@ -41,8 +41,6 @@ START = node_parameter(
 SEED = node_parameter("seed", 0, "seed of the particles", "", 0, 2**31 - 1)
 NODE_PARAMETERS = (URDF, SCENE, START, SEED, *behavior_part.NODE_PARAMETERS)
 
-PARTS = 8
-"""Number of images whose messages may wait for each other."""
 REPORT_PERIOD = 100_000_000
 """[ns] between two messages with pose and ball."""
 
@@ -68,7 +66,7 @@ class PlayerNode(Node):
             self._player.world.start((self._start,))
         self._inputs = Inputs(self, burst=1)
         self._behavior = BehaviorPart(self, self._inputs, robot, settings.field, goals)
-        self._parts: dict[int, convert.PerceptParts] = {}
+        self._images = convert.PerceptBuffer()
         self._reported = 0
         self._was_penalized = False
         self._head: type[Goal] | None = None
@@ -119,14 +117,9 @@ class PlayerNode(Node):
         if frame != BASE_FOOTPRINT:
             raise NaoGaitError(f"vision/{name} header.frame_id", frame, BASE_FOOTPRINT)
         stamp = stamp_of(at.sec, at.nanosec, f"vision/{name} header.stamp")
-        parts = self._parts.setdefault(stamp, convert.PerceptParts())
-        setattr(parts, name, message)
-        percepts = parts.joined(stamp)
+        percepts = self._images.add(name, stamp, message)
         if percepts is not None:
-            del self._parts[stamp]
             self._player.world.add_percepts(percepts)
-        while len(self._parts) > PARTS:
-            del self._parts[min(self._parts)]
 
     def _on_support(self, message: String) -> None:
         state = message.data.split()[0] if message.data else ""

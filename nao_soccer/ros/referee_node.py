@@ -3,7 +3,6 @@
 The node follows the simulated time of the bridge, which is that of the ball's stamps.
 """
 
-import time as clock
 from functools import partial
 from typing import Any
 
@@ -24,14 +23,16 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.runtime.diagnostics import Throttle
+from nao_lipm_gait.ros.topics import Inputs
 from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_lipm_gait.types import Point3
+from nao_soccer.referee.match_clock import MatchClock
 from nao_soccer.referee.players import players_of_scene
 from nao_soccer.referee.protocol import (
     CONTROL_PORT,
     RETURN_PORT,
     VERSIONS,
+    ControlMessage,
     ReturnMessage,
     decode_return,
 )
@@ -87,17 +88,16 @@ class RefereeNode(Node):
         )
         self._version = of_type(declare(self, VERSION), int)
         address = of_type(declare(self, ADDRESS), str)
-        self._wait = round(1e9 * of_type(declare(self, WAIT), float))
+        self._match_clock = MatchClock(round(1e9 * of_type(declare(self, WAIT), float)))
         port, back = of_type(declare(self, PORT), int), of_type(declare(self, BACK), int)
         self._control = UdpLink(port, address)
         self._returns = UdpLink(back, address if address == LOCAL else "0.0.0.0")
         self._robots: dict[str, RobotPlace] = {}
         self._heights: dict[str, float] = {}
         self._heard: dict[tuple[int, int], ReturnMessage] = {}
-        self._began: int | None = None
         self._looked = self._told = -MESSAGE_PERIOD
         self._goals = 0
-        self._throttle = Throttle()
+        self._inputs = Inputs(self, burst=1)
         self._state = self.create_publisher(DiagnosticArray, "game_state", 10)
         self._put = self.create_publisher(PointStamped, "put_ball", 10)
         self._resets: dict[str, Client] = {
@@ -106,11 +106,11 @@ class RefereeNode(Node):
         self._teams = {team: [n for n, each in players.items() if each[0] == team]
                        for team in ("red", "blue")}  # fmt: skip
         for name in players:
-            self.create_subscription(
+            self._inputs.subscribe(
                 Odometry, f"{name}/ground_truth/odom", partial(self._on_robot, name),
                 qos_profile_sensor_data,
             )  # fmt: skip
-        self.create_subscription(
+        self._inputs.subscribe(
             PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data
         )
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
@@ -137,24 +137,19 @@ class RefereeNode(Node):
     def _on_ball(self, message: PointStamped) -> None:
         stamp = message.header.stamp
         now = stamp_of(stamp.sec, stamp.nanosec, "ground_truth/ball header.stamp")
-        if self._began is None:
-            self._began = now + self._wait
-        if now < self._began:
+        time = self._match_clock.at(now)
+        if time < 0 or time - self._looked < PERIOD:
             return
-        if now < self._looked:  # the bridge was started again
-            self._looked = self._told = now
-        if now - self._looked < PERIOD:
-            return
-        self._looked = now
-        self._look(now, (message.point.x, message.point.y, message.point.z))
+        self._looked = time
+        self._look(now, time, (message.point.x, message.point.y, message.point.z))
 
     # -- the match ---------------------------------------------------------------------------------
 
-    def _look(self, now: int, ball: Point3) -> None:
-        assert self._began is not None
+    def _look(self, now: int, time: int, ball: Point3) -> None:
+        """Keep the rules at a time [ns] of the match; `now` [ns] is that of the simulation."""
         self._hear()
         before = self._referee.phase
-        for order in self._referee.update((now - self._began) * 1e-9, ball, self._robots):
+        for order in self._referee.update(time * 1e-9, ball, self._robots):
             if isinstance(order, PutBall):
                 self._put_ball(now, order)
             elif isinstance(order, PutRobot):
@@ -167,10 +162,11 @@ class RefereeNode(Node):
                 f"{score['red']} : {score['blue']}"
             )
         self._goals = len(self._referee.goals_scored)
-        if self._referee.phase is not before or now - self._told >= MESSAGE_PERIOD:
-            self._told = now
-            self._control.send(self._referee.message(self._version).encode())
-            self._state.publish(self._game_state(now))
+        if self._referee.phase is not before or time - self._told >= MESSAGE_PERIOD:
+            self._told = time
+            message = self._referee.message(self._version)
+            self._control.send(message.encode())
+            self._state.publish(self._game_state(now, message))
 
     def _put_ball(self, now: int, order: PutBall) -> None:
         message = PointStamped()
@@ -184,16 +180,12 @@ class RefereeNode(Node):
             try:
                 message = decode_return(data)
             except NaoGaitError as error:
-                held_back = self._throttle.allow(sender, clock.monotonic())
-                if held_back is not None:
-                    more = f" ({held_back} more like it)" if held_back else ""
-                    self.get_logger().warning(f"{sender}: {error}; ignored{more}")
+                self._inputs.warn(sender, f"{sender}: {error}; ignored")
                 continue
             self._heard[message.team, message.player] = message
 
-    def _game_state(self, now: int) -> DiagnosticArray:
+    def _game_state(self, now: int, message: ControlMessage) -> DiagnosticArray:
         referee = self._referee
-        message = referee.message(self._version)
         score = referee.score
         values: dict[str, Any] = {
             "state": message.phase.value,

@@ -55,6 +55,11 @@ class TeamLink:
         self._last_sent = -math.inf
         self._last: TeamMessage | None = None
 
+    def reset(self) -> None:
+        """Begin anew, because the clock did; the count of the own messages goes on."""
+        self._heard.clear()
+        self._last_sent = -math.inf
+
     # -- hearing -----------------------------------------------------------------------------------
 
     def receive(self, data: bytes, time: float) -> None:

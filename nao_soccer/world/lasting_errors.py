@@ -51,6 +51,10 @@ class LastingErrors:
         change: FloatArray = prior @ self.shift - LASTING * weighted @ rows.bias
         self.shift = np.asarray(np.linalg.solve(prior + weighted @ rows.pose, change), dtype=float)
 
+    def mirror(self) -> None:
+        """Carry the shift to the mirror pose: x and y are turned by half a turn, yaw is kept."""
+        self.shift[:2] *= -1.0
+
     @property
     def covariance(self) -> FloatArray:
         """(3, 3) of the pose by these errors."""

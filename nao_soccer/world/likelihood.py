@@ -57,19 +57,23 @@ class Evidence:
         points: (m, 2) points on lines [m] in base_footprint.
         covariances: (m, 3) of the points [m^2].
         landmarks: Crossings, posts, poles, circle.
+        line_weight: Number of independent points to which all line points are equal.
     """
 
     points: FloatArray
     covariances: FloatArray
     landmarks: tuple[Landmark, ...]
+    line_weight: float
 
     @classmethod
     def of(cls, percepts: Percepts, field: FieldMap) -> "Evidence":
         """The evidence of an image; at most `POINTS` points, evenly drawn."""
         count = len(percepts.line_points)
         chosen = np.unique(np.linspace(0, count - 1, min(count, POINTS)).round().astype(int))
+        points = percepts.line_points[chosen]
+        patches = {(math.floor(x / PATCH), math.floor(y / PATCH)) for x, y in points.tolist()}
         return cls(
-            percepts.line_points[chosen],
+            points,
             percepts.line_covariances[chosen] + (MAP_VARIANCE, 0.0, MAP_VARIANCE),
             tuple(
                 Landmark(
@@ -85,13 +89,8 @@ class Evidence:
                 for each in percepts.objects
                 if each.kind in field.landmarks
             ),
+            min(LINE_WEIGHT, float(len(patches))),
         )
-
-    @property
-    def line_weight(self) -> float:
-        """Number of independent points to which all line points are equal."""
-        x, y = np.floor(self.points / PATCH).T
-        return min(LINE_WEIGHT, float(len(np.unique(x + 1000.0 * y))))
 
     @property
     def weight(self) -> float:

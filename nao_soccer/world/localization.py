@@ -135,14 +135,18 @@ class Localization:
     def disturb(self, place: float, heading: float) -> None:
         """The robot was moved: it fell, was carried, or its odometry jumped.
 
+        The last valid pose stays what decides between mirror poses: particles of a robot that was
+        lost before, because it was shoved until it fell, may be in the wrong half.
+
         Args:
             place: Largest change of x and y [m].
             heading: Largest change of the heading [rad].
         """
         limit = np.array((place, place, heading))
-        moved = self.particles + self._random.uniform(-limit, limit, (self._count, 3))
-        self._begin(moved)
-        a, b = SAME_PLACE
+        here = self._on_our_side(self.particles) if self._lost else self.particles
+        reference, (a, b) = self._reference, self._slack
+        self._begin(here + self._random.uniform(-limit, limit, (self._count, 3)))
+        self._reference = reference
         self._slack = math.hypot(a, place / math.sqrt(3.0)), math.hypot(b, heading / math.sqrt(3.0))
         self._lost = True
 
@@ -263,6 +267,7 @@ class Localization:
         if self._odds < FLIP:
             self.particles = mirrored(self.particles)
             self._reference = mirrored(self._reference[None])[0]
+            self._lasting.mirror()
             self._odds = -self._odds
             self._find_cluster()
 

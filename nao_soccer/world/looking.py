@@ -47,6 +47,8 @@ WAY_DWELL = 0.55
 """[s] The head looks ahead, to the left, ahead, to the right, for so long each."""
 ROBOT_NEAR, ROBOT_AGE = 0.9, 0.6
 """[m, s] A robot that is so near and was not seen for so long is looked at first."""
+ROBOT_PAN_MAX = 1.9
+"""[rad] Bearing up to which the neck lets it look for a robot."""
 ROBOT_HEIGHT = 0.2
 """[m] Height of the point to look at."""
 SCAN = (1.0, 0.0, 0.0), (4.5, 0.0, 0.0)
@@ -197,15 +199,20 @@ def deviations(covariance: PoseCovariance) -> tuple[float, float]:
     return math.sqrt(max(0.0, 0.5 * (c.xx + c.yy) + half)), math.sqrt(max(0.0, c.yaw))
 
 
-def _on_way(state: WorldState, now: float) -> Point3:
-    """What to look at to see other robots: one that is near and may have moved, or all around."""
+def unseen_robot(state: WorldState) -> Point3 | None:
+    """Where to look for a robot near by that may have moved since it was seen; None = none."""
     for robot in state.obstacles:
         x, y = robot.position
         unseen = robot.age > ROBOT_AGE and math.hypot(x, y) < ROBOT_NEAR
-        if unseen and abs(math.atan2(y, x)) < PAN_MAX:
+        if unseen and abs(math.atan2(y, x)) < ROBOT_PAN_MAX:
             return x, y, ROBOT_HEIGHT
+    return None
+
+
+def _on_way(state: WorldState, now: float) -> Point3:
+    """What to look at to see other robots: one that is near and may have moved, or all around."""
     turn = int(now / WAY_DWELL) % 4
-    return ASIDE[turn // 2] if turn % 2 else AHEAD
+    return unseen_robot(state) or (ASIDE[turn // 2] if turn % 2 else AHEAD)
 
 
 def _at_ball(ball: BallEstimate | None) -> Goal | None:

@@ -61,10 +61,10 @@ class BallEstimate:
         position: Its centre [m] in base_footprint.
         velocity: [m/s] over the ground, along the axes of base_footprint.
         position_covariance: [m^2] in base_footprint.
-        velocity_covariance: [m^2/s^2] along the axes of base_footprint.
         position_in_field: [m] in `field`, by the own pose.
         velocity_in_field: [m/s] in `field`.
         position_covariance_in_field: [m^2] in `field`; includes that of the own pose.
+        velocity_covariance_in_field: [m^2/s^2] in `field`.
         age: [s] since this robot or a team mate saw it.
         seen_recently: This robot saw it a short time ago, and has not missed it since.
         by_team: Only team mates know of it.
@@ -73,10 +73,10 @@ class BallEstimate:
     position: Point2
     velocity: Point2
     position_covariance: Covariance2
-    velocity_covariance: Covariance2
     position_in_field: Point2
     velocity_in_field: Point2
     position_covariance_in_field: Covariance2
+    velocity_covariance_in_field: Covariance2
     age: float
     seen_recently: bool
     by_team: bool = False

@@ -11,9 +11,10 @@ from sensor_msgs.msg import PointCloud2
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import PoseCovariance
 from nao_soccer.ros import player_messages, vision_messages
-from nao_soccer.ros.player_messages import PerceptParts
+from nao_soccer.ros.player_messages import PerceptBuffer, PerceptParts
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import PoseEstimate
+from nao_soccer.world.team_knowledge import in_field
 from pitch_percepts import Eyes
 
 STAMP = 12_345_000_000
@@ -59,6 +60,35 @@ def test_percepts_wait_until_all_messages_of_the_image_are_there():
         assert parts.joined(STAMP) is None
 
 
+def test_images_are_completed_although_the_clock_began_again_and_messages_were_lost():
+    buffer, whole = PerceptBuffer(), parts_of(Eyes().see(STAMP, (-1.0, 0.2, 0.1)))
+    for i in range(20):  # of these the view was lost
+        assert buffer.add("lines", STAMP + i, whole.lines) is None
+        assert buffer.add("objects", STAMP + i, whole.objects) is None
+    for stamp in (0, 30_000_000):
+        assert buffer.add("lines", stamp, whole.lines) is None
+        assert buffer.add("objects", stamp, whole.objects) is None
+        percepts = buffer.add("view", stamp, whole.view)
+        assert percepts is not None
+        assert percepts.stamp == stamp
+
+
+def test_images_of_two_cameras_with_one_stamp_are_both_used():
+    buffer = PerceptBuffer()
+    images = [Eyes().see(STAMP, (-1.0, 0.2, yaw)) for yaw in (0.1, 1.1)]
+    messages = [parts_of(image) for image in images]
+    found = [
+        buffer.add(part, STAMP, getattr(message, part))
+        for part in ("lines", "objects", "view")
+        for message in messages
+    ]
+    joined = [percepts for percepts in found if percepts is not None]
+    assert len(joined) == 2
+    for image, percepts in zip(images, joined, strict=True):
+        assert np.allclose(percepts.line_points, image.line_points, atol=1e-6)
+        assert np.allclose(percepts.visible, image.visible, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("parts", "field"),
     [
@@ -90,6 +120,18 @@ def test_the_pose_is_published_with_its_covariance():
     assert full[0, 0] == 0.01
     assert full[1, 5] == -0.003
     assert full[5, 5] == 0.04
+
+
+def test_the_velocity_of_the_ball_is_as_uncertain_as_along_the_axes_of_its_frame():
+    own = PoseEstimate((1.0, -2.0, math.pi / 2.0), PoseCovariance(), True)
+    ball = in_field(
+        own, (0.5, 0.0), (1.0, 0.0), (0.01, 0.0, 0.01), (0.09, 0.02, 0.01),
+        age=0.0, seen_recently=True,
+    )  # fmt: skip
+    twist = player_messages.ball(STAMP, ball, 0.05).twist
+    assert twist.twist.linear.y == pytest.approx(1.0)
+    planar = np.array(twist.covariance).reshape(6, 6)[:2, :2]
+    assert np.allclose(planar, ((0.01, -0.02), (-0.02, 0.09)))
 
 
 def test_odometry_of_a_message_is_planar():

@@ -129,7 +129,7 @@ def test_a_player_obeys_a_game_controller_of_each_version(probe: Probe) -> None:
 
 def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
     numbers = ports(probe)
-    probe.start("referee", scene="pitch_small", minutes=1.0, **numbers)
+    referee = probe.start("referee", scene="pitch_small", minutes=1.0, **numbers)
     states = probe.subscribe(DiagnosticArray, "game_state")
     puts = probe.subscribe(PointStamped, "put_ball")
     balls = probe.publisher(PointStamped, "ground_truth/ball")
@@ -152,6 +152,10 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
 
     try:
         probe.wait(lambda: state("state") == "playing", "the kick-off", every=step)
+        bad = PointStamped()
+        bad.header.stamp.sec = -1
+        balls.publish(bad)
+        probe.wait(lambda: referee.says("ground_truth/ball header.stamp"), "a warning")
         place = (2.4, 0.0)
         probe.wait(lambda: state("red") == "1", "a goal", every=step)
         assert state("goal_1").split()[1] == "red"

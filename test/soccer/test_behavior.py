@@ -22,8 +22,8 @@ from nao_soccer.behavior.situation import Body, Role, Situation
 from nao_soccer.behavior.walking import (
     APART,
     APART_BALL,
-    APART_FIRST,
     APART_FROM,
+    APART_WIDE,
     Round,
     WalkLimits,
     kept_apart,
@@ -32,7 +32,7 @@ from nao_soccer.behavior.walking import (
 from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.protocol import ControlMessage, PlayerInfo, TeamInfo
-from nao_soccer.team.message import NEVER, decode
+from nao_soccer.team.message import NEVER, TeamMessage, decode
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.state import BallEstimate, HeadMode, Obstacle, PoseEstimate, WorldState
 
@@ -68,7 +68,7 @@ def world(
     estimate = None
     if ball is not None:
         estimate = BallEstimate(
-            seen(ball), velocity, VARIANCE, VARIANCE, ball, velocity, VARIANCE, 0.1, True
+            seen(ball), velocity, VARIANCE, ball, velocity, VARIANCE, VARIANCE, 0.1, True
         )
     obstacles = tuple(
         Obstacle(seen(each), each, VARIANCE, (0.0, 0.0), None, False, 0.1) for each in robots
@@ -257,7 +257,7 @@ def test_two_robots_that_walk_into_each_other_stop_before_they_touch(heading: fl
 def test_the_nearer_another_robot_the_slower_is_the_turn() -> None:
     turns = [
         kept_apart(VelocityCommand(yaw=1.5), [Round((gap, 0.0), APART)], LIMITS).yaw
-        for gap in (APART + 0.01, APART - 0.02, APART - 0.06, APART - 0.12)
+        for gap in (APART + 0.2, APART - 0.02, APART - 0.06, APART - 0.12)
     ]
     assert turns == sorted(turns, reverse=True)
     assert (turns[0], turns[-1]) == (1.5, 0.0)
@@ -317,6 +317,21 @@ def test_a_fallen_robot_gets_up_before_anything_else() -> None:
     assert states(mind, world((0.0, 0.0, 0.0), (0.5, 0.0), time=0.1))[0] == "upright"
 
 
+def test_a_robot_that_stays_down_asks_again_and_again_but_not_while_it_gets_up() -> None:
+    mind, motion, asked = new_mind(), "", []
+    for i in range(700):
+        state = GaitState.GETTING_UP if 300 < i < 550 else GaitState.FALLEN
+        down = world((0.0, 0.0, 0.0), (0.5, 0.0), time=0.1 * i, upright=False)
+        action = mind.update(down, Body(state)).action
+        if action.motion and action.motion != motion:  # as the node tells the gait
+            asked.append(i)
+        motion = action.motion
+    assert len(asked) == 3
+    assert asked[0] == 0
+    assert 150 < asked[1] < 300
+    assert 550 <= asked[2] < 560
+
+
 def test_a_ball_that_nobody_knows_is_searched() -> None:
     mind = new_mind()
     seen = [states(mind, world((0.0, 0.0, 0.0), None, time=0.1 * i))[-1] for i in range(200)]
@@ -357,7 +372,7 @@ def test_of_two_opponents_equally_near_to_the_ball_one_keeps_off(x: float) -> No
         )
         (opponent,) = situation.near_robots()
         kept.append(opponent.radius)
-    assert sorted(kept) == [APART_BALL, APART_FIRST]
+    assert sorted(kept) == [APART_BALL, APART_WIDE]
 
 
 def in_duel(heading: float, ball: tuple[float, float]) -> tuple[str, VelocityCommand]:
@@ -410,6 +425,35 @@ def test_a_robot_that_is_lost_looks_around_before_it_walks_to_its_place() -> Non
     assert decision.action.head is HeadMode.LOCALIZE
     assert (decision.action.walk.x, decision.action.walk.y) == (0.0, 0.0)
     assert 0.0 < decision.action.walk.yaw < 0.6
+
+
+def test_a_robot_beside_this_one_that_may_have_moved_is_looked_at_more_often() -> None:
+    def share(age: float) -> float:
+        mind, looks = new_mind(), []
+        for i in range(72):
+            state = world((-2.0, 0.0, 0.0), (-0.5, 0.0), time=0.1 * i, robots=((-2.0, 0.5),))
+            aged = replace(state, obstacles=(replace(state.obstacles[0], age=age),))
+            looks.append(mind.update(aged, Body(GaitState.WALK)).action.head is HeadMode.AHEAD)
+        return float(np.mean(looks))
+
+    assert share(0.1) < 0.4
+    assert share(2.0) > 0.6
+
+
+def test_a_striker_that_is_lost_leaves_the_ball_to_others_and_plays_on_in_the_end() -> None:
+    mind, seen = new_mind(), []
+    for i in range(180):
+        lost = world((-1.0, 0.0, 0.0), (-0.8, 0.05), time=0.1 * i, valid=i < 10)
+        decision = mind.update(lost, Body(GaitState.WALK))
+        seen.append((decision.path[-1].state, mind.lost))
+        if decision.path[-1].state == "find place":
+            assert (decision.action.walk.x, decision.action.walk.y) == (0.0, 0.0)
+    assert seen[25] != ("find place", True)  # a short doubt changes nothing
+    assert all(each == ("find place", True) for each in seen[40:140])
+    assert seen[-1][0] not in ("find place", "search for the ball")
+    found = mind.update(world((-1.0, 0.0, 0.0), (-0.8, 0.05), time=18.0), Body(GaitState.WALK))
+    assert found.path[-2].state == "play"
+    assert not mind.lost
 
 
 def test_during_a_kick_off_of_the_others_the_robot_keeps_its_distance() -> None:
@@ -532,6 +576,11 @@ def control(phase: Phase, packet: int = 1) -> bytes:
     return ControlMessage(teams, phase, packet=packet).encode()
 
 
+HEARD = TeamMessage(
+    1, 2, 0, 0, (-0.3, 0.0, 0.0), True, False, False, Role.STRIKER, 1.0, None
+)  # fmt: skip
+
+
 def new_player(**identity) -> PlayerBehavior:
     robot = load_robot("nao_h21_v33")
     return PlayerBehavior(Identity(1, 1, **identity), robot, SCENE.field, GOALS)
@@ -554,6 +603,31 @@ def test_a_player_says_what_it_lacks() -> None:
     alone = new_player(players=1, waits=False)
     alone.update(state, Body())
     assert alone.remark == ""
+
+
+def test_a_clock_that_begins_again_does_not_silence_a_player() -> None:
+    player, mate = new_player(players=2), replace(HEARD, count=1)
+    player.hear_referee(control(Phase.PLAYING), 299.0)
+    player.hear_mate(mate.encode(), 299.9)
+    seen = world((-1.0, 0.0, 0.0), (0.0, 0.0))
+    for time in (299.9, 300.0):
+        player.update(replace(seen, stamp=round(time * 1e9)), Body())
+        player.team_message(time)
+    assert player.role is Role.SUPPORTER  # its mate is nearer
+    # Of all this nothing counts any more: neither what was heard nor what was sent.
+    unseen = world((-1.0, 0.0, 0.0), None, valid=False)
+    begin = player.update(unseen, Body())
+    assert player.role is Role.STRIKER
+    assert player.team_message(0.0) is not None
+    later = player.update(replace(unseen, stamp=1_600_000_000), Body())
+    assert (begin.path[-1].state, later.path[-1].state) == ("look", "turn")
+    player.update(replace(seen, own=unseen.own, stamp=1_700_000_000), Body())
+    player.update(replace(seen, own=unseen.own, stamp=2_100_000_000), Body())
+    data = player.team_message(2.1)
+    assert data is not None
+    assert decode(data).seconds_to_ball == NEVER  # it has been lost for two seconds
+    player.update(replace(unseen, stamp=3_200_000_000), Body())
+    assert player.remark == "referee not heard for 3 s: playing goes on"
 
 
 def test_a_blind_player_leaves_the_ball_to_its_mate() -> None:

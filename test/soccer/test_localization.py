@@ -200,6 +200,18 @@ def test_after_a_small_shove_history_tells_the_half(shove: Pose2):
     assert valid
 
 
+def test_who_is_shoved_round_and_then_falls_does_not_take_one_half_for_the_other():
+    """The shove leaves the particles at the mirror pose; they are no history for the fall."""
+    for seed in range(6):
+        localization = Localization(MAP, SETTINGS.replace(seed=seed))
+        localization.start(((-0.7, 0.2, 0.0),))
+        x, y, yaw = walk(localization, Eyes(), 4.0, (-0.7, 0.2, 0.0))[-1][0]
+        shoved = walk(localization, Eyes(), 1.5, (x, y, yaw + 1.9))[-1][0]
+        localization.disturb(0.3, 0.5)
+        for true, estimate, valid in walk(localization, Eyes(), 5.0, shoved):
+            assert not valid or error(true, estimate)[1] < 1.5
+
+
 def test_without_evidence_the_pose_does_not_stay_valid():
     localization = Localization(MAP, SETTINGS)
     localization.start(((-1.2, -0.3, 0.0),))
@@ -255,6 +267,20 @@ def test_a_lasting_error_moves_the_pose_as_predicted_and_is_in_its_covariance(po
     assert math.hypot(*shift[:2]) > 0.012
     c = localization.estimate().covariance
     assert (shift**2 < 4.0 * np.array((c.xx, c.yy, c.yaw))).all()
+
+
+def test_a_pose_in_the_wrong_half_is_turned_with_its_whole_covariance():
+    localization = Localization(MAP, SETTINGS)
+    localization.start(((-1.2, -0.3, 0.0),))
+    walk(localization, Eyes(), 5.0)
+    before = localization.estimate()
+    localization.judge_half(-20.0)
+    after = localization.estimate()
+    turned = tuple(mirrored(np.array((before.pose,)))[0])
+    assert sum(error(turned, after.pose)) == pytest.approx(0.0, abs=1e-9)
+    a, b = before.covariance, after.covariance
+    assert (b.xx, b.xy, b.yy, b.yaw) == pytest.approx((a.xx, a.xy, a.yy, a.yaw))
+    assert (b.x_yaw, b.y_yaw) == pytest.approx((-a.x_yaw, -a.y_yaw))
 
 
 def _further(places: np.ndarray, by: float) -> np.ndarray:

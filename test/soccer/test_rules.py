@@ -7,6 +7,7 @@ import pytest
 
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import Phase, SetPlay
+from nao_soccer.referee.match_clock import MatchClock
 from nao_soccer.referee.protocol import Penalty, decode, seen_by
 from nao_soccer.referee.rules import (
     Order,
@@ -74,6 +75,26 @@ def test_a_match_goes_through_its_phases_and_ends_in_time() -> None:
     half = [Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED]
     assert phases == half + half
     assert game.time == pytest.approx(game.referee.duration, abs=1.0)
+
+
+def test_the_second_half_begins_where_the_pause_ends() -> None:
+    game = Game()
+    told: list[tuple[Phase, bool]] = []
+    while not game.referee.over and game.time < 1000.0:
+        game.run(0.1)
+        message = game.referee.message()
+        if (message.phase, message.first_half) not in told:
+            told.append((message.phase, message.first_half))
+    phases = [Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED]
+    assert told == [(phase, first) for first in (True, False) for phase in phases]
+
+
+def test_a_simulation_that_begins_again_does_not_turn_the_match_back() -> None:
+    clock = MatchClock(wait=1000)
+    assert [clock.at(stamp) for stamp in (5000, 6000, 9000)] == [-1000, 0, 3000]
+    assert [clock.at(stamp) for stamp in (0, 500)] == [3000, 3500]
+    waiting = MatchClock(wait=1000)
+    assert [waiting.at(stamp) for stamp in (300_000, 300_400, 0, 600)] == [-1000, -600, -600, 0]
 
 
 def test_a_goal_counts_and_the_other_team_kicks_off() -> None:
