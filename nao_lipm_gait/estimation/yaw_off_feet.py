@@ -7,10 +7,13 @@ see most of the turn: what remains is about 50 degrees (standard deviation), wit
 from math import atan2, remainder, sqrt, tau
 
 from nao_lipm_gait.geometry import cross, dot
+from nao_lipm_gait.rate_limiter import limited_step
 from nao_lipm_gait.types import Point3
 
 FORWARD_MIN = 0.5
 """Smallest horizontal part of the torso's x axis: that of a vertical one has no direction."""
+RATE_MAX = 8.0
+"""[rad/s] With which the change during such a pose is told: `odom` does not jump (REP-105)."""
 
 
 class YawOffFeet:
@@ -37,8 +40,8 @@ class YawOffFeet:
             dt: Time [s] since the last tick.
 
         Returns:
-            Change of the yaw [rad] since the last tick; 0 in the first tick and while the torso's
-            x axis is far from horizontal. The next tick after that returns the whole change.
+            Change of the yaw [rad] since the last tick, at most `RATE_MAX` times `dt`; what is more
+            follows. 0 in the first tick and while the torso's x axis is far from horizontal.
         """
         if self._fixed is None:
             self._fixed, self._yaw = _horizontal((1.0, 0.0, 0.0), up), 0.0
@@ -50,9 +53,10 @@ class YawOffFeet:
         if dot(forward, forward) < FORWARD_MIN**2:
             return 0.0
         left = cross(up, forward)
-        before = self._yaw
-        self._yaw = -atan2(dot(self._fixed, left), dot(self._fixed, forward))
-        return remainder(self._yaw - before, tau)
+        yaw = -atan2(dot(self._fixed, left), dot(self._fixed, forward))
+        change = limited_step(0.0, remainder(yaw - self._yaw, tau), RATE_MAX * dt)
+        self._yaw += change
+        return change
 
 
 def _horizontal(vector: Point3, up: Point3) -> Point3:

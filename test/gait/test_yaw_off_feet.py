@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from nao_lipm_gait.estimation.yaw_off_feet import YawOffFeet
+from nao_lipm_gait.estimation.yaw_off_feet import RATE_MAX, YawOffFeet
 from nao_lipm_gait.geometry import as_point
 from nao_lipm_gait.types import FloatArray
 
@@ -37,7 +37,9 @@ def turned(turns: Iterable[Turn], seconds: float = 0.6) -> float:
         for _ in range(ticks):
             torso_in_world = torso_in_world @ about(axis, angle / ticks)
             rate = as_point(np.array(axis) * angle / seconds)
-            yaw += estimator.update(as_point(torso_in_world[2]), rate, DT)
+            change = estimator.update(as_point(torso_in_world[2]), rate, DT)
+            assert abs(change) <= RATE_MAX * DT + 1e-12, "odom is continuous"
+            yaw += change
     return yaw
 
 
