@@ -195,7 +195,7 @@ class NodeHarness:
         violations = [] if problem is None else [problem]
         for log in sorted(self._folder.glob("*.log")):
             text = log.read_text(errors="replace")
-            if "Traceback" in text:
+            if "Traceback" in text or " ends after " in text:
                 violations.append(f"exception: {log.stem}: {text.splitlines()[-1]}")
             new = log.read_bytes()[self._log_sizes.get(log, 0) :].decode(errors="replace")
             explained += [

@@ -12,6 +12,7 @@ import signal
 import socket
 import sys
 import threading
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.node import Node
 
-REFUSED = 2
-"""Exit status for a parameter, file or argument that cannot be used."""
+FAILED, REFUSED = 1, 2
+"""Exit status after an exception that nothing has caught, and for a parameter, file or argument
+that cannot be used."""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 FIRST_DOMAIN, LAST_DOMAIN = 1, 101
 """On Linux the ports of higher domains overlap with those of outgoing connections."""
@@ -165,7 +167,9 @@ def run(
         stop: Already installed.
 
     Returns:
-        Exit status: 0 after a stop; REFUSED, with one line on stderr, if the node cannot start.
+        Exit status: 0 after a stop; with one line on stderr, REFUSED if the node cannot start, and
+        FAILED after an exception in its loop. In each case the node is destroyed, which stops its
+        robot.
     """
     import rclpy
     from rclpy.exceptions import ParameterException
@@ -209,6 +213,8 @@ def run(
         gc.freeze()
         loop(node, executor, stop)
         return 0
+    except Exception as error:
+        return _fail(name, node, error)
     finally:
         executor.shutdown(timeout_sec=1.0)
         if node is not None:
@@ -220,6 +226,18 @@ def spin(_node: "Node", executor: "SingleThreadedExecutor", stop: StopRequest) -
     """Serve callbacks until a stop is requested."""
     while not stop:
         executor.spin_once(timeout_sec=0.1)
+
+
+def _fail(name: str, node: "Node | None", error: Exception) -> int:
+    """One line about an exception; where it came from in full is a debug message of the log."""
+    if node is not None:
+        node.get_logger().debug("".join(traceback.format_exception(error)))
+    message = " ".join(str(error).split())
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    place = f"{os.path.basename(frame.filename)}:{frame.lineno} in {frame.name}"
+    text = f"{name}: ends after {type(error).__name__}: {message} ({place})"
+    print(text, file=sys.stderr, flush=True)
+    return FAILED
 
 
 def _refuse(name: str, error: Exception) -> int:

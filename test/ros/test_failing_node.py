@@ -1,0 +1,49 @@
+"""A node in which something unexpected happens: one line, a clean end."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from nao_lipm_gait.ros.process import FAILED, DomainClaim
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAM = """
+import sys
+from rclpy.node import Node
+from nao_lipm_gait.ros.process import StopRequest, run, spin
+
+class Failing(Node):
+    def __init__(self):
+        super().__init__("failing")
+        self.create_timer(0.01, self.fail)
+    def fail(self):
+        raise ValueError("seven\\nof nine")
+    def destroy_node(self):
+        print("stopped")
+        super().destroy_node()
+
+sys.exit(run("failing", "A node.", Failing, spin, ["failing", *sys.argv[1:]], StopRequest()))
+"""
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    with DomainClaim() as domain:
+        return subprocess.run(
+            [sys.executable, "-c", PROGRAM, *arguments],
+            cwd=ROOT, env=os.environ | domain.environment(), capture_output=True, text=True,
+            timeout=60,
+        )  # fmt: skip
+
+
+def test_an_exception_in_a_callback_is_one_line_and_the_node_is_destroyed() -> None:
+    ended = run()
+    assert ended.returncode == FAILED
+    assert ended.stderr == "failing: ends after ValueError: seven of nine (<string>:11 in fail)\n"
+    assert ended.stdout == "stopped\n"
+
+
+def test_the_log_tells_at_the_level_debug_where_it_came_from() -> None:
+    ended = run("--ros-args", "--log-level", "failing:=debug")
+    assert 'in fail\n' in ended.stderr + ended.stdout
+    assert "Traceback" in ended.stderr + ended.stdout
