@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.types import Point2
 from nao_soccer.field import Field
 from nao_soccer.team.message import SIZE, SIZE_MAX, TeamMessage, decode
 from nao_soccer.team.roles import Claim
@@ -17,9 +18,10 @@ SOONEST = 0.2
 SILENCE = 2.0
 """[s] after which a team mate is not counted on any longer."""
 OFF_FIELD = 1.5
-"""[m] beyond the lines; a team mate that says it is farther away is not trusted."""
+"""[m] beyond the lines; a team mate or a ball that is told to be farther away is not believed."""
 BEHIND = 32768
 """A message whose count is behind the last one by less than this is old."""
+_NEAR = "a place near the field"
 
 
 @dataclass(slots=True)
@@ -70,29 +72,37 @@ class TeamLink:
             time: [s] at which they came.
 
         Raises:
-            NaoGaitError: The message cannot be read, is old, or is not plausible.
+            NaoGaitError: The message cannot be read, is old, or is not plausible. Of one whose ball
+                is far off the field all the rest is used.
         """
         try:
             message = decode(data)
             if message.team != self._team or message.player == self._player:
                 return
             self._check(message, time)
+            ball = message.ball
+            believed = ball is None or self._near_field(ball.position)
+            self._heard[message.player] = _Heard(
+                message if believed else replace(message, ball=None), time
+            )
+            if ball is not None and not believed:
+                raise NaoGaitError(f"{_name(message)}: ball", ball.position, _NEAR)
         except NaoGaitError:
             self.refused += 1
             raise
-        self._heard[message.player] = _Heard(message, time)
+
+    def _near_field(self, place: Point2) -> bool:
+        return abs(place[0]) <= self._limit[0] and abs(place[1]) <= self._limit[1]
 
     def _check(self, message: TeamMessage, time: float) -> None:
-        where = f"team message of player {message.player}"
-        x, y, _ = message.pose
-        if abs(x) > self._limit[0] or abs(y) > self._limit[1]:
-            raise NaoGaitError(f"{where}: pose", message.pose, "a place near the field")
+        if not self._near_field(message.pose[:2]):
+            raise NaoGaitError(f"{_name(message)}: pose", message.pose, _NEAR)
         last = self._heard.get(message.player)
         if last is not None and time - last.time < SILENCE:
             ahead = (message.count - last.message.count) % 65536
             if ahead == 0 or ahead >= BEHIND:
                 allowed = f"a count after {last.message.count}"
-                raise NaoGaitError(f"{where}: count", message.count, allowed)
+                raise NaoGaitError(f"{_name(message)}: count", message.count, allowed)
 
     def claims(self, time: float) -> list[Claim]:
         """What the team mates who were heard lately have told of their roles."""
@@ -166,3 +176,7 @@ class TeamLink:
     def told(self) -> TeamMessage | None:
         """The last message that was sent."""
         return self._last
+
+
+def _name(message: TeamMessage) -> str:
+    return f"team message of player {message.player}"

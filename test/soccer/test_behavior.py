@@ -630,6 +630,18 @@ def test_a_clock_that_begins_again_does_not_silence_a_player() -> None:
     assert player.remark == "referee not heard for 3 s: playing goes on"
 
 
+def test_a_replayed_packet_of_the_referee_is_left_out_until_the_referee_is_silent() -> None:
+    player = new_player(players=1)
+    for packet, phase, time in ((200, Phase.SET, 0.0), (255, Phase.PLAYING, 0.5)):
+        player.hear_referee(control(phase, packet), time)
+    player.hear_referee(control(Phase.SET, 200), 0.6)
+    assert player.game.phase is Phase.PLAYING
+    player.hear_referee(control(Phase.FINISHED, 0), 1.0)  # its count begins again
+    assert player.game.phase is Phase.FINISHED
+    player.hear_referee(control(Phase.INITIAL, 200), 9.0)  # another referee
+    assert player.game.phase is Phase.INITIAL
+
+
 def test_a_blind_player_leaves_the_ball_to_its_mate() -> None:
     player = new_player(players=2)
     player.hear_referee(control(Phase.PLAYING), 0.0)

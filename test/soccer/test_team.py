@@ -93,6 +93,25 @@ def test_a_mate_that_is_nowhere_near_the_field_is_not_trusted() -> None:
     assert ear.refused == 1
 
 
+def test_a_ball_far_off_the_field_is_not_believed_but_the_rest_is() -> None:
+    ear = link()
+    ball = BallMessage((30.0, 0.5), (0.0, 0.0), 0.05, 0.0)
+    with pytest.raises(NaoGaitError, match="player 2: ball"):
+        ear.receive(replace(MESSAGE, ball=ball).encode(), 0.0)
+    (mate,) = ear.mates(0.0)
+    assert mate.ball is None
+    assert [claim.seconds for claim in ear.claims(0.0)] == [MESSAGE.seconds_to_ball]
+
+
+def test_the_clock_of_a_mate_does_not_count() -> None:
+    """A mate far ahead in time is forgotten as soon as any other one."""
+    ear = link()
+    for count, clock in enumerate((0, 2**32 - 1, 5)):
+        ear.receive(replace(MESSAGE, count=count, time=clock).encode(), 0.5 * count)
+        assert ear.mates(0.5 * count)[0].stamp == 500_000_000 * count
+    assert ear.mates(1.0 + SILENCE) == ()
+
+
 def test_messages_of_other_teams_and_own_ones_are_left_out() -> None:
     ear = link()
     ear.receive(replace(MESSAGE, team=2).encode(), 0.0)
