@@ -22,6 +22,8 @@ PACKET_BYTES = _FRAME.size + SENSOR_BYTES
 """Size of the largest packet."""
 
 
+FRAME, LOG = b"F", b"L"
+"""First byte of a packet of the driver: a frame of LoLA, a line for the log."""
 SETTINGS, COMMAND, END = b"S", b"C", b"E"
 """First byte of a packet of the node: its settings as JSON, a command, its end."""
 
@@ -69,19 +71,34 @@ class Frame(NamedTuple):
 def pack_frame(frame: Frame) -> bytes:
     """Driver to node: a frame."""
     mode, *rest = frame.status
-    return _FRAME.pack(b"F", frame.stamp, _MODES.index(mode), *rest) + frame.sensors
+    return _FRAME.pack(FRAME, frame.stamp, _MODES.index(mode), *rest) + frame.sensors
 
 
 def pack_log(line: LogLine) -> bytes:
     """Driver to node: a line for the log."""
-    return b"L" + bytes((line.level,)) + line.text.encode()[: PACKET_BYTES - 2]
+    return LOG + bytes((line.level,)) + line.text.encode()[: PACKET_BYTES - 2]
 
 
 def unpack_from_driver(packet: bytes) -> Frame | LogLine:
-    """Read a packet of the driver."""
-    if packet[:1] == b"L":
+    """Read a packet of the driver.
+
+    Raises:
+        NaoGaitError: It is none, as those of a driver of another version.
+    """
+    try:
+        return _unpacked(packet)
+    except (struct.error, ValueError, IndexError) as error:
+        text = f"{len(packet)} bytes that begin with {packet[:1]!r}"
+        allowed = f"a packet of this version ({error})"
+        raise NaoGaitError("driver", text, allowed) from error
+
+
+def _unpacked(packet: bytes) -> Frame | LogLine:
+    if packet[:1] == LOG:
         return LogLine(Level(packet[1]), packet[2:].decode(errors="replace"))
-    _, stamp, mode, *rest = _FRAME.unpack_from(packet)
+    kind, stamp, mode, *rest = _FRAME.unpack_from(packet)
+    if kind != FRAME:
+        raise ValueError("its kind is unknown")
     return Frame(stamp, DriverStatus(_MODES[mode], *rest), packet[_FRAME.size :])
 
 

@@ -11,13 +11,13 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM; returns the exit status."""
     # Everything is imported after this line: Ctrl-C must end the process quietly from the start.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from nao_lipm_gait.ros.process import StopRequest, run, spin
+    from nao_lipm_gait.ros.process import StopRequest, run
 
     stop = StopRequest()
     stop.install()
-    from lola_bridge.ros.node import LolaBridgeNode
+    from lola_bridge.ros.node import LolaBridgeNode, serve
 
-    return run(NAME, DESCRIPTION, LolaBridgeNode, spin, args, stop)
+    return run(NAME, DESCRIPTION, LolaBridgeNode, serve, args, stop)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
@@ -40,6 +41,7 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
+from nao_lipm_gait.ros.process import StopRequest
 from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher, write_log
 from nao_lipm_gait.runtime.command_input import CommandInput
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
@@ -92,6 +94,7 @@ class LolaBridgeNode(Node):
         self._inputs = Inputs(self)
         self._last: tuple[Frame, LolaSensors] | None = None
         self._ending = False
+        self._failure: Exception | None = None
         self._reason = ""
         self._make_topics()
         self._process: subprocess.Popen[bytes] | None = None
@@ -190,20 +193,33 @@ class LolaBridgeNode(Node):
 
     # -- frames ------------------------------------------------------------------------------------
 
+    def check(self) -> None:
+        """Raise here what has ended the thread that reads."""
+        if self._failure is not None:
+            raise self._failure
+
     def _read(self) -> None:
-        """Publish what the driver sends; start another one if it dies."""
-        while not self._ending:
-            packet = b""
-            with contextlib.suppress(OSError):
-                packet = self._link.recv(PACKET_BYTES)
-            if not packet:
-                self._reconnect()
-                continue
-            message = unpack_from_driver(packet)
-            if isinstance(message, LogLine):
-                self._log(message)
-            else:
-                self._publish(message)
+        """Publish what the driver sends until the end; an exception is left for `check`."""
+        try:
+            while not self._ending:
+                self._serve_driver()
+        except Exception as error:
+            if not self._ending:
+                self._failure = error
+
+    def _serve_driver(self) -> None:
+        """Publish a packet of the driver; start another one if it has died."""
+        packet = b""
+        with contextlib.suppress(OSError):
+            packet = self._link.recv(PACKET_BYTES)
+        if not packet:
+            self._reconnect()
+            return
+        message = unpack_from_driver(packet)
+        if isinstance(message, LogLine):
+            self._log(message)
+        else:
+            self._publish(message)
 
     def _reconnect(self) -> None:
         if self._ending:
@@ -274,3 +290,12 @@ class LolaBridgeNode(Node):
         self._diagnostics.publish(
             diagnostics(name, frame.stamp, sensors, frame.status, refused)
         )
+
+
+def serve(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> None:
+    """Take commands until a stop is requested; raises what the reading thread could not handle."""
+    if not isinstance(node, LolaBridgeNode):
+        raise TypeError(type(node).__name__)
+    while not stop:
+        executor.spin_once(timeout_sec=0.1)
+        node.check()

@@ -1,0 +1,30 @@
+"""A driver that says what the bridge cannot read: the bridge ends, and says why."""
+
+import socket
+from pathlib import Path
+
+import pytest
+
+from lola_bridge.link import END, PACKET_BYTES, address
+from nao_lipm_gait.ros.process import FAILED
+from ros_probe import Probe
+
+
+@pytest.mark.parametrize("packet", [b"Fxx", b"L\x77?", b"Z" + bytes(PACKET_BYTES - 1)])
+def test_an_unreadable_packet_ends_the_bridge_with_one_line(
+    probe: Probe, tmp_path: Path, packet: bytes
+) -> None:
+    path = str(tmp_path / "lola")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as driver:
+        driver.bind(address(path))
+        driver.listen(1)
+        bridge = probe.start("lola_bridge", socket=path)
+        link, _ = driver.accept()
+        with link:
+            assert link.recv(PACKET_BYTES * 8)[:1] == b"S"
+            link.send(packet)
+            assert bridge.wait() == FAILED
+            assert link.recv(10) == END, "the robot sits down"
+    (line,) = [each for each in bridge.log.splitlines() if not each.startswith("[INFO]")]
+    assert line.startswith("lola_bridge: ends after NaoGaitError: driver: got ")
+    assert "allowed: a packet of this version" in line
