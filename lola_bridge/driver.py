@@ -61,6 +61,8 @@ RESEND = 0.25
 """[s] after which lockstep gives an unanswered frame to the node again."""
 CLOCK_SLACK = 100_000_000
 """[ns] by which the stamps, which count frames, may differ from the clock."""
+FAULTS_MAX = 100
+"""Unexpected errors without an answer to the robot in between, after which the driver gives up."""
 _SECOND = 1_000_000_000
 _COLORS = {
     Mode.LIMP: (0.0, 0.0, 1.0), Mode.STARTING: (1.0, 1.0, 0.0), Mode.ACTIVE: (0.0, 1.0, 0.0),
@@ -89,10 +91,17 @@ class DriverSettings:
 
     @classmethod
     def from_json(cls, text: str) -> "DriverSettings":
-        """From the text of `to_json`."""
-        values = json.loads(text)
-        safety = SafetySettings(**values.pop("safety"))
-        return cls(safety=safety, **values)
+        """From the text of `to_json`.
+
+        Raises:
+            NaoGaitError: It is not of this version.
+        """
+        try:
+            values = json.loads(text)
+            safety = SafetySettings(**values.pop("safety"))
+            return cls(safety=safety, **values)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise NaoGaitError("driver settings", text[:40], f"JSON ({error})") from error
 
 
 class AnswerTimes:
@@ -155,6 +164,7 @@ class Driver:
         self._command_stamp = 0
         self._deadline = self._resend_at = self._arrived = self._retry_at = 0.0
         self._was_refused = self._waiting_logged = False
+        self._faults = 0
         self.done = False
 
     # -- loop --------------------------------------------------------------------------------------
@@ -168,7 +178,19 @@ class Driver:
                 each.close()
 
     def serve(self) -> None:
-        """Wait for what happens next and deal with it."""
+        """Wait for what happens next and deal with it.
+
+        What goes wrong in a cycle must not end it, because the robot falls without answers.
+        """
+        try:
+            self._serve()
+        except Exception as error:
+            self._faults += 1
+            if self._faults > FAULTS_MAX:
+                raise
+            self._drop_cycle(error)
+
+    def _serve(self) -> None:
         if self._lola is None:
             self._connect()
         sockets = [each for each in (self._listener, self._link, self._lola) if each is not None]
@@ -190,6 +212,12 @@ class Driver:
         limp = self._lola is None or self._safety.mode is Mode.LIMP
         alone = self._link is None and self._clock() - self._alone_since > LONGEST_ALONE
         self.done = limp and (self._ending or alone)
+
+    def _drop_cycle(self, error: Exception) -> None:
+        """Go on with the next frame; this one is not answered."""
+        self._pending, self._command, self._waits = None, None, False
+        text = " ".join(f"{type(error).__name__}: {error}".split())
+        self._warn("fault", f"driver: {text}; frame not answered", Level.ERROR)
 
     def _patience(self) -> float:
         """[s] until something is due."""
@@ -287,6 +315,7 @@ class Driver:
         for line in safety.take_log():
             self._log(line)
         self._send_command(command)
+        self._faults = 0
         now = self._clock()
         self._times.add(now - self._arrived, now)
 
@@ -330,7 +359,7 @@ class Driver:
             if kind == COMMAND:
                 self._take_command(packet)
             elif kind == SETTINGS:
-                self._configure(DriverSettings.from_json(packet[1:].decode()))
+                self._take_settings(packet[1:])
             else:
                 self._lose_link(ends=kind == END)
 
@@ -341,6 +370,16 @@ class Driver:
         self._ending = ends
         if ends:
             self._safety.release()
+
+    def _take_settings(self, packet: bytes) -> None:
+        """Take the settings of a new node; one of another version is turned away."""
+        try:
+            settings = DriverSettings.from_json(packet.decode(errors="replace"))
+        except NaoGaitError as error:
+            self._log(LogLine(Level.ERROR, f"{error}; another version of lola_bridge?"))
+            self._lose_link(ends=False)
+        else:
+            self._configure(settings)
 
     def _configure(self, settings: DriverSettings) -> None:
         """Take the settings of a new node; its gait starts again."""
@@ -382,11 +421,11 @@ class Driver:
     def _log(self, line: LogLine) -> None:
         self._send(pack_log(line))
 
-    def _warn(self, key: str, text: str) -> None:
+    def _warn(self, key: str, text: str, level: Level = Level.WARN) -> None:
         held_back = self._throttle.allow(key, self._clock())
         if held_back is not None:
             more = f" ({held_back} more like it)" if held_back else ""
-            self._log(LogLine(Level.WARN, text + more))
+            self._log(LogLine(level, text + more))
 
 
 def main() -> None:

@@ -74,6 +74,8 @@ NODE_PARAMETERS = (
 )  # fmt: skip
 REPORT_PERIOD = 1.0
 """[s] between two messages about battery, temperatures and the bridge."""
+RESTARTS_MAX = 5
+"""Drivers in a row that end before a frame of the robot, after which the bridge gives up."""
 LONGEST_START, LONGEST_END = 10.0, 30.0
 """[s] that the driver gets to start, and to let the robot sit down at the end."""
 
@@ -95,6 +97,7 @@ class LolaBridgeNode(Node):
         self._last: tuple[Frame, LolaSensors] | None = None
         self._ending = False
         self._failure: Exception | None = None
+        self._restarts = 0
         self._reason = ""
         self._make_topics()
         self._process: subprocess.Popen[bytes] | None = None
@@ -224,11 +227,16 @@ class LolaBridgeNode(Node):
     def _reconnect(self) -> None:
         if self._ending:
             return
+        self._restarts += 1
+        if self._restarts > RESTARTS_MAX:
+            found = f"ended {self._restarts} times; {self._reason}".rstrip("; ")
+            raise NaoGaitError("driver", found, "one that stays")
         self.get_logger().error("the driver has ended; starting it again")
         before, self._link = self._link, self._connect()
         before.close()
 
     def _publish(self, frame: Frame) -> None:
+        self._restarts = 0
         sensors, stamp, writer = decode_sensors(frame.sensors), frame.stamp, self._writer
         ready = frame.status.mode is Mode.ACTIVE
         if ready is not self._ready:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from lola_bridge import driver as driver_module
 from lola_bridge.codec import JOINTS, LolaCommand, command_stream, encode_sensors, read_command
-from lola_bridge.driver import RESTART_SILENCE, Driver, DriverSettings
+from lola_bridge.driver import FAULTS_MAX, RESTART_SILENCE, Driver, DriverSettings
 from lola_bridge.link import (
     END,
     PACKET_BYTES,
@@ -273,6 +274,54 @@ def test_a_bad_frame_is_answered_and_reported_once(timed: Rig, frame: bytes, tex
     lines = [line for line in timed.log if "frame ignored" in line]
     assert len(lines) == (1 if text else len(lines))
     assert all(text in line for line in lines)
+
+
+def test_settings_that_cannot_be_read_turn_the_node_away(timed: Rig) -> None:
+    timed.start()
+    assert timed.node is not None
+    timed.node.send(END)
+    timed.serve(lambda: timed.node is None)
+    for packet in (b"{", b"[]", b'{"socket": "", "safety": {"period": 1.0}}', b"\xff"):
+        timed.node = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        timed.node.connect(address(timed.settings.socket))
+        timed.node.setblocking(False)
+        timed.node.send(SETTINGS + packet)
+        timed.serve(lambda: timed.node is None)
+        assert "another version of lola_bridge?" in timed.log[-1]
+        sent = timed.cycle()
+        assert sent.stiffness[KNEE] > 0.9, "the robot sits down all the same"
+
+
+def test_an_unexpected_error_costs_one_answer_and_is_said(
+    timed: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timed.start()
+    with monkeypatch.context() as patch:
+        patch.setattr(driver_module, "pack_frame", broken)
+        assert timed.robot is not None
+        timed.robot.send(STANDING)
+        timed.serve(lambda: "driver: ZeroDivisionError" in timed.log[-1])
+    timed.now += 0.012
+    for _ in range(3):
+        sent = timed.cycle(command=True)
+    assert sent.stiffness[KNEE] == 1.0
+    assert timed.frames[-1].status.mode is Mode.ACTIVE
+
+
+def test_a_driver_that_cannot_go_on_gives_up(
+    timed: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timed.start()
+    monkeypatch.setattr(driver_module, "pack_frame", broken)
+    assert timed.robot is not None
+    with pytest.raises(ZeroDivisionError):
+        for _ in range(FAULTS_MAX + 1):
+            timed.robot.send(STANDING)
+            timed.driver.serve()
+
+
+def broken(*_: object) -> bytes:
+    raise ZeroDivisionError
 
 
 def test_a_socket_that_is_not_there_is_reported_once(tmp_path: Path) -> None:
