@@ -23,6 +23,7 @@ from lola_bridge.link import (
 )
 from lola_bridge.safety import Mode
 from lola_frames import CONFIG, SAFETY, STAND, sensors
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.runtime.diagnostics import LogLine
 
 KNEE = JOINTS.index("LKneePitch")
@@ -314,10 +315,12 @@ def test_a_driver_that_cannot_go_on_gives_up(
     timed.start()
     monkeypatch.setattr(driver_module, "pack_frame", broken)
     assert timed.robot is not None
+    for _ in range(FAULTS_MAX):
+        timed.robot.send(STANDING)
+        timed.driver.serve()
+    timed.robot.send(STANDING)
     with pytest.raises(ZeroDivisionError):
-        for _ in range(FAULTS_MAX + 1):
-            timed.robot.send(STANDING)
-            timed.driver.serve()
+        timed.driver.serve()
 
 
 def broken(*_: object) -> bytes:
@@ -382,6 +385,12 @@ def test_a_robot_of_another_body_version_gets_no_stiffness(timed: Rig) -> None:
         sent = timed.cycle(other, command=True)
     assert max(sent.stiffness or ()) == 0.0
     assert sum("body version: got '5.0.0'; allowed: 6.x" in line for line in timed.log) == 1
+
+
+@pytest.mark.parametrize("packet", [b"F", b"Fxx", b"L\x77?", b"L", b"Z" + bytes(PACKET_BYTES - 1)])
+def test_a_packet_of_another_version_is_refused(packet: bytes) -> None:
+    with pytest.raises(NaoGaitError, match="a packet of this version"):
+        unpack_from_driver(packet)
 
 
 def test_settings_survive_the_way_as_text() -> None:

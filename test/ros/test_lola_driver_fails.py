@@ -3,8 +3,6 @@
 import socket
 from pathlib import Path
 
-import pytest
-
 from lola_bridge.link import END, PACKET_BYTES, address, pack_log
 from lola_bridge.ros.node import RESTARTS_MAX
 from nao_lipm_gait.ros.process import FAILED
@@ -12,10 +10,7 @@ from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from ros_probe import Probe
 
 
-@pytest.mark.parametrize("packet", [b"Fxx", b"L\x77?", b"Z" + bytes(PACKET_BYTES - 1)])
-def test_an_unreadable_packet_ends_the_bridge_with_one_line(
-    probe: Probe, tmp_path: Path, packet: bytes
-) -> None:
+def test_an_unreadable_packet_ends_the_bridge_with_one_line(probe: Probe, tmp_path: Path) -> None:
     path = str(tmp_path / "lola")
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as driver:
         driver.bind(address(path))
@@ -24,7 +19,7 @@ def test_an_unreadable_packet_ends_the_bridge_with_one_line(
         link, _ = driver.accept()
         with link:
             assert link.recv(PACKET_BYTES * 8)[:1] == b"S"
-            link.send(packet)
+            link.send(b"Fxx")
             assert bridge.wait() == FAILED
             assert link.recv(10) == END, "the robot sits down"
     (line,) = [each for each in bridge.log.splitlines() if not each.startswith("[INFO]")]
