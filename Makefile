@@ -24,7 +24,7 @@ help:  ## this list
 demo: $(READY)  ## watch the NAO walk a tour over ROS 2 (options: make demo ARGS="--gui")
 	@$(BIN)/nao_gait demo $(ARGS)
 
-match: compiled  ## two teams play soccer over ROS 2 (options: make match ARGS="--minutes 1")
+match: compiled  ## two teams of two play soccer over ROS 2 (options: make match ARGS="--minutes 1")
 	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait match $(ARGS)
 
 test: $(READY)  ## the tests (those marked slow: make test-slow)
