@@ -281,8 +281,10 @@ class Driver:
         self._arrived = self._clock()
         self._frames += 1
         self._stamp += self._period
-        if not self._settings.lockstep and abs(self._wall() - self._stamp) > CLOCK_SLACK:
-            self._stamp = self._wall()
+        jump = 0 if self._settings.lockstep else self._wall() - self._stamp
+        if abs(jump) > CLOCK_SLACK:
+            # What a command must follow is of the old clock, too.
+            self._stamp, self._valid_from = self._stamp + jump, self._valid_from + jump
         try:
             self._pending = decode_sensors(frame)
         except NaoGaitError as error:

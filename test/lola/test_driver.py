@@ -39,6 +39,7 @@ class Rig:
     driver: Driver
     listener: socket.socket
     time: list[float]
+    """[s] of the monotonic clock, and by how much the clock of the stamps is ahead of it."""
 
     def __post_init__(self) -> None:
         self.robot: socket.socket | None = None
@@ -151,9 +152,9 @@ def make_rig(path: str, lockstep: bool) -> Iterator[Rig]:
         listener.setblocking(False)
         nodes.bind(address(path))
         nodes.listen(1)
-        now = [100.0]
+        now = [100.0, 0.0]
         driver = Driver(
-            settings, nodes, clock=lambda: now[0], wall=lambda: round(now[0] * 1e9)
+            settings, nodes, clock=lambda: now[0], wall=lambda: round(sum(now) * 1e9)
         )
         rig = Rig(settings, driver, listener, now)
         yield rig
@@ -194,6 +195,18 @@ def test_a_gait_that_is_silent_leads_to_a_sitting_robot_and_starts_again(timed: 
     assert timed.frames[-1].status.mode in (Mode.SITTING, Mode.RESTING)
     timed.cycle(command=True)
     assert timed.log[-1] == "commands arrive: stiffness rises"
+
+
+@pytest.mark.parametrize("jump", [-50.0, 50.0])
+def test_commands_pass_on_when_the_clock_is_set(timed: Rig, jump: float) -> None:
+    """As at the first contact with a time server: a NAO has no clock of its own."""
+    timed.start()
+    timed.time[1] += jump
+    for _ in range(20):
+        sent = timed.cycle(command=True)
+        assert timed.frames[-1].status.mode is Mode.ACTIVE
+    assert sent.stiffness[KNEE] == 1.0
+    assert timed.frames[-1].stamp == pytest.approx(sum(timed.time) * 1e9, abs=0.15e9)
 
 
 def test_every_frame_is_answered_when_there_is_no_node(timed: Rig) -> None:
