@@ -12,7 +12,7 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, Joy
 
 from lola_bridge.codec import JOINTS, LolaSensors
 from lola_bridge.joints import JointMap
-from lola_bridge.link import DriverStatus
+from lola_bridge.link import DriverStatus, Frame
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.ros.messages import diagnostic_array, to_time
 from nao_lipm_gait.runtime.diagnostics import Level
@@ -172,3 +172,22 @@ def diagnostics(
         ),
     )  # fmt: skip
     return diagnostic_array(node, config.body_id, stamp, reports)
+
+
+def silence_report(
+    node: str, last: tuple[Frame, LolaSensors] | None, silence: float, reason: str
+) -> DiagnosticArray:
+    """State of a bridge that gets no frames.
+
+    Args:
+        node: Name of the node.
+        last: The last frame and its sensors; None before the first.
+        silence: Time [s] since then.
+        reason: What the driver has said last; empty = nothing.
+    """
+    text = "no frame of LoLA so far" if last is None else f"no frame of LoLA for {silence:.0f} s"
+    report = Report("bridge", Level.ERROR, f"{text}; {reason}".rstrip("; "), {})
+    if last is None:
+        return diagnostic_array(node, "", None, (report,))
+    frame, sensors = last
+    return diagnostic_array(node, sensors.robot_config.body_id, frame.stamp, (report,))

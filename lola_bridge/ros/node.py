@@ -29,7 +29,7 @@ from lola_bridge.link import (
     pack_command,
     unpack_from_driver,
 )
-from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics
+from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics, silence_report
 from lola_bridge.safety import Mode, SafetySettings
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription, load_robot
@@ -46,6 +46,7 @@ from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publishe
 from nao_lipm_gait.runtime.command_input import CommandInput
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from nao_lipm_gait.runtime.inputs import stamp_of
+from nao_lipm_gait.runtime.reports import SILENCE
 
 SOCKET = node_parameter("socket", "/tmp/robocup", "LoLA's socket")
 URDF = node_parameter("urdf", "nao_v6", "robot model: a shipped name or a URDF file")
@@ -95,6 +96,7 @@ class LolaBridgeNode(Node):
         self._commands = CommandInput(self._robot)
         self._inputs = Inputs(self)
         self._last: tuple[Frame, LolaSensors] | None = None
+        self._heard_at = 0.0
         self._ending = False
         self._failure: Exception | None = None
         self._restarts = 0
@@ -248,7 +250,7 @@ class LolaBridgeNode(Node):
         for side, topic in enumerate(self._wrenches):
             topic.publish(writer.wrench(stamp, sensors, side))
         before = self._last
-        self._last = frame, sensors
+        self._last, self._heard_at = (frame, sensors), time.monotonic()
         if before is None or before[1].touch != sensors.touch:
             self._touch.publish(writer.touch(stamp, sensors))
 
@@ -284,15 +286,19 @@ class LolaBridgeNode(Node):
     # -- once per second ---------------------------------------------------------------------------
 
     def _report(self) -> None:
-        if self._last is None:
+        name = self.get_fully_qualified_name().lstrip("/")
+        last = self._last
+        silence = time.monotonic() - self._heard_at
+        if last is None or silence > SILENCE:
+            # The last temperatures and the last mode say nothing of a robot that is not heard.
+            self._diagnostics.publish(silence_report(name, last, silence, self._reason))
             return
-        frame, sensors = self._last
+        frame, sensors = last
         self._battery.publish(battery_state(frame.stamp, sensors))
         # Who joined after the last change gets to know it too.
         self._touch.publish(self._writer.touch(frame.stamp, sensors))
         for message in temperature_messages(frame.stamp, JOINTS, sensors.temperature):
             self._temperature.publish(message)
-        name = self.get_fully_qualified_name().lstrip("/")
         mode = frame.status.mode
         refused = "" if mode is Mode.ACTIVE else f"{mode.value}; {self._reason}".rstrip("; ")
         self._diagnostics.publish(

@@ -1,10 +1,16 @@
-"""A driver that says what the bridge cannot read: the bridge ends, and says why."""
+"""`lola_bridge` without a simulator: robots that are silent, drivers that fail."""
 
 import socket
+import time
 from pathlib import Path
 
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import Temperature
+
+from lola_bridge.codec import encode_sensors
 from lola_bridge.link import END, PACKET_BYTES, address, pack_log
 from lola_bridge.ros.node import RESTARTS_MAX
+from lola_frames import sensors
 from nao_lipm_gait.ros.process import FAILED
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from ros_probe import Probe
@@ -40,3 +46,35 @@ def test_drivers_that_end_again_and_again_end_the_bridge(probe: Probe, tmp_path:
             link.close()
         assert bridge.wait() == FAILED
     assert f"driver: got 'ended {RESTARTS_MAX + 1} times; no robot'" in bridge.log
+
+
+def test_a_robot_that_is_not_heard_is_an_error_and_its_temperatures_end(
+    probe: Probe, tmp_path: Path
+) -> None:
+    path = str(tmp_path / "lola")
+    states: list[str] = []
+
+    def note(message: DiagnosticArray) -> None:
+        states.append(f"{ord(message.status[0].level)} {message.status[0].message}")
+
+    probe.subscribe(DiagnosticArray, "/diagnostics", callback=note)
+    temperatures = probe.subscribe(Temperature, "temperature")
+    probe.start("lola_bridge", socket=path)
+    probe.wait(lambda: f"2 no frame of LoLA so far; socket {path}" in str(states), "a report")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        listener.bind(path)
+        listener.listen(1)
+        robot, _ = listener.accept()
+        with robot:
+            frames = 10 * encode_sensors(sensors())
+
+            def heard() -> bool:
+                return states[-1].startswith("1 limp") and len(temperatures) > 0
+
+            probe.wait(heard, "sensors", every=lambda: robot.sendall(frames))
+            silent = time.monotonic()
+            probe.wait(lambda: states[-1].startswith("2 no frame of LoLA for "), "an error")
+            temperatures.clear()
+            probe.wait(lambda: "for 3 s" in states[-1], "two more reports")
+            assert time.monotonic() > silent + 2.0
+            assert not temperatures
