@@ -311,6 +311,7 @@ class GaitController:
             return
         elif step is Step.FIRST:
             self._validation.restart(sample, steady=True)
+            self._heat.restart(stamp * 1e-9)
         elif step in NEW_TIME:
             self._restart(step, sample, now, stamp - (last or 0))
         self._continued_at = now
@@ -361,6 +362,7 @@ class GaitController:
         self._sync.restart(stamp)
         self._validation.restart(sample, steady)
         self._velocity.clear()
+        self._heat.restart(stamp * 1e-9)
         if self._lift is not None:
             self._lift.restart()
         if steady:
@@ -380,6 +382,7 @@ class GaitController:
     # -- the tick ----------------------------------------------------------------------------------
 
     def _tick(self, frame: SensorFrame) -> None:
+        self._heat.update(frame.stamp * 1e-9)
         command = self._gate.command(
             frame.stamp,
             stand=self._sensors_are_missing(frame.stamp),

@@ -1,5 +1,7 @@
 """What the gait does about hot motors: it warns, walks slower if it is told to, and sits down."""
 
+from math import inf
+
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.diagnostics import WALK, Diagnostics, Level
 from nao_lipm_gait.types import VelocityCommand
@@ -10,7 +12,7 @@ from its motors from about 75 deg C on."""
 SIT = 78.0
 """[deg C] of a leg motor at which the robot sits down, before the motor can no longer carry it."""
 AGE = 10.0
-"""[s] after which a temperature is forgotten."""
+"""[s] after which a temperature is forgotten. Robots tell them once per second."""
 
 
 class HeatWatch:
@@ -31,6 +33,7 @@ class HeatWatch:
         self._diagnostics = diagnostics
         self._slower = slower
         self._found: dict[str, tuple[float, float]] = {}
+        self._oldest = inf
         self._sat = False
         self.hot = False
 
@@ -48,7 +51,33 @@ class HeatWatch:
         if joint not in self._joints:
             return False
         self._found[joint] = degrees, now
+        self._diagnostics.end("temperatures", "temperatures of the motors arrive again")
+        return self._judge(now)
+
+    def update(self, now: float) -> None:
+        """Forget old temperatures; to be called in each tick.
+
+        Args:
+            now: [s] of the sensors' time.
+        """
+        if now - self._oldest >= AGE:
+            self._judge(now)
+
+    def restart(self, now: float) -> None:
+        """Another clock begins at `now` [s]: what is known counts as heard then."""
+        self._found = {joint: (degrees, now) for joint, (degrees, _) in self._found.items()}
+        self._oldest = now if self._found else inf
+
+    def _judge(self, now: float) -> bool:
+        """Decide by the temperatures that are not old; whether the robot has to sit down now."""
         self._found = {each: kept for each, kept in self._found.items() if now - kept[1] < AGE}
+        self._oldest = min((at for _, at in self._found.values()), default=inf)
+        if not self._found:
+            self.hot = self._sat = False
+            text = f"no temperature of a motor for {AGE:g} s: it is not known whether one is hot"
+            self._diagnostics.begin(WALK, Level.WARN, "temperatures", text)
+            self._diagnostics.end("heat", "the last temperature, of a hot motor, is too old")
+            return False
         hottest = max(self._found, key=lambda each: self._found[each][0])
         most = self._found[hottest][0]
         leg = max((t for each, (t, _) in self._found.items() if each in self._legs), default=0.0)

@@ -620,6 +620,25 @@ def test_a_hot_knee_ends_a_walk_and_the_robot_sits_until_it_is_told_to_stand() -
     assert robot.pose == pytest.approx(standing, abs=0.02)
 
 
+@pytest.mark.parametrize("stamp", [1, 10**9, 1_700_000_000])
+def test_a_temperature_counts_for_ten_seconds_whatever_the_clock_does(stamp: int) -> None:
+    robot = Robot(Settings(hot_speed=0.5))
+    heat(robot, "LElbowRoll", 75.0)  # before the first joint state
+    robot.stamp = 1_000_000 * MS
+    robot.tick(900)
+    assert "heat" in hot_reports(robot)
+    robot.stamp = stamp * 1_000 * MS  # a simulation that was started again, or a clock that was set
+    robot.tick(990)
+    assert "heat" in hot_reports(robot)
+    robot.tick(20)
+    assert hot_reports(robot) == "silence"
+
+
+def hot_reports(robot: Robot) -> str:
+    message = robot.reports()["walk"].message
+    return "heat" * ("LElbowRoll is hot" in message) + "silence" * ("no temperature" in message)
+
+
 def test_a_temperature_that_is_no_number_is_refused() -> None:
     robot = Robot()
     heat(robot, "LKneePitch", float("nan"))

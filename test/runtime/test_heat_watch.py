@@ -51,3 +51,49 @@ def test_old_temperatures_are_forgotten(robot: RobotDescription) -> None:
     watch.receive("LElbowRoll", 75.0, 0.0)
     watch.receive("LKneePitch", 40.0, 20.0)
     assert not watch.hot
+
+
+def test_a_temperature_that_is_heard_once_is_forgotten_and_that_is_said(
+    robot: RobotDescription,
+) -> None:
+    diagnostics = Diagnostics(lambda: 0.0)
+    watch = HeatWatch(robot, diagnostics, 0.5)
+    assert watch.receive("LKneePitch", 79.0, 100.0)
+    for tick in range(1, 1000):
+        watch.update(100.0 + 0.01 * tick)
+        assert watch.hot
+    diagnostics.take_log()
+    for _ in range(3):
+        watch.update(110.0)
+        assert watch.limited(FORWARD) is FORWARD
+    lines = [line.text for line in diagnostics.take_log()]
+    assert lines == [
+        "no temperature of a motor for 10 s: it is not known whether one is hot",
+        "the last temperature, of a hot motor, is too old",
+    ]
+    watch.receive("LKneePitch", 60.0, 130.0)
+    assert [line.text for line in diagnostics.take_log()] == [
+        "temperatures of the motors arrive again"
+    ]
+
+
+@pytest.mark.parametrize("new", [5.0, 1e6])
+def test_another_clock_neither_keeps_nor_drops_a_temperature(
+    robot: RobotDescription, new: float
+) -> None:
+    watch = HeatWatch(robot, Diagnostics(lambda: 0.0), 1.0)
+    watch.receive("LElbowRoll", 75.0, 1000.0)
+    watch.restart(new)
+    watch.update(new + 9.9)
+    assert watch.hot
+    watch.update(new + 10.0)
+    assert not watch.hot
+
+
+def test_a_robot_without_temperatures_lacks_none(robot: RobotDescription) -> None:
+    diagnostics = Diagnostics(lambda: 0.0)
+    watch = HeatWatch(robot, diagnostics, 1.0)
+    watch.update(1e3)
+    watch.restart(0.0)
+    watch.update(1e3)
+    assert not diagnostics.take_log()
