@@ -152,7 +152,8 @@ class BenchOptions:
         flags=("--plant-set",), parse=lambda text: parse_options([text])[0],
     )  # fmt: skip
     urdf: str = option(
-        "nao_h21_v33", "shipped robot (nao_h21_v33, bruno) or a URDF file with its joint names",
+        "nao_h21_v33",
+        f"shipped robot ({', '.join(names('urdf'))}) or a URDF file with its joint names",
         "NAME", flags=("--robot", "--urdf"),
     )  # fmt: skip
     tasks: tuple[str, ...] = option(

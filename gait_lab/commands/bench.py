@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gait_lab.commands.terminal import EXIT_OK, say
+from nao_lipm_gait import resources
 
 if TYPE_CHECKING:
     from gait_lab.bench.suite import Suite
@@ -36,7 +37,8 @@ def _add_suite(parser: argparse.ArgumentParser, chosen: "list[Suite]") -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
     gait = parser.add_argument_group("gait parameters")
     gait.add_argument("--preset", default="default", metavar="NAME",
-                      help="shipped preset or a YAML file (the robot's own)")  # fmt: skip
+                      help=f"shipped preset ({', '.join(resources.names('gait'))}) or a YAML file; "
+                      "default is the robot's own")  # fmt: skip
     gait.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", dest="settings",
                       help="override one parameter; may be repeated")  # fmt: skip
     parser.set_defaults(run=run, options=options)

@@ -41,12 +41,14 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robot-seed", type=int, default=0, metavar="S",
                         help="the individual (0); -1 is the nominal robot")  # fmt: skip
     parser.add_argument("--robot", "--urdf", default="nao_h21_v33", metavar="NAME", dest="urdf",
-                        help="shipped robot (nao_h21_v33, bruno) or a URDF file")  # fmt: skip
-    plants = ", ".join(names("plants"))
+                        help=f"shipped robot ({', '.join(names('urdf'))}) or a URDF file "
+                        "(nao_h21_v33)")  # fmt: skip
     parser.add_argument("--plant", default="reference", metavar="P",
-                        help=f"shipped name ({plants}) or YAML file")  # fmt: skip
+                        help=f"shipped name ({', '.join(names('plants'))}) or YAML file "
+                        "(reference)")  # fmt: skip
     parser.add_argument("--engine", default="pybullet", metavar="E",
                         help="physics engine: pybullet (default) or mujoco")  # fmt: skip
     parser.add_argument("--preset", default="default", metavar="NAME",
-                        help="default, paper or a YAML file")  # fmt: skip
+                        help=f"shipped name ({', '.join(names('gait'))}) or YAML file; default is "
+                        "the robot's own")  # fmt: skip
     parser.set_defaults(run=run)

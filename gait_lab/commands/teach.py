@@ -5,6 +5,7 @@ from pathlib import Path
 
 from gait_lab.commands.terminal import EXIT_OK, say
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.resources import names
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -37,7 +38,9 @@ def add(parser: argparse.ArgumentParser) -> None:
                         help="record poses of the running robot, play a file on it, check a file, "
                         "list the shipped motions")  # fmt: skip
     parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="motion file (.yaml)")
-    parser.add_argument("--urdf", default="nao_h21_v33", metavar="FILE", help="URDF of the robot")
+    parser.add_argument("--urdf", default="nao_h21_v33", metavar="NAME",
+                        help=f"shipped robot ({', '.join(names('urdf'))}) or a URDF file "
+                        "(nao_h21_v33)")  # fmt: skip
     parser.add_argument("--meaning", default="", metavar="TEXT", help="record: what it is for")
     parser.add_argument("--starts", default="standing", metavar="P", help="record: posture before")
     parser.add_argument("--ends", default="standing", metavar="P", help="record: posture after")

@@ -30,13 +30,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("study", help="shipped name (speed, com_error, omni) or YAML file")
+    from gait_lab.tune.study import shipped_studies
+
+    parser.add_argument("study", metavar="STUDY",
+                        help=f"shipped name ({', '.join(shipped_studies())}) or YAML file; it "
+                        "names robot, plant and parameters")  # fmt: skip
     parser.add_argument("--method", metavar="M",
                         help="surrogate (Gaussian process), pso, cma (the study's)")  # fmt: skip
     parser.add_argument("--trials", type=int, metavar="N", help="trials (the study's own)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (all cores)")
     parser.add_argument("--backend", default="loky", metavar="B",
-                        help="loky: this machine (default); ray or dask: a cluster")  # fmt: skip
+                        help="loky: this machine (default); dask or ray, which are extras of "
+                        "these names: a cluster")  # fmt: skip
     parser.add_argument("--address", metavar="A", help="address of a running Ray or Dask cluster "
                         "(one is started here)")  # fmt: skip
     parser.add_argument("--resume", action="store_true",

@@ -26,6 +26,7 @@ from gait_lab.demo.tour import (
 from gait_lab.demo.tour_driver import TourDriver, TourError
 from gait_lab.ros_session import ros_node
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.resources import find
 from nao_lipm_gait.ros.process import DomainClaim, stop_on_signal
 from nao_lipm_gait.types import VelocityCommand
 
@@ -67,6 +68,8 @@ class DemoOptions:
     def __post_init__(self) -> None:
         if self.tour not in TOURS:
             raise NaoGaitError("tour", self.tour, f"one of {', '.join(TOURS)}")
+        for kind, name in (("urdf", self.urdf), ("gait", self.preset), ("plants", self.plant)):
+            find(kind, name)  # refused here rather than by a node that has been started
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +110,8 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     tour_began, problems = _walk(options, out, say)
     walked = time.monotonic() - began
     result = _evaluate(out, options, tour_began, problems)
-    _print_table(result, options, walked, say)
+    if tour_began is not None:
+        _print_table(result, options, walked, say)
     _write_json(result, options, out)
     if options.pictures and tour_began is not None:
         _draw(out, options, tour_began, say)

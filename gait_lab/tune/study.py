@@ -193,12 +193,16 @@ class Study:
         return self.start.replace(**self.values_at(point))
 
 
+def shipped_studies() -> list[str]:
+    """Names of the shipped studies."""
+    return sorted(path.stem for path in share("config", "studies").glob("*.yaml"))
+
+
 def find_study(name_or_path: str) -> Path:
     """The file of a shipped study (`speed`) or of a path."""
-    folder = share("config", "studies")
-    shipped = sorted(path.stem for path in folder.glob("*.yaml"))
+    shipped = shipped_studies()
     if name_or_path in shipped:
-        return folder / f"{name_or_path}.yaml"
+        return share("config", "studies", f"{name_or_path}.yaml")
     path = Path(name_or_path)
     if not path.is_file():
         allowed = f"a shipped study ({', '.join(shipped)}) or the path of a YAML file"

@@ -85,9 +85,20 @@ def test_an_interrupted_demo_leaves_no_process_behind(tmp_path: Path, how: int) 
     assert wait_until(lambda: not any(map(alive, nodes)), 30)
 
 
-def test_a_plant_that_cannot_be_used_fails_with_its_reason(tmp_path: Path) -> None:
-    process = start(tmp_path / "demo", "--tour", "short", "--plant", "no_such_plant")
+def test_a_node_that_does_not_start_fails_the_demo_with_its_reason(tmp_path: Path) -> None:
+    process = start(tmp_path / "demo", "--tour", "short", "--engine", "no_such_engine")
     text, _ = process.communicate(timeout=120)
     assert process.returncode == 1
-    assert "no_such_plant" in text
+    assert "no_such_engine" in text
+    assert "Falls: none" not in text
     assert "Traceback" not in text
+
+
+@pytest.mark.parametrize("what", ["plant", "preset", "robot"])
+def test_an_unknown_name_is_refused_before_anything_starts(tmp_path: Path, what: str) -> None:
+    process = start(tmp_path / "demo", f"--{what}", "no_such_name")
+    text, _ = process.communicate(timeout=120)
+    assert process.returncode == 2
+    assert len(text.splitlines()) == 1
+    assert "got 'no_such_name'" in text
+    assert not (tmp_path / "demo").exists()
