@@ -135,7 +135,7 @@ class TeamInfo:
         message_budget: Team messages that it may still send.
         field_color: Code of the field players' colour: 0 blue, 1 red.
         goalkeeper_color: Code of the goalkeeper's colour.
-        players: The players, from number 1 on, at most `MAX_PLAYERS`.
+        players: The players, from number 1 on, at most `MAX_PLAYERS`; all of them if it was read.
     """
 
     number: int
@@ -159,7 +159,8 @@ class ControlMessage:
         first_half: It is the first half.
         seconds_remaining: [s] of the half.
         secondary_time: [s] of ready, until the ball is free, and the like.
-        players_per_team: Number of players of each team.
+        players_per_team: Number of players of each team on the field. Their numbers go up to
+            `MAX_PLAYERS` all the same, because substitutes have numbers of their own.
         packet: Number of the message, modulo 256.
         stopped: Play is stopped; from version 19 on.
         version: Version of the message.
@@ -181,6 +182,7 @@ class ControlMessage:
         """The bytes of the message; NaoGaitError if a value does not fit."""
         if self.version not in VERSIONS:
             raise NaoGaitError("control message version", self.version, f"one of {VERSIONS}")
+        _check_players(self.players_per_team)
         old = self.version == 18
         try:
             parts = [
@@ -239,13 +241,12 @@ def decode(data: bytes) -> ControlMessage:
     set_plays = _SET_PLAYS[version]
     if set_play >= len(set_plays):
         raise NaoGaitError(f"{where} set play", set_play, f"0 to {len(set_plays) - 1}")
-    if per_team > MAX_PLAYERS:
-        raise NaoGaitError(f"{where} players per team", per_team, f"at most {MAX_PLAYERS}")
+    _check_players(per_team)
     size = _TEAM.size + MAX_PLAYERS * _PLAYER_BYTES[version]
     return ControlMessage(
         teams=(
-            _decoded_team(data, _HEADER.size, version, per_team),
-            _decoded_team(data, _HEADER.size + size, version, per_team),
+            _decoded_team(data, _HEADER.size, version),
+            _decoded_team(data, _HEADER.size + size, version),
         ),
         phase=_PHASES[state],
         set_play=set_plays[set_play],
@@ -260,11 +261,16 @@ def decode(data: bytes) -> ControlMessage:
     )
 
 
-def _decoded_team(data: bytes, start: int, version: int, players: int) -> TeamInfo:
+def _check_players(per_team: int) -> None:
+    if per_team > MAX_PLAYERS:
+        raise NaoGaitError("control message players per team", per_team, f"at most {MAX_PLAYERS}")
+
+
+def _decoded_team(data: bytes, start: int, version: int) -> TeamInfo:
     number, color, keeper_color, keeper, score, _, _, budget = _TEAM.unpack_from(data, start)
     known, size = _PENALTY_OF[version], _PLAYER_BYTES[version]
     first = start + _TEAM.size
-    rows = (data[first + i * size : first + (i + 1) * size] for i in range(players))
+    rows = (data[first + i * size : first + (i + 1) * size] for i in range(MAX_PLAYERS))
     infos = tuple(PlayerInfo(known.get(row[0], Penalty.OTHER), row[1]) for row in rows)
     return TeamInfo(number, score, keeper, budget, color, keeper_color, infos)
 
@@ -331,7 +337,7 @@ def seen_by(message: ControlMessage, team: int, player: int) -> GameState:
         player: Number of the player.
 
     Raises:
-        NaoGaitError: The message is for other teams, or has no such player.
+        NaoGaitError: The message is for other teams, or no player can have this number.
     """
     numbers = tuple(each.number for each in message.teams)
     if team not in numbers:

@@ -20,7 +20,13 @@ from nao_lipm_gait.schema import Settings, number
 from nao_lipm_gait.types import Point2, Point3
 from nao_soccer.field import SIDES, TEAMS, BallPlace, Field, Goals
 from nao_soccer.game_state import Phase, SetPlay
-from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo
+from nao_soccer.referee.protocol import (
+    MAX_PLAYERS,
+    ControlMessage,
+    Penalty,
+    PlayerInfo,
+    TeamInfo,
+)
 
 TEAM_NUMBERS = {"red": 1, "blue": 2}
 """Number of each team in messages."""
@@ -216,7 +222,7 @@ class Referee:
         )
 
     def _team(self, team: str) -> TeamInfo:
-        infos = [PlayerInfo()] * max(each.number for each in self._players.values())
+        infos = [PlayerInfo(Penalty.SUBSTITUTE)] * MAX_PLAYERS  # of those who are not in the match
         for player in self._players.values():
             if player.team == team:
                 left = max(0, min(255, math.ceil(player.until - self._time)))

@@ -88,14 +88,34 @@ def test_each_player_sees_the_game_from_its_own_side() -> None:
     assert (own.own_kick, other.own_kick) == (True, False)
     assert (own.own_score, own.other_score) == (1, 2)
     assert own.message_budget == 1111
-    for team, player in ((6, 1), (7, 5), (7, 0)):
+    for team, player in ((6, 1), (7, 21), (7, 0)):
         with pytest.raises(NaoGaitError):
             seen_by(message, team, player)
 
 
+def test_a_substitute_has_a_number_beyond_those_on_the_field() -> None:
+    """As in the Standard Platform League: 7 on the field, numbers to 20."""
+    message = decode(layout(18))
+    assert message.players_per_team == 4
+    assert not seen_by(message, 7, 12).penalized
+    away = tuple(replace(each, penalty=Penalty.SUBSTITUTE) for each in message.teams[1].players)
+    teams = (message.teams[0], replace(message.teams[1], players=away))
+    waits = decode(replace(message, teams=teams).encode())
+    assert seen_by(waits, 7, 12).penalized
+
+
+@pytest.mark.parametrize("count", [21, 255])
+def test_more_players_than_a_message_holds_are_refused(count: int) -> None:
+    data = layout(18)
+    with pytest.raises(NaoGaitError, match="players per team"):
+        decode(data[:6] + bytes((count,)) + data[7:])
+    with pytest.raises(NaoGaitError, match="players per team"):
+        replace(decode(data), players_per_team=count).encode()
+
+
 players = st.lists(
     st.builds(PlayerInfo, st.sampled_from([Penalty.NONE, Penalty.PUSHING]), st.integers(0, 255)),
-    min_size=6, max_size=6,
+    min_size=20, max_size=20,
 ).map(tuple)  # fmt: skip
 teams = st.builds(
     TeamInfo, st.integers(0, 255), st.integers(0, 255), st.integers(0, 20), st.integers(0, 65535),

@@ -221,3 +221,12 @@ def test_the_ball_is_not_put_onto_a_robot() -> None:
     for robot in ((0.0, 0.0), (1.0, 1.3), (-2.0, -1.3)):
         place = free_place(robot, [robot])
         assert math.dist(place, robot) > 0.25
+
+
+def test_who_is_not_in_the_match_waits_as_a_substitute() -> None:
+    game = Game()
+    game.kick_off()
+    message = decode(game.referee.message().encode())
+    waits = [number for number in range(1, 21) if seen_by(message, 1, number).penalized]
+    assert waits == list(range(3, 21))
+    assert message.teams[0].players[2].penalty is Penalty.SUBSTITUTE
