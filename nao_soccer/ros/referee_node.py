@@ -33,10 +33,17 @@ from nao_soccer.referee.protocol import (
     RETURN_PORT,
     VERSIONS,
     ControlMessage,
-    ReturnMessage,
     decode_return,
 )
-from nao_soccer.referee.rules import PutBall, PutRobot, Referee, RobotPlace, Rules
+from nao_soccer.referee.roll_call import RollCall
+from nao_soccer.referee.rules import (
+    TEAM_NUMBERS,
+    PutBall,
+    PutRobot,
+    Referee,
+    RobotPlace,
+    Rules,
+)
 from nao_soccer.team.udp import LOCAL, UdpLink
 from nao_soccer.vision.settings import settings_of_scene
 
@@ -94,7 +101,7 @@ class RefereeNode(Node):
         self._returns = UdpLink(back, address if address == LOCAL else "0.0.0.0")
         self._robots: dict[str, RobotPlace] = {}
         self._heights: dict[str, float] = {}
-        self._heard: dict[tuple[int, int], ReturnMessage] = {}
+        self._roll_call = RollCall((TEAM_NUMBERS[team], each) for team, each in players.values())
         self._looked = self._told = -MESSAGE_PERIOD
         self._goals = 0
         self._inputs = Inputs(self, burst=1)
@@ -147,14 +154,13 @@ class RefereeNode(Node):
 
     def _look(self, now: int, time: int, ball: Point3) -> None:
         """Keep the rules at a time [ns] of the match; `now` [ns] is that of the simulation."""
-        self._hear()
+        self._hear(time)
         before = self._referee.phase
         for order in self._referee.update(time * 1e-9, ball, self._robots):
             if isinstance(order, PutBall):
                 self._put_ball(now, order)
             elif isinstance(order, PutRobot):
-                self._resets[order.name].call_async(Trigger.Request())
-                self.get_logger().info(f"{order.name} is put back to its start")
+                self._put_robot(order.name)
         for goal in self._referee.goals_scored[self._goals :]:
             score = self._referee.score
             self.get_logger().info(
@@ -166,7 +172,16 @@ class RefereeNode(Node):
             self._told = time
             message = self._referee.message(self._version)
             self._control.send(message.encode())
-            self._state.publish(self._game_state(now, message))
+            self._state.publish(self._game_state(now, message, self._roll_call.count(time)))
+
+    def _put_robot(self, name: str) -> None:
+        reset = self._resets[name]
+        if not reset.service_is_ready():  # its request would be lost, and kept for ever
+            text = f"{name} cannot be put back: no service {reset.srv_name}"
+            self._inputs.warn(f"reset of {name}", text)
+            return
+        reset.call_async(Trigger.Request())
+        self.get_logger().info(f"{name} is put back to its start")
 
     def _put_ball(self, now: int, order: PutBall) -> None:
         message = PointStamped()
@@ -175,16 +190,16 @@ class RefereeNode(Node):
         message.point.x, message.point.y = order.position
         self._put.publish(message)
 
-    def _hear(self) -> None:
+    def _hear(self, time: int) -> None:
         for data, sender in self._returns.received():
             try:
                 message = decode_return(data)
             except NaoGaitError as error:
                 self._inputs.warn(sender, f"{sender}: {error}; ignored")
                 continue
-            self._heard[message.team, message.player] = message
+            self._roll_call.note(message.team, message.player, time)
 
-    def _game_state(self, now: int, message: ControlMessage) -> DiagnosticArray:
+    def _game_state(self, now: int, message: ControlMessage, heard: int) -> DiagnosticArray:
         referee = self._referee
         score = referee.score
         values: dict[str, Any] = {
@@ -197,7 +212,7 @@ class RefereeNode(Node):
             "red": score["red"],
             "blue": score["blue"],
             "over": referee.over,
-            "robots_heard": len(self._heard),
+            "robots_heard": heard,
         }
         for goal in range(len(referee.goals_scored)):
             each = referee.goals_scored[goal]

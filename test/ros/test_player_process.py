@@ -11,7 +11,14 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
 from nao_soccer.game_state import Phase
-from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo, decode_return
+from nao_soccer.referee.protocol import (
+    ControlMessage,
+    Penalty,
+    PlayerInfo,
+    ReturnMessage,
+    TeamInfo,
+    decode_return,
+)
 from nao_soccer.ros import vision_messages
 from nao_soccer.team.udp import UdpLink
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
@@ -134,6 +141,7 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
     puts = probe.subscribe(PointStamped, "put_ball")
     balls = probe.publisher(PointStamped, "ground_truth/ball")
     link = UdpLink(numbers["control_port"])
+    back = UdpLink(numbers["return_port"])
     sent: list[bytes] = []
     now, place = 0, (0.0, 0.0)
 
@@ -152,6 +160,10 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
 
     try:
         probe.wait(lambda: state("state") == "playing", "the kick-off", every=step)
+        for team in (1, 9):
+            back.send(ReturnMessage(2, team).encode())
+        probe.wait(lambda: state("robots_heard") == "1", "a player", every=step)
+        probe.wait(lambda: state("robots_heard") == "0", "its silence", every=step)
         bad = PointStamped()
         bad.header.stamp.sec = -1
         balls.publish(bad)
@@ -166,6 +178,7 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
         assert all(len(data) == 118 for data in sent)
     finally:
         link.close()
+        back.close()
 
 
 def test_a_parameter_that_cannot_be_used_is_one_line(probe: Probe) -> None:

@@ -9,6 +9,7 @@ from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import Phase, SetPlay
 from nao_soccer.referee.match_clock import MatchClock
 from nao_soccer.referee.protocol import Penalty, decode, seen_by
+from nao_soccer.referee.roll_call import SILENCE, RollCall
 from nao_soccer.referee.rules import (
     Order,
     PutBall,
@@ -230,3 +231,14 @@ def test_who_is_not_in_the_match_waits_as_a_substitute() -> None:
     waits = [number for number in range(1, 21) if seen_by(message, 1, number).penalized]
     assert waits == list(range(3, 21))
     assert message.teams[0].players[2].penalty is Penalty.SUBSTITUTE
+
+
+def test_players_are_heard_for_a_while_and_strangers_never() -> None:
+    call = RollCall([(1, 1), (1, 2), (2, 1)])
+    assert call.count(0) == 0
+    call.note(1, 1, 0)
+    for number in range(3, 200):
+        call.note(9, number, 0)
+    assert call.count(SILENCE - 1) == 1
+    call.note(2, 1, SILENCE)
+    assert call.count(SILENCE) == 1
