@@ -216,12 +216,18 @@ class GaitNode(Node):
             ("~/get_up", controller.get_up),
             ("~/relax", controller.relax),
         ):
-            self.create_service(Trigger, name, partial(_answer, act))
+            self.create_service(Trigger, name, partial(self._answer, act))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._report, clock=steady)
         self.create_timer(
             WATCHDOG_PERIOD, lambda: self._publish(controller.watch()), clock=steady
         )
+
+    def _answer(
+        self, act: Callable[[], str], _request: Any, response: Trigger.Response
+    ) -> Trigger.Response:
+        response.success, response.message = self._controller.answer(act)
+        return response
 
     def _subscribe(
         self, kind: type, topic: str, read: Callable[[Any], Input], qos: Any,
@@ -315,14 +321,18 @@ class GaitNode(Node):
         self._controller.change_parameters(as_mapping(parameters))
 
     def _report(self) -> None:
+        self._publish(self._controller.run("diagnostics", self._publish_reports))
+
+    def _publish_reports(self) -> None:
         controller = self._controller
-        counts = PublisherCounts(
-            cmd_vel=self.count_publishers(self._cmd_vel.topic_name),
-            joint_states=self.count_publishers(self._joint_states.topic_name),
-            joint_command=self.count_publishers(self._command.topic_name),
-            mismatched=self._mismatched_senders(),
+        controller.note_publishers(
+            PublisherCounts(
+                cmd_vel=self.count_publishers(self._cmd_vel.topic_name),
+                joint_states=self.count_publishers(self._joint_states.topic_name),
+                joint_command=self.count_publishers(self._command.topic_name),
+                mismatched=self._mismatched_senders(),
+            )
         )
-        self._publish(controller.run("diagnostics", partial(controller.note_publishers, counts)))
         status = controller.last_status
         self._diagnostics.publish(
             diagnostic_array(
@@ -332,7 +342,6 @@ class GaitNode(Node):
                 controller.reports(),
             )
         )
-
 
     def _mismatched_senders(self) -> str:
         """Senders of `cmd_vel` whose message type differs from ours, described; empty if none."""
@@ -348,17 +357,6 @@ class GaitNode(Node):
                     f"{'false' if self._stamped else 'true'}"
                 )
         return ""
-
-
-def _answer(
-    act: Callable[[], str], _request: Any, response: Trigger.Response
-) -> Trigger.Response:
-    """Answer a service with what is going to happen, or with the reason of the refusal."""
-    try:
-        response.success, response.message = True, act()
-    except NaoGaitError as error:
-        response.success, response.message = False, str(error)
-    return response
 
 
 def _make_transform_broadcaster(node: Node) -> Any:

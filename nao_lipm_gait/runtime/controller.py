@@ -450,6 +450,25 @@ class GaitController:
 
     # -- services and parameters -------------------------------------------------------------------
 
+    def answer(self, act: Callable[[], str]) -> tuple[bool, str]:
+        """Do what a service asks for; nothing about it can raise.
+
+        Args:
+            act: Does it, and describes what is going to happen.
+
+        Returns:
+            Whether it was accepted, and the description or the reason of the refusal.
+        """
+        try:
+            return True, act()
+        except NaoGaitError as error:
+            return False, str(error)
+        except Exception as error:
+            self.unexpected += 1
+            text = f"{type(error).__name__}: {error}"
+            self._diagnostics.event(COMMANDS, Level.ERROR, "service", f"service: {text}")
+            return False, text
+
     def note_motors(self, ready: bool) -> None:
         """Whether the motors follow what is commanded; until then the robot stands."""
         self._gate.note_motors(ready)

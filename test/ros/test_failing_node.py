@@ -8,7 +8,7 @@ from pathlib import Path
 from nao_lipm_gait.ros.process import FAILED, DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
-PROGRAM = """
+FAILING = """
 import sys
 from rclpy.node import Node
 from nao_lipm_gait.ros.process import StopRequest, run, spin
@@ -27,23 +27,53 @@ sys.exit(run("failing", "A node.", Failing, spin, ["failing", *sys.argv[1:]], St
 """
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+def run(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     with DomainClaim() as domain:
         return subprocess.run(
-            [sys.executable, "-c", PROGRAM, *arguments],
+            [sys.executable, "-c", program, *arguments],
             cwd=ROOT, env=os.environ | domain.environment(), capture_output=True, text=True,
-            timeout=60,
+            timeout=120,
         )  # fmt: skip
 
 
 def test_an_exception_in_a_callback_is_one_line_and_the_node_is_destroyed() -> None:
-    ended = run()
+    ended = run(FAILING)
     assert ended.returncode == FAILED
     assert ended.stderr == "failing: ends after ValueError: seven of nine (<string>:11 in fail)\n"
     assert ended.stdout == "stopped\n"
 
 
 def test_the_log_tells_at_the_level_debug_where_it_came_from() -> None:
-    ended = run("--ros-args", "--log-level", "failing:=debug")
+    ended = run(FAILING, "--ros-args", "--log-level", "failing:=debug")
     assert 'in fail\n' in ended.stderr + ended.stdout
     assert "Traceback" in ended.stderr + ended.stdout
+
+
+BROKEN_GAIT = """
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from std_srvs.srv import Trigger
+from nao_lipm_gait.ros.node import GaitNode
+from nao_lipm_gait.runtime.controller import GaitController
+
+def broken(self):
+    raise ZeroDivisionError("nine")
+
+GaitController.reports = GaitController.stand = broken
+rclpy.init()
+node = GaitNode()
+executor = SingleThreadedExecutor()
+executor.add_node(node)
+client = node.create_client(Trigger, "gait/stand")
+client.wait_for_service()
+answer = client.call_async(Trigger.Request())
+while not (answer.done() and node._controller.rejected["diagnostics"]):
+    executor.spin_once()
+print(answer.result().success, answer.result().message)
+"""
+
+
+def test_a_gait_outlives_a_report_and_a_service_that_fail() -> None:
+    ended = run(BROKEN_GAIT)
+    assert ended.stdout == "False ZeroDivisionError: nine\n"
+    assert "diagnostics: ZeroDivisionError: nine" in ended.stderr
