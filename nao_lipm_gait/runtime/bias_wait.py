@@ -45,7 +45,7 @@ class BiasWait:
         if state is not GaitState.STAND:
             self._stands_since = None
             return False
-        if self._stands_since is None:
+        if self._stands_since is None or stamp < self._stands_since:  # or the clock was set back
             self._stands_since = stamp
         self.known = drift_sigma is not None and drift_sigma < DRIFT_MAX
         self.over = self.known or stamp - self._stands_since > self.longest * 1e9

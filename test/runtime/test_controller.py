@@ -10,6 +10,7 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.scheduler import ATTEMPTS
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.runtime.bias_wait import BiasWait
 from nao_lipm_gait.runtime.controller import HELD_MAX, GaitController, Output, Settings
 from nao_lipm_gait.runtime.diagnostics import Level
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TemperatureInput, TwistInput
@@ -561,6 +562,14 @@ def test_the_wait_for_the_bias_is_bounded() -> None:
         robot.tick()
     assert robot.controller.state is GaitState.WALK
     assert "not known after 2 s" in robot.log[-1]
+
+
+def test_the_wait_for_the_bias_is_bounded_when_the_clock_is_set_back() -> None:
+    wait = BiasWait(2.0)
+    assert wait.update(1_000_000 * MS, GaitState.STAND, None)
+    assert wait.update(500 * MS, GaitState.STAND, None)
+    assert wait.update(2_500 * MS, GaitState.STAND, None)
+    assert not wait.update(2_501 * MS, GaitState.STAND, None)
 
 
 def test_a_bias_that_was_learned_outlives_a_reset() -> None:
