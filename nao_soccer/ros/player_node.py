@@ -43,6 +43,8 @@ NODE_PARAMETERS = (URDF, SCENE, START, SEED, *behavior_part.NODE_PARAMETERS)
 
 REPORT_PERIOD = 100_000_000
 """[ns] between two messages with pose and ball."""
+SEARCH_PERIOD = 1_000_000_000
+"""[ns] after which the head is told again to search: the gait may have been started again."""
 
 
 class PlayerNode(Node):
@@ -70,6 +72,7 @@ class PlayerNode(Node):
         self._reported = 0
         self._was_penalized = False
         self._head: type[Goal] | None = None
+        self._searched = 0
         self._make_publishers()
         self._make_subscriptions()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
@@ -158,7 +161,8 @@ class PlayerNode(Node):
             point.point.x, point.point.y, point.point.z = goal.point
             (self._follow if isinstance(goal, Follow) else self._look_at).publish(point)
         elif isinstance(goal, Search):
-            if self._head is not Search:
+            if self._head is not Search or not 0 <= now - self._searched < SEARCH_PERIOD:
+                self._searched = now
                 self._head_mode.publish(String(data="search"))
         elif self._head is not None:
             self._head_mode.publish(String(data="free"))

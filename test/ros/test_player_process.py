@@ -60,13 +60,13 @@ class StandingRobot:
             )
         ]
 
-    def step(self) -> None:
+    def step(self, *, blind: bool = False) -> None:
         """The next period: odometry, and now and then an image."""
         self.stamp += PERIOD
         message = set_stamp(Odometry(), self.stamp)
         message.pose.pose.orientation.w = 1.0
         self._odometry.publish(message)
-        if self.stamp % (5 * PERIOD) == 0:
+        if self.stamp % (5 * PERIOD) == 0 and not blind:
             ball = Percept(Kind.BALL, (1.0, 0.1), (1e-4, 0.0, 1e-4))
             view = np.array(((0.2, -1.0), (3.0, -2.0), (3.0, 2.0), (0.2, 1.0)))
             none = np.zeros((0, 2))
@@ -208,3 +208,16 @@ def test_gait_state_is_followed(probe: Probe) -> None:
 
     probe.wait(lambda: motions, "a request", every=fallen)
     assert motions[-1].data == "get_up"
+
+
+def test_a_gait_that_was_started_again_is_told_to_search(probe: Probe) -> None:
+    probe.start("player", scene="pitch_small", referee=False, **ports(probe))
+    modes = probe.subscribe(String, "gait/head_mode")
+    robot = StandingRobot(probe)
+
+    def see_nothing() -> None:
+        for _ in range(10):
+            robot.step(blind=True)
+
+    probe.wait(lambda: len(modes) > 2, "three searches", every=see_nothing)
+    assert {each.data for each in modes} == {"search"}
