@@ -6,6 +6,7 @@ All three return a future per trial, so that a worker that dies costs one trial.
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from importlib.util import find_spec
 from typing import Any, Protocol
 
 from nao_lipm_gait.errors import NaoGaitError
@@ -130,6 +131,7 @@ def _call(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 BACKENDS = ("loky", "ray", "dask")
+_PACKAGES = {"ray": "ray", "dask": "distributed"}
 
 
 def run_all(
@@ -166,9 +168,13 @@ def run_all(
 
 
 def check_backend(backend: str, address: str | None = None) -> None:
-    """Raise NaoGaitError for an unknown backend, or for an address without a cluster."""
+    """Raise NaoGaitError for an unknown backend, one without its package, or a useless address."""
     if backend not in BACKENDS:
         raise NaoGaitError("backend", backend, ", ".join(BACKENDS))
+    package = _PACKAGES.get(backend)
+    if package is not None and find_spec(package) is None:
+        allowed = f"loky; or install {package}, in the checkout: pip install '.[{backend}]'"
+        raise NaoGaitError("backend", backend, allowed)
     if backend == "loky" and address is not None:
         raise NaoGaitError("address", address, "only with --backend ray or dask")
 
