@@ -23,7 +23,7 @@ class Player:
         settings: Of the world model.
 
     Attributes:
-        world: Takes percepts, odometry, falls, kicks and team messages.
+        world: Takes percepts, odometry, falls and team messages.
     """
 
     def __init__(self, settings: WorldSettings) -> None:

@@ -56,8 +56,7 @@ class BodyTrack:
         torso: (t, 4, 4) pose; NaN where unknown.
         sole: (t, 2, 4, 4) poses of the left and the right sole.
         com: (t, 3) [m] from the joints and the masses of the model.
-        link_names: The l links that are drawn.
-        links: (t, l, 4, 4) their poses.
+        links: (t, l, 4, 4) poses of the links that were asked for.
         from_truth: The torso pose is ground truth.
     """
 
@@ -65,7 +64,6 @@ class BodyTrack:
     torso: FloatArray
     sole: FloatArray
     com: FloatArray
-    link_names: tuple[str, ...]
     links: FloatArray
     from_truth: bool
 
@@ -125,7 +123,6 @@ def follow_body(
         torso=torso,
         sole=torso[:, None] @ sole_in_torso,
         com=np.einsum("tij,tj->ti", root[:, :3, :3], com_in_root) + root[:, :3, 3],
-        link_names=links,
         links=root[:, None] @ link_in_root,
         from_truth=from_truth,
     )

@@ -66,7 +66,6 @@ class FaultResult:
         violations: Violated invariants as `kind: evidence`.
         explained: Diagnostics above OK.
         fell_at: Time of the fall [s]; None without one.
-        began_at: Time at which the fault began [s].
         down_known: Whether a gait reports at the end that the robot is down.
     """
 
@@ -75,7 +74,6 @@ class FaultResult:
     violations: tuple[str, ...]
     explained: tuple[str, ...]
     fell_at: float | None
-    began_at: float
     down_known: bool
 
 
@@ -118,6 +116,5 @@ def _result(run: FaultRun, harness: Harness) -> FaultResult:
         violations=invariants.listed(),
         explained=tuple(invariants.explained),
         fell_at=invariants.fell_at,
-        began_at=harness.fault.begin,
         down_known=bool(states & {GaitState.FALLEN, GaitState.RELAXED}),
     )

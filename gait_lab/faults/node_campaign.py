@@ -47,6 +47,5 @@ def run_node_fault(run: FaultRun) -> FaultResult:
         violations=tuple(outcome.violations),
         explained=tuple(outcome.explained),
         fell_at=outcome.end if outcome.fell else None,
-        began_at=0.0,
         down_known=True,
     )

@@ -34,6 +34,5 @@ def run_soccer_fault(run: FaultRun) -> FaultResult:
         violations=tuple(f"{kind}: {text}" for kind, text in harness.violations.items()),
         explained=tuple(harness.explained),
         fell_at=harness.fell_at,
-        began_at=fault.begin,
         down_known=True,
     )

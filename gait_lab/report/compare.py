@@ -243,9 +243,6 @@ def _table(rows: list[Compared], names: tuple[str, str]) -> Block:
     )  # fmt: skip
 
 
-Maker = Callable[[Analysis, Analysis, ArrayStore, tuple[str, str]], Figure | None]
-
-
 def _speeds_over_time(
     before: Analysis, after: Analysis, store: ArrayStore, names: tuple[str, str]
 ) -> Figure | None:

@@ -221,32 +221,25 @@ class Timing:
 
     Attributes:
         period: Median time between two joint states.
-        jitter: Largest difference of a gap between two joint states from the period, missing ones
-            apart.
         missed: Joint states that were never recorded.
         unanswered: Joint states without a joint_command of the same stamp.
         age: Median age of a joint state when it was recorded.
-        age_worst: Largest age.
         answer: (t,) from a joint state's recording to that of its answer.
         interval_time: (t,) on the report's axis.
         interval: (t,) between two joint states.
         tick_time: (d,) on the report's axis.
         tick: (d, 2) the gait's own p50 and p99 [us] of one tick, from its diagnostics.
-        missed_by_gait: Missed frames as the gait itself counted them.
     """
 
     period: float
-    jitter: float
     missed: int
     unanswered: int
     age: float
-    age_worst: float
     answer: FloatArray
     interval_time: FloatArray
     interval: FloatArray
     tick_time: FloatArray
     tick: FloatArray
-    missed_by_gait: int | None
 
 
 def find_timing(walk: RecordedWalk) -> Timing | None:
@@ -272,21 +265,16 @@ def find_timing(walk: RecordedWalk) -> Timing | None:
         and (p99 := _number(values.get("tick p99 [us]"))) is not None
     ]
     table = np.array(ticked) if ticked else np.empty((0, 3))
-    counted = [_number(values.get("missed ticks")) for _, values in walk.diagnostics]
-    known = [value for value in counted if value is not None]
     return Timing(
         period=walk.period * 1e-9,
-        jitter=float(np.max(np.abs(gaps - ticks * walk.period))) * 1e-9,
         missed=int((ticks - 1).sum()),
         unanswered=unanswered,
         age=float(np.median(age)),
-        age_worst=float(np.max(age)),
         answer=answer,
         interval_time=walk.seconds(joints.stamp[1:]),
         interval=gaps * 1e-9,
         tick_time=table[:, 0],
         tick=table[:, 1:],
-        missed_by_gait=int(known[-1]) if known else None,
     )
 
 

@@ -55,7 +55,6 @@ class TeamLink:
         self._limit = (field.length / 2.0 + OFF_FIELD, field.width / 2.0 + OFF_FIELD)
         self._heard: dict[int, _Heard] = {}
         self._last_sent = -math.inf
-        self._last: TeamMessage | None = None
 
     def reset(self) -> None:
         """Begin anew, because the clock did; the count of the own messages goes on."""
@@ -164,18 +163,12 @@ class TeamLink:
         since = time - self._last_sent
         if since < period - 1e-6 and not (urgent and since >= soonest):
             return None
-        message = make(self.sent % 65536)
-        data = message.encode()
+        data = make(self.sent % 65536).encode()
         if len(data) > SIZE_MAX:  # pragma: no cover: the layout is fixed
             raise NaoGaitError("team message", f"{SIZE} bytes", f"at most {SIZE_MAX} bytes")
-        self._last_sent, self._last = time, message
+        self._last_sent = time
         self.sent += 1
         return data
-
-    @property
-    def told(self) -> TeamMessage | None:
-        """The last message that was sent."""
-        return self._last
 
 
 def _name(message: TeamMessage) -> str:

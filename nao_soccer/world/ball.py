@@ -11,7 +11,7 @@ from copy import copy
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray, Point2
+from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.percepts import Covariance2, Percept
 from nao_soccer.world.odometry import Motion
 from nao_soccer.world.planar_track import PlanarTrack, inside, mixture
@@ -45,8 +45,6 @@ RECENT = 1.0
 """[s]"""
 SURE_RANGE = 2.0
 """[m] Distance up to which an image that does not show the ball is a miss."""
-KICK_ERROR = 0.35
-"""Deviation of the speed of a kicked ball, of the speed."""
 
 
 class BallTrack:
@@ -134,15 +132,6 @@ class BallTrack:
         self.score += 1.0
         self.age = self.misses = 0.0
 
-    def kick(self, velocity: Point2) -> None:
-        """The robot has kicked the ball; its velocity [m/s] in base_footprint is expected."""
-        roll = self._models[ROLL]
-        error = max(0.1, KICK_ERROR * math.hypot(*velocity)) ** 2
-        roll.mean[2:] = velocity
-        roll.covariance[2:, :] = roll.covariance[:, 2:] = 0.0
-        roll.covariance[2, 2] = roll.covariance[3, 3] = error
-        self._share = [0.1, 0.9]
-
     @property
     def estimate(self) -> PlanarTrack:
         """Mean and covariance of both models, with the systematic error of the distance."""
@@ -218,11 +207,6 @@ class BallFilter:
             track.misses += 1.0
             if track.misses >= MISSES:
                 self._ball, self._other = self._other, None
-
-    def kick(self, velocity: Point2) -> None:
-        """See `BallTrack.kick`."""
-        if self._ball is not None:
-            self._ball.kick(velocity)
 
 
 def _is_unknown(track: BallTrack) -> bool:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from nao_lipm_gait.geometry import compose
-from nao_lipm_gait.types import FloatArray, Point2, Pose2, PoseCovariance
+from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.lasting_errors import LastingErrors
 from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
@@ -378,8 +378,3 @@ def _wrapped(angle: FloatArray) -> FloatArray:
 def _pose(values: FloatArray) -> Pose2:
     x, y, yaw = values.tolist()
     return x, y, yaw
-
-
-def reflected(place: Point2) -> Point2:
-    """A place turned by half a turn about the centre of the field."""
-    return -place[0], -place[1]

@@ -164,10 +164,6 @@ class WorldModel:
         """What a team mate told of itself."""
         self._team.add(mate)
 
-    def kicked(self, velocity: Point2) -> None:
-        """The robot has just kicked the ball with this velocity [m/s] in base_footprint."""
-        self._ball.kick(velocity)
-
     def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
         """The robot was put to one of these poses in `field`; see `Localization.start`."""
         self.localization.start(poses, place, heading)

@@ -150,19 +150,6 @@ def test_a_ball_that_is_not_seen_is_forgotten_in_time():
     assert ball.ball is None
 
 
-def test_after_the_own_kick_the_ball_is_where_friction_lets_it_roll():
-    ball = BallFilter(SLOWDOWN)
-    for _ in range(10):
-        ball.advance(AT_REST, 0.1)
-        ball.see(percept(Kind.BALL, (0.2, 0.0), variance=1e-4))
-    ball.kick((1.0, 0.0))
-    for _ in range(10):
-        ball.advance(AT_REST, 0.1)
-    way = 1.0 - 0.5 * SLOWDOWN
-    assert ball.ball.estimate.mean[0] == pytest.approx(0.2 + way, abs=0.25)
-    assert math.sqrt(ball.ball.estimate.covariance[0, 0]) < 0.6
-
-
 def test_inside_a_polygon_with_a_margin():
     square = np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
     for polygon in (square, square[::-1]):
