@@ -33,7 +33,7 @@ from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics, s
 from lola_bridge.safety import Mode, SafetySettings
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.ros.messages import temperature_messages
+from nao_lipm_gait.ros.messages import stamp_in, temperature_messages
 from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
@@ -45,7 +45,6 @@ from nao_lipm_gait.ros.process import StopRequest
 from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher, write_log
 from nao_lipm_gait.runtime.command_input import CommandInput
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
-from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_lipm_gait.runtime.reports import SILENCE
 
 SOCKET = node_parameter("socket", "/tmp/robocup", "LoLA's socket")
@@ -263,7 +262,7 @@ class LolaBridgeNode(Node):
 
     def _on_command(self, message: JointState) -> None:
         header = message.header
-        stamp = stamp_of(header.stamp.sec, header.stamp.nanosec, "joint_command header.stamp")
+        stamp = stamp_in(header, "joint_command")
         now = time.monotonic()  # stamps stand still while lockstep waits
         self._commands.admit(header.frame_id, now)
         targets, warning = self._commands.read(

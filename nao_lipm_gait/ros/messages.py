@@ -23,7 +23,7 @@ from geometry_msgs.msg import (
 )
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState, Temperature
-from std_msgs.msg import ColorRGBA, Float64MultiArray, MultiArrayDimension
+from std_msgs.msg import ColorRGBA, Float64MultiArray, Header, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -34,6 +34,7 @@ from nao_lipm_gait.runtime.inputs import (
     LoadInput,
     TemperatureInput,
     TwistInput,
+    stamp_of,
 )
 from nao_lipm_gait.runtime.reports import Report
 from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2, Pose6
@@ -111,6 +112,15 @@ def temperature_input(message: Temperature) -> TemperatureInput:
     return TemperatureInput(
         stamp.sec, stamp.nanosec, message.header.frame_id, message.temperature
     )
+
+
+def stamp_in(header: Header, topic: str) -> int:
+    """The stamp [ns] of a header.
+
+    Raises:
+        NaoGaitError: It is no time; the error names the topic.
+    """
+    return stamp_of(header.stamp.sec, header.stamp.nanosec, f"{topic} header.stamp")
 
 
 def _xyz(vector: Vector3) -> Point3:

@@ -1,13 +1,12 @@
 """The behaviour of the node `player`: sockets and topics around `PlayerBehavior`."""
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from rclpy.node import Node
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.ros.messages import to_time
 from nao_lipm_gait.ros.parameters import declare, node_parameter, of_type
 from nao_lipm_gait.ros.topics import LATCHED, Inputs
 from nao_lipm_gait.types import GaitState, VelocityCommand
@@ -17,6 +16,7 @@ from nao_soccer.behavior.situation import Body
 from nao_soccer.field import TEAMS, Field, Goals
 from nao_soccer.referee.protocol import CONTROL_PORT, RETURN_PORT
 from nao_soccer.referee.rules import TEAM_NUMBERS
+from nao_soccer.ros.status_message import status_message
 from nao_soccer.team.message import PORT_BASE
 from nao_soccer.team.udp import LOCAL, UdpLink
 from nao_soccer.world.state import HeadMode, WorldState
@@ -157,20 +157,11 @@ class BehaviorPart:
         }
         for depth, each in enumerate(decision.path):
             values[f"option_{depth}"] = str(each)
-        array = DiagnosticArray()
-        array.header.stamp = to_time(now)
         remark = behavior.remark
         if remark:
             self._inputs.warn(remark.partition(" for ")[0], remark)
-        array.status = [
-            DiagnosticStatus(
-                level=DiagnosticStatus.WARN if remark else DiagnosticStatus.OK,
-                name="behavior",
-                message=remark or f"{behavior.role.value}: {decision.path[-1]}",
-                values=[KeyValue(key=key, value=value) for key, value in values.items()],
-            )
-        ]
-        return array
+        text = remark or f"{behavior.role.value}: {decision.path[-1]}"
+        return status_message(now, "behavior", text, values, warns=bool(remark))
 
 
 def _twist(walk: VelocityCommand) -> Twist:

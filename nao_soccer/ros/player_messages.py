@@ -11,10 +11,14 @@ from sensor_msgs.msg import PointCloud2
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import yaw_of_quaternion
-from nao_lipm_gait.ros.messages import to_time
-from nao_lipm_gait.runtime.inputs import stamp_of
+from nao_lipm_gait.ros.messages import stamp_in, to_time
 from nao_lipm_gait.types import FloatArray, Pose2
-from nao_soccer.ros.vision_messages import KINDS
+from nao_soccer.ros.vision_messages import (
+    KINDS,
+    LINE_FIELDS,
+    OBJECT_FIELDS,
+    planar_covariance,
+)
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import BallEstimate, PoseEstimate
 
@@ -24,20 +28,12 @@ POINTS_MAX = 5000
 """Longer clouds are refused."""
 IMAGES_MAX = 8
 """Number of images whose messages may wait for each other."""
-_LINE_FIELDS = ("x", "y", "z", "var_x", "cov_xy", "var_y")
-_OBJECT_FIELDS = (*_LINE_FIELDS, "yaw", "kind")
-_UNKNOWN = math.pi**2
-"""Variance of what is not estimated."""
 
 
 def odometry(message: Odometry) -> tuple[int, Pose2]:
     """Stamp [ns] and pose of base_footprint in odom."""
-    stamp = message.header.stamp
     at, q = message.pose.pose.position, message.pose.pose.orientation
-    return (
-        stamp_of(stamp.sec, stamp.nanosec, "odom header.stamp"),
-        (at.x, at.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)),
-    )
+    return stamp_in(message.header, "odom"), (at.x, at.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
 
 
 @dataclass(slots=True)
@@ -63,10 +59,10 @@ class PerceptParts:
         """The percepts of the image; None while a message is missing."""
         if self.lines is None or self.objects is None or self.view is None:
             return None
-        lines = _rows(self.lines, _LINE_FIELDS, "vision/lines")
+        lines = _rows(self.lines, LINE_FIELDS, "vision/lines")
         found = [
             Percept(_kind(row[7]), (row[0], row[1]), (row[3], row[4], row[5]), row[6])
-            for row in _rows(self.objects, _OBJECT_FIELDS, "vision/percepts").tolist()
+            for row in _rows(self.objects, OBJECT_FIELDS, "vision/percepts").tolist()
         ]
         corners = [(point.x, point.y) for point in self.view.polygon.points]
         return Percepts(
@@ -169,10 +165,10 @@ def ball(stamp: int, estimate: BallEstimate, radius: float) -> Odometry:
     message.pose.pose.position.x, message.pose.pose.position.y = x, y
     message.pose.pose.position.z = radius
     message.pose.pose.orientation.w = 1.0
-    message.pose.covariance = _planar_covariance(estimate.position_covariance_in_field)
+    message.pose.covariance = planar_covariance(estimate.position_covariance_in_field)
     vx, vy = estimate.velocity_in_field
     message.twist.twist.linear.x, message.twist.twist.linear.y = vx, vy
-    message.twist.covariance = _planar_covariance(estimate.velocity_covariance_in_field)
+    message.twist.covariance = planar_covariance(estimate.velocity_covariance_in_field)
     return message
 
 
@@ -182,11 +178,3 @@ def _planar(place: Pose2) -> PoseMessage:
     message.orientation.z = math.sin(0.5 * place[2])
     message.orientation.w = math.cos(0.5 * place[2])
     return message
-
-
-def _planar_covariance(covariance: tuple[float, float, float]) -> FloatArray:
-    xx, xy, yy = covariance
-    full = np.diag((0.0, 0.0, 1e-4, _UNKNOWN, _UNKNOWN, _UNKNOWN))
-    full[:2, :2] = ((xx, xy), (xy, yy))
-    flat: FloatArray = full.ravel()
-    return flat

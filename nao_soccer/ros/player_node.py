@@ -13,7 +13,7 @@ from std_msgs.msg import Bool, String
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.head.goals import Follow, Goal, LookAt, Search
 from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, to_time
+from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
 from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
@@ -22,7 +22,6 @@ from nao_lipm_gait.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from nao_lipm_gait.ros.topics import LATCHED, Inputs
-from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_lipm_gait.types import DOWN, GETTING_UP, Pose2
 from nao_soccer.field import Goals
 from nao_soccer.player import Player
@@ -116,10 +115,10 @@ class PlayerNode(Node):
                 self._decide(stamp)
 
     def _on_part(self, name: str, message: Any) -> None:
-        at, frame = message.header.stamp, message.header.frame_id
+        frame = message.header.frame_id
         if frame != BASE_FOOTPRINT:
             raise NaoGaitError(f"vision/{name} header.frame_id", frame, BASE_FOOTPRINT)
-        stamp = stamp_of(at.sec, at.nanosec, f"vision/{name} header.stamp")
+        stamp = stamp_in(message.header, f"vision/{name}")
         percepts = self._images.add(name, stamp, message)
         if percepts is not None:
             self._player.world.add_percepts(percepts)

@@ -6,7 +6,7 @@ The node follows the simulated time of the bridge, which is that of the ball's s
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from nav_msgs.msg import Odometry
 from rclpy.client import Client
@@ -15,7 +15,7 @@ from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.messages import to_time
+from nao_lipm_gait.ros.messages import stamp_in, to_time
 from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
@@ -24,7 +24,6 @@ from nao_lipm_gait.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from nao_lipm_gait.ros.topics import Inputs
-from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_lipm_gait.types import Point3
 from nao_soccer.referee.match_clock import MatchClock
 from nao_soccer.referee.players import players_of_scene
@@ -44,6 +43,7 @@ from nao_soccer.referee.rules import (
     RobotPlace,
     Rules,
 )
+from nao_soccer.ros.status_message import status_message
 from nao_soccer.team.udp import LOCAL, UdpLink
 from nao_soccer.vision.settings import settings_of_scene
 
@@ -142,8 +142,7 @@ class RefereeNode(Node):
         self._robots[name] = RobotPlace((place.x, place.y), upright)
 
     def _on_ball(self, message: PointStamped) -> None:
-        stamp = message.header.stamp
-        now = stamp_of(stamp.sec, stamp.nanosec, "ground_truth/ball header.stamp")
+        now = stamp_in(message.header, "ground_truth/ball")
         time = self._match_clock.at(now)
         if time < 0 or time - self._looked < PERIOD:
             return
@@ -223,14 +222,5 @@ class RefereeNode(Node):
             for name in self._teams[team]:
                 penalty = "penalized" if referee.penalized(name) else "plays"
                 values[name] = f"{penalty}, {referee.falls[name]} falls"
-        array = DiagnosticArray()
-        array.header.stamp = to_time(now)
-        array.status = [
-            DiagnosticStatus(
-                level=DiagnosticStatus.OK,
-                name="referee",
-                message=f"{message.phase.value}, red {score['red']} : {score['blue']} blue",
-                values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
-            )
-        ]
-        return array
+        text = f"{message.phase.value}, red {score['red']} : {score['blue']} blue"
+        return status_message(now, "referee", text, values)

@@ -17,18 +17,18 @@ from std_msgs.msg import Header
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import rotation_from_quaternion
 from nao_lipm_gait.robot.camera import Intrinsics
-from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, to_time
-from nao_lipm_gait.runtime.inputs import stamp_of
+from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.controller import ImageInput
-from nao_soccer.vision.percepts import Kind, Percept, Percepts
+from nao_soccer.vision.percepts import Covariance2, Kind, Percept, Percepts
 
 KINDS = tuple(Kind)
 """The field `kind` of `vision/percepts` is an index of this."""
-_POINT = ("x", "y", "z", "var_x", "cov_xy", "var_y")
-_PERCEPT = (*_POINT, "yaw", "kind")
-_NOT_SEEN = np.pi**2
-"""[rad^2] Variance of an orientation that is not seen."""
+LINE_FIELDS = ("x", "y", "z", "var_x", "cov_xy", "var_y")
+OBJECT_FIELDS = (*LINE_FIELDS, "yaw", "kind")
+"""Fields of `vision/lines` and `vision/percepts`: [m], [m^2], [rad]."""
+_UNKNOWN = np.pi**2
+"""[rad^2] Variance of an orientation that is not known."""
 
 
 # -- from messages ---------------------------------------------------------------------------------
@@ -36,9 +36,8 @@ _NOT_SEEN = np.pi**2
 
 def image_input(message: Image, topic: str) -> ImageInput:
     """Contents of an image."""
-    stamp = message.header.stamp
     return ImageInput(
-        stamp_of(stamp.sec, stamp.nanosec, f"{topic} header.stamp"),
+        stamp_in(message.header, topic),
         message.width,
         message.height,
         message.encoding,
@@ -57,10 +56,9 @@ def intrinsics(message: CameraInfo, topic: str) -> Intrinsics:
 
 def torso_pose(message: PoseStamped) -> tuple[int, FloatArray, FloatArray]:
     """Stamp [ns], position (3,) [m] and rotation (3, 3) of `gait/torso_pose`."""
-    stamp = message.header.stamp
     position, turn = message.pose.position, message.pose.orientation
     return (
-        stamp_of(stamp.sec, stamp.nanosec, "gait/torso_pose header.stamp"),
+        stamp_in(message.header, "gait/torso_pose"),
         np.array((position.x, position.y, position.z)),
         np.array(rotation_from_quaternion(turn.x, turn.y, turn.z, turn.w)),
     )
@@ -73,11 +71,17 @@ def ball(percepts: Percepts, ball: Percept, radius: float) -> PoseWithCovariance
     """`vision/ball`: the centre of the ball."""
     message = PoseWithCovarianceStamped(header=_header(percepts))
     message.pose.pose = _pose(ball, radius)
-    xx, xy, yy = ball.covariance
-    covariance = np.diag((0.0, 0.0, 1e-4, _NOT_SEEN, _NOT_SEEN, _NOT_SEEN))
-    covariance[:2, :2] = ((xx, xy), (xy, yy))
-    message.pose.covariance = covariance.ravel()
+    message.pose.covariance = planar_covariance(ball.covariance)
     return message
+
+
+def planar_covariance(covariance: Covariance2) -> FloatArray:
+    """(36,) covariance of a pose on the floor, or of its velocity, by xx, xy, yy of its place."""
+    xx, xy, yy = covariance
+    full = np.diag((0.0, 0.0, 1e-4, _UNKNOWN, _UNKNOWN, _UNKNOWN))
+    full[:2, :2] = ((xx, xy), (xy, yy))
+    flat: FloatArray = full.ravel()
+    return flat
 
 
 def poses(percepts: Percepts, objects: Iterable[Percept]) -> PoseArray:
@@ -89,7 +93,7 @@ def lines(percepts: Percepts) -> PointCloud2:
     """`vision/lines`: x, y, z [m], var_x, cov_xy, var_y [m^2] of each line point."""
     places = percepts.line_points
     rows = np.column_stack((places, np.zeros(len(places)), percepts.line_covariances))
-    return _cloud(percepts, rows, _POINT)
+    return _cloud(percepts, rows, LINE_FIELDS)
 
 
 def objects(percepts: Percepts) -> PointCloud2:
@@ -99,7 +103,7 @@ def objects(percepts: Percepts) -> PointCloud2:
         (*each.position, 0.0, *each.covariance, each.yaw, float(KINDS.index(each.kind)))
         for each in found
     ]
-    return _cloud(percepts, np.array(rows).reshape(-1, len(_PERCEPT)), _PERCEPT)
+    return _cloud(percepts, np.array(rows).reshape(-1, len(OBJECT_FIELDS)), OBJECT_FIELDS)
 
 
 def view(percepts: Percepts) -> PolygonStamped:

@@ -10,6 +10,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.messages import stamp_in
 from nao_lipm_gait.ros.parameters import (
     declare,
     node_parameter,
@@ -18,7 +19,6 @@ from nao_lipm_gait.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from nao_lipm_gait.ros.topics import Inputs
-from nao_lipm_gait.runtime.inputs import stamp_of
 from nao_soccer.ros import vision_messages as convert
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.controller import VisionController
@@ -90,12 +90,8 @@ class VisionNode(Node):
                 self._publish(camera, percepts)
 
     def _on_joints(self, message: JointState) -> None:
-        stamp = message.header.stamp
-        self._controller.add_joints(
-            stamp_of(stamp.sec, stamp.nanosec, "joint_states header.stamp"),
-            message.name,
-            message.position,
-        )
+        stamp = stamp_in(message.header, "joint_states")
+        self._controller.add_joints(stamp, message.name, message.position)
 
     def _on_torso(self, message: PoseStamped) -> None:
         self._controller.add_torso(*convert.torso_pose(message))

@@ -8,10 +8,9 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 from std_msgs.msg import String
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.messages import temperature_messages
+from nao_lipm_gait.ros.messages import stamp_in, temperature_messages
 from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
 from nao_lipm_gait.runtime.command_input import CommandInput, read_push
-from nao_lipm_gait.runtime.inputs import stamp_of
 from sim_bridge.robot import Reading, SimulatedRobot
 from sim_bridge.ros.camera_topics import CameraTopics
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state
@@ -145,7 +144,7 @@ class RobotInterface:
 
     def _on_command(self, message: JointState) -> None:
         header = message.header
-        stamp = stamp_of(header.stamp.sec, header.stamp.nanosec, "joint_command header.stamp")
+        stamp = stamp_in(header, "joint_command")
         answers = stamp == self.awaited
         if self._lockstep and not answers:
             if stamp == self._answered:

@@ -1,0 +1,32 @@
+"""What a node is doing, as one status with its values."""
+
+from collections.abc import Mapping
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from nao_lipm_gait.ros.messages import to_time
+
+
+def status_message(
+    stamp: int, name: str, text: str, values: Mapping[str, object], *, warns: bool = False
+) -> DiagnosticArray:
+    """A status in words and numbers.
+
+    Args:
+        stamp: [ns]
+        name: What it is about.
+        text: One line.
+        values: Numbers and words by name.
+        warns: Something is not as it should be.
+    """
+    array = DiagnosticArray()
+    array.header.stamp = to_time(stamp)
+    array.status = [
+        DiagnosticStatus(
+            level=DiagnosticStatus.WARN if warns else DiagnosticStatus.OK,
+            name=name,
+            message=text,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+    ]
+    return array
