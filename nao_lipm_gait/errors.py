@@ -4,7 +4,7 @@ import math
 from typing import Any, TypeGuard
 
 LONGEST = 300
-"""Number of characters of a value in an error message."""
+"""Number of characters of a field or value in an error message."""
 
 
 class NaoGaitError(ValueError):
@@ -25,7 +25,7 @@ class NaoGaitError(ValueError):
         self.field = field
         self.value = value
         self.allowed = allowed
-        super().__init__(f"{field}: got {_shown(value)}; allowed: {allowed}")
+        super().__init__(f"{_clipped(field)}: got {_shown(value)}; allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
         """Pickle all three fields, so that the error can cross a process boundary."""
@@ -38,6 +38,10 @@ def _shown(value: object) -> str:
         text = repr(value)
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = f"an {type(value).__name__} too long to print"
+    return _clipped(text)
+
+
+def _clipped(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 

@@ -426,7 +426,7 @@ def read_text(path: Path, what: str) -> str:
     """Read a UTF-8 file; `what` names the kind of file in the NaoGaitError."""
     try:
         return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:  # not UTF-8, or a path that cannot be one
         raise NaoGaitError(f"{what} {path}", str(error), "a readable UTF-8 file") from error
 
 

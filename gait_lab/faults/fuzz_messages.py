@@ -4,15 +4,20 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gait_lab.faults.invariants import HANG, CommandCheck
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.head.gaze import PAN, TILT
+from nao_lipm_gait.head.goals import Goal
+from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.runtime.command_input import CommandInput, read_push
+from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.inputs import (
     ImuInput,
@@ -36,6 +41,8 @@ SECONDS = (-(2**31), -1, 0, 1, 2**31 - 1)
 NANOSECONDS = (0, 1, 999_999_999, 1_000_000_000, 2**32 - 1)
 """Limits and special values of the nanoseconds of a stamp, a uint32."""
 NAMES = ("", "Tail", "LKneePitch", "x" * 1000, "\u0000", "%s%n", "../../etc", "\U0001f916")
+MOTION_FILES = ("x.yaml", "/.yaml", "\u0000.yaml", f"{'x' * 5000}.yaml")
+"""Motions that are files, none of which can be read."""
 BAD_SHARE = 0.3
 """Share of the messages with invalid content."""
 
@@ -77,6 +84,7 @@ class Fuzzer:
         self.random = np.random.default_rng(seed)
         self._robot = load_robot() if robot is None else robot
         self._names = list(self._robot.joint_names)
+        self._motions = tuple(shipped_library(self._robot).motions)
         self._pose = self._robot.stand_pose.tolist()
         self._stamp = 1_000_000_000
         self._now = 0.0
@@ -144,6 +152,8 @@ class Fuzzer:
         messages.append(("joint_states", self._joints()))
         if self._chance(0.1):
             messages.append(("cmd_vel", self._twist()))
+        if self._chance(0.02):
+            messages.append(("temperature", self._temperature()))
         if self.controller.needs_loads:
             messages += [("l_sole/wrench", self._load(side)) for side in (0, 1)]
         if self._chance(0.05):
@@ -160,17 +170,51 @@ class Fuzzer:
 
     def send(self, topic: str, message: Input) -> None:
         """Send one message; an exception of the gait is a violation."""
+        controller = self.controller
+        self._checked(topic, message, lambda: controller.receive(topic, lambda: message))
+
+    def _checked(self, topic: str, what: object, work: Callable[[], Output]) -> None:
         unexpected, crashes = self.controller.unexpected, len(self.controller.crashes)
-        self._check_output(self.controller.receive(topic, lambda: message))
+        self._check_output(work())
         if self.controller.unexpected > unexpected:
-            self._violate(f"exception for {topic}: {message}"[:500])
+            self._violate(f"exception for {topic}: {what}"[:500])
         if len(self.controller.crashes) > crashes:
             self._violate(f"crash for {topic}: {self.controller.crashes[-1]}"[:500])
+
+    def _requests(self) -> None:
+        """Ask for a motion, or for a goal of the head."""
+        controller, kind = self.controller, int(self.random.integers(4))
+        if kind == 0:
+            name = self._pick((*NAMES, *MOTION_FILES, *self._motions))
+            topic, what = "~/motion", name
+            act = partial(controller.request_motion, name)
+        elif kind == 1:
+            names, angles = [self._pick((*NAMES, PAN, TILT)) for _ in range(2)], self._triple(0.5)
+            names = [PAN, TILT] if self._chance(0.5) else names
+            topic, what = "~/head", f"{names}: {angles}"
+            act = partial(self._look, lambda: head_angles(names, angles[:2], self._robot))
+        elif kind == 2:
+            point, frame = self._triple(1.0), self._pick((*NAMES, "odom", "base_footprint"))
+            topic, what = "~/follow", f"{point} in {frame}"
+            act = partial(self._look, lambda: head_follow(point, frame, self._robot))
+        else:
+            text = self._pick((*NAMES, "search", "free"))
+            topic, what = "~/head_mode", text
+            act = partial(self._look, lambda: head_mode(text))
+        self._checked(topic, what, lambda: controller.run(topic, act))
+
+    def _look(self, goal: Callable[[], Goal | None]) -> None:
+        self.controller.look(goal())
 
     def _services(self) -> None:
         controller = self.controller
         if self._chance(0.005):
-            (controller.stand if self._chance(0.7) else controller.relax)()
+            acts = (controller.stand, controller.stand, controller.relax, controller.get_up)
+            self._checked("service", "", partial(self._serve, self._pick(acts)))
+        if self._chance(0.01):
+            self._requests()
+        if self._chance(0.002):
+            controller.note_motors(self._chance(0.8))
         if self._chance(0.02):
             changes = self._changes()
             try:
@@ -189,6 +233,11 @@ class Fuzzer:
         if self._chance(0.001):
             self._stamp += int(self.random.integers(-(10**9), 10**10))
             self._stamp = max(0, self._stamp)
+
+    def _serve(self, act: Callable[[], str]) -> Output:
+        accepted, _ = self.controller.answer(act)
+        self.refused += not accepted
+        return Output()
 
     def _robot_side(self) -> None:
         """Send a joint command and a push to the bridge."""
@@ -234,6 +283,11 @@ class Fuzzer:
     def _load(self, side: int) -> LoadInput:
         sec, nanosec = divmod(self._stamp, 1_000_000_000)
         return LoadInput(sec, nanosec, side, float(self.random.uniform(0.0, 50.0)))
+
+    def _temperature(self) -> TemperatureInput:
+        sec, nanosec = divmod(self._stamp, 1_000_000_000)
+        joint = self._pick((*self._names, *NAMES))
+        return TemperatureInput(sec, nanosec, joint, float(self.random.normal(50.0, 10.0)))
 
     def _invalid(self, message: Input) -> Input:
         if isinstance(message, TwistInput):

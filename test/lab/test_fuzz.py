@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gait_lab.faults.fuzz_files import fuzz_files
 from gait_lab.faults.fuzz_lola import LolaFuzzer
-from gait_lab.faults.fuzz_messages import FLOATS, NAMES, Fuzzer
+from gait_lab.faults.fuzz_messages import FLOATS, MOTION_FILES, NAMES, Fuzzer
 from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.robot import load_robot
@@ -113,6 +113,18 @@ def test_no_motion_and_no_goal_of_the_head_is_an_exception(
         assert controller.unexpected == 0, (topic, names, position, point, text)
         fuzzer.run(1)
     assert not fuzzer.violations
+
+
+@pytest.mark.parametrize("name", MOTION_FILES)
+def test_a_motion_file_that_cannot_be_read_is_one_line(name: str) -> None:
+    fuzzer = Fuzzer(0, ROBOT)
+    fuzzer.run(2)
+    controller = fuzzer.controller
+    output = controller.run("~/motion", lambda: controller.request_motion(name))
+    assert controller.unexpected == 0
+    (line,) = output.log
+    assert "a readable UTF-8 file; message ignored" in line.text
+    assert len(line.text) < 1000
 
 
 @pytest.mark.parametrize("seed", [0, 1])
