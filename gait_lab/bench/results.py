@@ -28,7 +28,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for
 
 ROOT = Path(gait_lab.__file__).resolve().parents[1]
-CODE = ("config", "gait_lab", "nao_lipm_gait", "nao_soccer", "sim_bridge", "urdf")
+CODE = ("config", "gait_lab", "lola_bridge", "nao_lipm_gait", "nao_soccer", "sim_bridge", "urdf")
 """What the figures depend on; other files may change without making a result old."""
 REPORTED = {"robots": 20, "seed": 40, "engine": "mujoco"}
 """Robots 40 to 59. The parameters were chosen on robots 0 to 39."""

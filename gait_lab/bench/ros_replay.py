@@ -60,10 +60,17 @@ class RosReplay:
 
     @classmethod
     def of(cls, times: ReplayTimes, period: float) -> "RosReplay":
-        """The distributions of these times; `period` is the control period [s]."""
+        """The distributions of these times; `period` is the control period [s].
+
+        Raises:
+            NaoGaitError: Fewer than two answers, of which nothing can be said.
+        """
         pairs = zip(times.sent, times.answered, strict=True)
         latency = sorted(after - before for before, after in pairs if after is not None)
         answers = sorted(each for each in times.answered if each is not None)
+        if len(answers) < 2:
+            found = f"{len(answers)} answers to {len(times.sent)} joint states"
+            raise NaoGaitError("replay over ROS 2", found, "a gait that answers")
         woken = [index * period + late for index, late in enumerate(times.machine)]
         return cls(
             tuple(latency),

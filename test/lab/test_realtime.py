@@ -4,6 +4,7 @@ import pytest
 
 from gait_lab.bench.ros_replay import ReplayTimes, RosReplay
 from gait_lab.bench.wake_up import Sleeper, deviations
+from nao_lipm_gait.errors import NaoGaitError
 
 PERIOD = 0.01
 TICKS = 200
@@ -41,6 +42,14 @@ def test_late_and_lost_answers_are_missed_and_lost_ones_are_a_gap() -> None:
     found = RosReplay.of(ReplayTimes(sent, tuple(changed), machine), PERIOD)
     assert found.misses == 2
     assert found.period[-1] == pytest.approx(PERIOD)
+
+
+@pytest.mark.parametrize("answers", [0, 1])
+def test_a_gait_that_does_not_answer_is_named(answers: int) -> None:
+    sent, answered, machine = steady(0.002)
+    none = (None,) * (TICKS - answers)
+    with pytest.raises(NaoGaitError, match=f"got '{answers} answers to {TICKS} joint states'"):
+        RosReplay.of(ReplayTimes(sent, (*answered[:answers], *none), machine), PERIOD)
 
 
 def test_intervals_deviate_in_both_directions() -> None:

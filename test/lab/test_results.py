@@ -205,3 +205,10 @@ def test_only_changes_of_the_code_count(tmp_path: Path) -> None:
     assert changed.changes
     (tmp_path / "gait_lab" / "new").write_text("3")
     assert CodeState.of(tmp_path).changes not in ("", changed.changes)
+
+
+def test_results_depend_on_every_package() -> None:
+    packages = {each.parent.name for each in results.ROOT.glob("*/__init__.py")} - {"test"}
+    assert "lola_bridge" in packages
+    assert packages <= set(results.CODE)
+    assert all((results.ROOT / name).is_dir() for name in results.CODE)
