@@ -195,10 +195,10 @@ class Driver:
             self._connect()
         sockets = [each for each in (self._listener, self._link, self._lola) if each is not None]
         readable, _, _ = select.select(sockets, [], [], self._patience())
-        if self._listener in readable:
-            self._accept()
         if self._link in readable:
             self._read_link()
+        if self._listener in readable:  # after a node that has just ended
+            self._accept()
         if self._lola in readable:
             self._read_lola()
         if self._waits:
@@ -343,7 +343,10 @@ class Driver:
         link, _ = self._listener.accept()
         credentials = link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12)
         if self._link is not None or struct.unpack("iII", credentials)[1] != os.getuid():
-            link.close()  # one node at a time, of the same user
+            reason = "this robot has a lola_bridge already, or is another user's"
+            with contextlib.suppress(OSError):
+                link.send(pack_log(LogLine(Level.ERROR, reason)))
+            link.close()
             return
         link.setblocking(False)
         self._link, self._ending = link, False

@@ -263,11 +263,26 @@ def test_a_node_that_ends_leaves_a_limp_robot_and_no_driver(timed: Rig) -> None:
     assert max(timed.answers[-1].stiffness or ()) == 0.0
 
 
+def test_a_node_that_takes_over_from_one_that_ends_is_not_turned_away(timed: Rig) -> None:
+    timed.start()
+    assert timed.node is not None
+    timed.node.close()
+    timed.attach()
+    timed.driver.serve()  # it finds both at once
+    for _ in range(PAUSE + 2):
+        timed.cycle()
+    assert timed.node is not None, "it was not turned away"
+    assert not any("already" in line for line in timed.log)
+
+
 def test_a_second_node_is_turned_away(timed: Rig) -> None:
     timed.start()
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as second:
         second.connect(address(timed.settings.socket))
         timed.cycle(command=True)
+        line = unpack_from_driver(second.recv(PACKET_BYTES))
+        assert isinstance(line, LogLine)
+        assert line.text.startswith("this robot has a lola_bridge already")
         assert second.recv(10) == b""
     timed.cycle(command=True)
 
