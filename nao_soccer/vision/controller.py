@@ -121,7 +121,7 @@ class VisionController:
     # -- cameras -----------------------------------------------------------------------------------
 
     def set_camera(self, camera: str, intrinsics: Intrinsics) -> None:
-        """Facts of a camera, from `camera_info`.
+        """Facts of a camera, from `camera_info`; an image that waits is dropped if they change.
 
         Raises:
             NaoGaitError: A value is not usable.
@@ -139,6 +139,12 @@ class VisionController:
             if not low <= focal <= high:
                 allowed = f"{low:g} to {high:g} px"
                 raise NaoGaitError(f"{camera}/camera_info k {name}", focal, allowed)
+        centers = (("cx", intrinsics.cx, width), ("cy", intrinsics.cy, intrinsics.height))
+        for name, center, size in centers:
+            if not 0.0 <= center <= size:
+                allowed = f"0 to {size} px: a centre inside the image"
+                raise NaoGaitError(f"{camera}/camera_info k {name}", center, allowed)
+        self._waiting.pop(camera, None)
         self._models[camera] = CameraModel(self._robot, camera, intrinsics)
         self._visions[camera] = Vision(self._table, self._settings, self._calibration)
 

@@ -90,6 +90,25 @@ def test_image_without_camera_info_is_refused(controller: VisionController):
         controller.add_image("camera_bottom", image())
 
 
+@pytest.mark.parametrize("field", ["fx", "fy", "cx", "cy"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1.0, 1e5])
+def test_a_pinhole_that_is_none_is_refused_and_the_old_one_kept(
+    controller: VisionController, field: str, value: float
+):
+    with pytest.raises(NaoGaitError, match=f"camera_top/camera_info k {field}"):
+        controller.set_camera("camera_top", replace(PINHOLE, **{field: value}))
+    controller.add_image("camera_top", image())
+    assert controller.see("camera_top") is not None
+
+
+def test_an_image_of_another_size_does_not_wait(controller: VisionController):
+    controller.add_image("camera_top", image(1_105_000_000))
+    controller.set_camera("camera_top", Intrinsics.from_fov(160, 120, 0.8342))
+    controller.add_joints(1_110_000_000, list(ROBOT.joint_names), ROBOT.stand_pose)
+    controller.add_torso(1_110_000_000, np.array((0.0, 0.0, 0.33)), np.eye(3))
+    assert controller.see("camera_top") is None
+
+
 def test_image_waits_for_the_joints_of_its_time(controller: VisionController):
     controller.add_image("camera_top", image(1_115_000_000))
     assert controller.see("camera_top") is None
