@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from nao_lipm_gait import schema
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import share
 
@@ -30,11 +29,8 @@ Facts = Mapping[str, Any]
 
 
 def load_facts(path: Path) -> Facts:
-    """A table of facts."""
-    try:
-        facts = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise NaoGaitError(f"facts {path}", str(error), "a readable YAML file") from error
+    """A table of facts; NaoGaitError if the file holds none."""
+    facts = schema.read_yaml(path, "facts")
     if not isinstance(facts, dict):
         raise NaoGaitError(f"facts {path}", type(facts).__name__, "a mapping")
     return facts
@@ -191,7 +187,11 @@ def _elements(facts: Facts, variant: str) -> Iterator[ET.Element]:
 
 
 def urdf_text(name: str) -> str:
-    """The URDF of a model, as in `urdf_text("nao_h21_v33")`."""
+    """The URDF of a model, as in `urdf_text("nao_h21_v33")`.
+
+    Raises:
+        NaoGaitError: There is no such model.
+    """
     if name not in MODELS:
         raise NaoGaitError("model", name, f"one of {', '.join(MODELS)}")
     source, variant = MODELS[name]

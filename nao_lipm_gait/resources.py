@@ -77,7 +77,11 @@ def share(*parts: str) -> Path:
 
 
 def names(kind: str) -> tuple[str, ...]:
-    """The shipped names of a kind, which is a key of `_KINDS`."""
+    """The shipped names of a kind, which is a key of `_KINDS`.
+
+    Raises:
+        NaoGaitError: There is no such kind.
+    """
     if kind not in _KINDS:
         raise NaoGaitError("kind of resource", kind, f"one of {', '.join(_KINDS)}")
     folder, suffixes = _KINDS[kind]

@@ -106,6 +106,9 @@ def ball_position(
 
     Returns:
         (3,) [m] in the world.
+
+    Raises:
+        NaoGaitError: x or y is not finite, or farther than 1 km.
     """
     for name, value in (("x", x), ("y", y)):
         if not (math.isfinite(value) and abs(value) < 1e3):

@@ -406,7 +406,11 @@ def with_options(plant: Plant, options: Iterable[PlantOption]) -> Plant:
 
 
 def parse_options(settings: Iterable[str]) -> tuple[PlantOption, ...]:
-    """Parse options like `motor.play=0.035`; a value is written as in the YAML of a plant."""
+    """Parse options like `motor.play=0.035`; a value is written as in the YAML of a plant.
+
+    Raises:
+        NaoGaitError: It is no option of a plant, or its value is not allowed.
+    """
     options: list[PlantOption] = []
     for setting in settings:
         name, equals, text = setting.partition("=")

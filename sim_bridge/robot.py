@@ -284,6 +284,9 @@ class SimulatedRobot:
         """Leave a joint's motor a share of its torque from now on, 0 (limp) to 1 (whole).
 
         Of joints with one motor the leader's share counts.
+
+        Raises:
+            NaoGaitError: the robot has no such joint, or the share is not from 0 to 1.
         """
         if joint not in self.description.joint_names:
             raise NaoGaitError("joint", joint, f"a joint of {self.description.name}")
@@ -303,7 +306,11 @@ class SimulatedRobot:
         self._faults_changed = True
 
     def set_friction(self, friction: float | None) -> None:
-        """Set the friction of the soles on the floor from now on; None = the individual's own."""
+        """Set the friction of the soles on the floor from now on; None = the individual's own.
+
+        Raises:
+            NaoGaitError: it is not from 0 to 10.
+        """
         if friction is not None and not (math.isfinite(friction) and 0.0 <= friction <= 10.0):
             raise NaoGaitError("friction", friction, "0 to 10")
         self._friction = friction

@@ -78,7 +78,11 @@ class BagWriter:
         return message_type in TYPES.fielddefs
 
     def add_topic(self, topic: str, message_type: str, *, latched: bool = False) -> None:
-        """Announce a topic, `/name`, before its first message."""
+        """Announce a topic, `/name`, before its first message.
+
+        Raises:
+            NaoGaitError: The type is not one of Jazzy.
+        """
         if not self.knows(message_type):
             raise NaoGaitError(f"type of topic {topic}", message_type, "a message type of Jazzy")
         durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE

@@ -88,7 +88,11 @@ def tell(analysis: Analysis, say: Callable[[str], None]) -> None:
 
 
 def write(out: Path, text: str) -> None:
-    """Replace the page in one step, so that it is never incomplete."""
+    """Replace the page in one step, so that it is never incomplete.
+
+    Raises:
+        NaoGaitError: It cannot be written.
+    """
     part = out.with_name(out.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

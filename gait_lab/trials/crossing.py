@@ -119,7 +119,11 @@ class _Steering(Policy):
 
 
 def cross(spec: CrossingSpec, watch: Callable[[Tick], None] | None = None) -> CrossingResult:
-    """Run one attempt; `watch` is called with every tick of it."""
+    """Run one attempt; `watch` is called with every tick of it.
+
+    Raises:
+        NaoGaitError: The terrain is too short to be crossed.
+    """
     trial, plant = replace(spec, urdf=spec.robot.urdf), plant_of(spec)
     field = plant.terrain
     if field.length <= BEYOND:

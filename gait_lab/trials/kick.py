@@ -69,7 +69,11 @@ class KickResult:
 
 
 def kick(spec: KickSpec) -> KickResult:
-    """Run one attempt."""
+    """Run one attempt.
+
+    Raises:
+        NaoGaitError: The motion is no kick.
+    """
     motion = shipped_library(loaded_robot(spec.urdf)).find(spec.motion)
     if motion.kick is None:
         raise NaoGaitError("motion", spec.motion, "a kick")

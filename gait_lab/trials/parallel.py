@@ -8,7 +8,11 @@ from nao_lipm_gait.errors import NaoGaitError
 
 
 def workers(asked: int | None = None) -> int:
-    """Number of worker processes: the requested one, or all cores that this process may use."""
+    """Number of worker processes: the requested one, or all cores that this process may use.
+
+    Raises:
+        NaoGaitError: Fewer than one is asked for.
+    """
     if asked is not None:
         if asked < 1:
             raise NaoGaitError("jobs", asked, "a number of processes, at least 1")

@@ -90,7 +90,11 @@ def task_ticks(task: Task, period: float = CONTROL_PERIOD) -> int:
 
 
 def rollout(spec: RolloutSpec) -> RolloutResult:
-    """Run one task on one robot, until its end or a fall."""
+    """Run one task on one robot, until its end or a fall.
+
+    Raises:
+        NaoGaitError: Another walk than the gait is to play motions.
+    """
     task = spec.task
     if spec.walker is not None and task.motions:
         raise NaoGaitError(

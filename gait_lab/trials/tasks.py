@@ -158,7 +158,11 @@ SPEED_TASKS = ("forward", "back", "side", "turn")
 
 
 def find_task(text: str) -> Task:
-    """A task by name, or `name=speed` in the unit of its table: `forward=31` is 31 cm/s forward."""
+    """A task by name, or `name=speed` in the unit of its table: `forward=31` is 31 cm/s forward.
+
+    Raises:
+        NaoGaitError: There is no such task, or its speed is not above 0.
+    """
     name, equals, number = text.partition("=")
     task = TASKS.get(name)
     if task is None:

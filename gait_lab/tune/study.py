@@ -199,7 +199,11 @@ def shipped_studies() -> list[str]:
 
 
 def find_study(name_or_path: str) -> Path:
-    """The file of a shipped study (`speed`) or of a path."""
+    """The file of a shipped study (`speed`) or of a path.
+
+    Raises:
+        NaoGaitError: There is none.
+    """
     shipped = shipped_studies()
     if name_or_path in shipped:
         return share("config", "studies", f"{name_or_path}.yaml")

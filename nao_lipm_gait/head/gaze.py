@@ -50,7 +50,11 @@ class Neck:
 
 @lru_cache(maxsize=8)
 def neck_of(robot: RobotDescription) -> Neck | None:
-    """The neck of a robot; None without pan and tilt joints."""
+    """The neck of a robot; None without pan and tilt joints.
+
+    Raises:
+        NaoGaitError: The axes of the two joints do not meet in a point.
+    """
     if PAN not in robot.joint_names or TILT not in robot.joint_names:
         return None
     model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())

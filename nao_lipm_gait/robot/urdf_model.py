@@ -26,7 +26,11 @@ class UrdfModel:
 
     @classmethod
     def parse(cls, text: str, path: Path) -> "UrdfModel":
-        """Parse the text of a URDF; `path` is for error messages."""
+        """Parse the text of a URDF; `path` is for error messages.
+
+        Raises:
+            NaoGaitError: It is no XML, no robot, or has a joint twice.
+        """
         where = f"URDF {path}"
         if "<!DOCTYPE" in text or "<!ENTITY" in text:  # entities could fill the memory
             raise NaoGaitError(where, "a document type declaration", "plain XML without one")
@@ -46,7 +50,11 @@ class UrdfModel:
         return cls(path, root.get("name", ""), links, joints)
 
     def frame(self, names: tuple[str, ...]) -> str:
-        """The first of these links that the URDF has."""
+        """The first of these links that the URDF has.
+
+        Raises:
+            NaoGaitError: It has none of them.
+        """
         name = self.first_of(names)
         if name is None:
             raise NaoGaitError(f"link {' or '.join(names)} in {self._path}", "missing", "a link")
@@ -66,7 +74,11 @@ class UrdfModel:
         return "" if link is None else link.attrib.get("link", "")
 
     def limit(self, name: str) -> JointLimit:
-        """The limits of a revolute joint."""
+        """The limits of a revolute joint.
+
+        Raises:
+            NaoGaitError: There is no such joint, or its limits are not usable.
+        """
         where = f"joint {name} in {self._path}"
         allowed = "a revolute joint with finite limits, lower < upper, velocity and effort over 0"
         joint = self._joints.get(name)

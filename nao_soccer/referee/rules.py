@@ -75,7 +75,11 @@ class RobotPlace(NamedTuple):
 
 
 class PutBall(NamedTuple):
-    """The ball is to be put to x, y [m]."""
+    """The ball is to be put somewhere.
+
+    Attributes:
+        position: x, y [m].
+    """
 
     position: Point2
 
