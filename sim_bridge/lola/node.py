@@ -218,6 +218,9 @@ def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> No
     report_at = 0.0
     while not stop:
         executor.spin_once(timeout_sec=0.0)
+        if time.monotonic() >= report_at:
+            report_at = time.monotonic() + 1.0
+            node.report()
         if node.factor == 0.0 and not node.socket.connected:
             node.socket.wait(SERVICE)
             continue
@@ -237,9 +240,6 @@ def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> No
             command, in_time = _command(node, executor, stop, pacer)
             node.times.add(time.monotonic() - begin if in_time else None)
         node.end(command)
-        if time.monotonic() >= report_at:
-            report_at = time.monotonic() + 1.0
-            node.report()
     values = ", ".join(f"{name} {value}" for name, value in node.times.report().items())
     node.get_logger().info(values)
 

@@ -1,4 +1,4 @@
-"""`lola_bridge` without a simulator: robots that are silent, drivers that fail."""
+"""`lola_bridge` and `lola_server` each without the other: silent robots, drivers that fail."""
 
 import socket
 import time
@@ -78,3 +78,10 @@ def test_a_robot_that_is_not_heard_is_an_error_and_its_temperatures_end(
             probe.wait(lambda: "for 3 s" in states[-1], "two more reports")
             assert time.monotonic() > silent + 2.0
             assert not temperatures
+
+
+def test_a_server_that_waits_for_a_client_says_so(probe: Probe, tmp_path: Path) -> None:
+    reports = probe.subscribe(DiagnosticArray, "/diagnostics")
+    probe.start("lola_server", socket=tmp_path / "lola", engine="mujoco", real_time_factor=0)
+    probe.wait(lambda: len(reports) > 1, "two reports")
+    assert {each.status[0].message for each in reports} == {"no client, robot held"}
