@@ -10,6 +10,7 @@ JOINT_PATIENCE = 300_000_000
 LIGHT_TIME = 100_000_000
 """[ns] for which the soles must be light; longer than the flight phase of a walking robot."""
 
+
 class Outage(NamedTuple):
     """What to do about missing sensors in one tick.
 

@@ -19,8 +19,6 @@ from nao_soccer.world.state import HeadMode, TeamMate, WorldState
 
 VALID_MEMORY = 2_000_000_000
 """[ns] A pose that was valid so short a time ago is good enough to choose a kick."""
-
-
 WAY_PERIOD, WAY_GLANCE, WAY_WATCH = 2.4, 0.8, 1.6
 """[s] Between two glances along the way; how long one lasts: a turn of the head and two images.
 While nothing but landmarks is looked for, or a robot near by may have moved, it lasts longer."""

@@ -1,9 +1,8 @@
 """Who goes to the ball: roles by the estimated time to the ball (Fig. 11 of Friedmann et al.).
 
-Every player decides for itself, from what the others told. All compare what was *told* last, their
-own last message included, so that players who got the same messages come to the same result. A
-striker is replaced only by a team mate who is clearly sooner at the ball. If messages were lost and
-two players are strikers, the one that is later at the ball steps back with the next message.
+Every player decides for itself: it compares what the others told last with what it is about to
+tell. A striker is replaced only by a team mate who is clearly sooner at the ball. If messages were
+lost and two players are strikers, the one that is later at the ball steps back with its next one.
 """
 
 import math
@@ -76,7 +75,7 @@ class RoleChoice:
 
         Args:
             time: [s].
-            seconds: [s] to the ball, as this player has told or is about to tell.
+            seconds: [s] to the ball, as this player is about to tell.
             mates: What the team mates who can be heard have told.
             ball: x, y [m] of the ball in the field, as this player sees it.
             goalkeeper: The referee says that this player is the goalkeeper.

@@ -22,7 +22,6 @@ RESET_SILENCE = 0.6
 the reset by this gap: more than 0.5 s is a new start for it."""
 
 
-
 class RobotInterface:
     """Publishes the sensors and the truth of a robot and takes its commands.
 
