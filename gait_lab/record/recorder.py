@@ -30,6 +30,9 @@ START_TIMEOUT = 8.0
 """[s] of wall time without any topic, after which the duration of a recording counts."""
 KEPT_TICKS = 100_000
 """Ticks of the clock that are kept, 1000 s at 100 Hz."""
+WAITING_MAX = 10_000
+"""Messages that wait for a clock that stands still, as in a paused simulation; with more, all get
+the time of its last tick."""
 
 Write = Callable[[str, int, bytes], None]
 """Called with a topic, its time [ns] and a serialised message."""
@@ -83,6 +86,8 @@ class ClockOrder:
             self._write(topic, arrived, data)
         elif not self._arrivals or arrived >= self._arrivals[-1]:
             self._waiting.append((topic, arrived, data))
+            if self._arrivals and len(self._waiting) > WAITING_MAX:
+                self.flush()
         else:
             self._write(topic, self._at(arrived), data)
 
@@ -96,15 +101,11 @@ class ClockOrder:
         for each in waiting:
             self._write(*each)
 
-    def close(self) -> None:
+    def flush(self) -> None:
         """Write what still waits, with the time 0 if there was no tick at all."""
         for topic, arrived, data in self._waiting:
             self._write(topic, self._at(arrived) if self._ticks else 0, data)
         self._waiting.clear()
-
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
 
 
 def message_class(message_type: str) -> Any:
@@ -253,7 +254,7 @@ class TopicRecorder:
         self._subscriptions.clear()
         if self._simulated is None and self._order.now is None:
             self._order.use_wall_time()
-        self._order.close()
+        self._order.flush()
 
 
 def _arrival(info: Any) -> int:

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gait_lab.record.recorder import ClockOrder
+from gait_lab.record.recorder import WAITING_MAX, ClockOrder
 
 MS = 1_000_000
 
@@ -18,7 +18,7 @@ def replayed(events: list[tuple[int, str, int]]) -> dict[bytes, int]:
             order.tick(topic, arrived, value, b"clock%d" % value)
         else:
             order.message(topic, arrived, b"%d" % value)
-    order.close()
+    order.flush()
     return written
 
 
@@ -59,5 +59,15 @@ def test_without_a_clock_everything_keeps_its_arrival() -> None:
     assert written == []
     order.use_wall_time()
     order.message("/b", 7, b"later")
-    order.close()
+    order.flush()
     assert written == [("/a", 5, b"held"), ("/b", 7, b"later")]
+
+
+def test_a_clock_that_stands_still_holds_no_endless_queue() -> None:
+    written: list[tuple[str, int, bytes]] = []
+    order = ClockOrder(lambda *message: written.append(message))
+    order.tick("/clock", 0, 100, b"clock")
+    for number in range(3 * WAITING_MAX):
+        order.message("/diagnostics", 1 + number, b"x")
+    assert len(written) > 2 * WAITING_MAX
+    assert {stamp for _, stamp, _ in written} == {100}
