@@ -17,6 +17,7 @@ from lola_bridge.codec import (
     read_command,
 )
 from lola_bridge.joints import JointMap, sitting_pose
+from lola_bridge.link import pack_command, unpack_command
 from lola_bridge.safety import JointCommand, Safety, SafetySettings
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import load_robot
@@ -118,14 +119,19 @@ class LolaFuzzer:
             sensors = decode_sensors(self._broken(encode_sensors(self._frame())))
         except NaoGaitError:
             self._refused += 1
-        command = None
-        if self.random.random() < 0.8:
-            command = JointCommand(
-                [self._number(2.0) for _ in range(25)], [self._number(1.5) for _ in range(25)]
-            )
+        command = self._command() if self.random.random() < 0.8 else None
         sent = self._safety.step(sensors, command)
         message = encode_command(LolaCommand(sent.position, sent.stiffness, (0.0, 0.0, 0.0)))
         self._check(message)
+
+    def _command(self) -> JointCommand | None:
+        """A command as it comes from the node."""
+        position, stiffness = ([self._number(size) for _ in range(25)] for size in (2.0, 1.5))
+        try:
+            return unpack_command(self._broken(pack_command(0, position, stiffness)))[1]
+        except NaoGaitError:
+            self._refused += 1
+            return None
 
     def _check(self, message: bytes) -> None:
         if len(message) > COMMAND_BYTES:

@@ -249,7 +249,8 @@ class LolaBridgeNode(Node):
         for side, topic in enumerate(self._wrenches):
             topic.publish(writer.wrench(stamp, sensors, side))
         before = self._last
-        self._last, self._heard_at = (frame, sensors), time.monotonic()
+        self._heard_at = time.monotonic()  # before `_last`, because the other thread reads both
+        self._last = frame, sensors
         if before is None or before[1].touch != sensors.touch:
             self._touch.publish(writer.touch(stamp, sensors))
 
