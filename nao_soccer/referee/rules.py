@@ -314,21 +314,34 @@ class Referee:
                 (here[1] - state.last[1]) / since,
             )
         if math.dist(state.velocity, before) > TOUCH_SPEED:
+            hit = state.velocity[0] - before[0], state.velocity[1] - before[1]
             # Where it was hit comes first: a hard kick takes it to another robot at once.
             state.touched_by = (
-                self._beside(state.last, robots) or self._beside(here, robots) or state.touched_by
+                self._beside(state.last, robots, hit)
+                or self._beside(here, robots, hit)
+                or self._beside(state.last, robots)
+                or self._beside(here, robots)
+                or state.touched_by
             )
         state.last = here
         if math.dist(here, state.moved_from) > MOVED:
             state.moved_from, state.moved_at = here, self._time
 
-    def _beside(self, ball: Point2, robots: Mapping[str, RobotPlace]) -> str:
-        """Name of the robot that is near enough to have touched a ball; empty if none is."""
+    def _beside(
+        self, ball: Point2, robots: Mapping[str, RobotPlace], hit: Point2 = (0.0, 0.0)
+    ) -> str:
+        """Name of the robot that is near enough to have touched a ball; empty if none is.
+
+        Args:
+            ball: x, y [m] of the ball.
+            robots: Where the robots are.
+            hit: Change of the ball's velocity [m/s]; it leads away from the robot that did it.
+        """
         gap, name = min(
             (
-                (math.dist(ball, robot.position), name)
-                for name, robot in robots.items()
-                if name in self._players
+                (math.dist(ball, (x, y)), name)
+                for name, ((x, y), _) in robots.items()
+                if name in self._players and hit[0] * (ball[0] - x) + hit[1] * (ball[1] - y) >= 0.0
             ),
             default=(math.inf, ""),
         )

@@ -136,6 +136,20 @@ def test_a_hard_kick_past_a_robot_is_of_the_one_that_kicked() -> None:
     assert (goal.team, goal.player, goal.own) == ("blue", "blue1", False)
 
 
+def test_a_ball_that_is_made_faster_beside_an_opponent_was_hit_by_who_is_behind_it() -> None:
+    """A push in a duel: the opponent is nearer to the ball, but before it."""
+    game = Game()
+    game.kick_off()
+    game.shoot("blue2", 0.0, 0.0)
+    game.robots["red1"] = RobotPlace((-0.2, -0.05), True)
+    game.robots["blue2"] = RobotPlace((0.12, -0.15), True)
+    for step in range(1, 25):
+        game.ball = (0.1 * step, 0.0, 0.05)
+        game.run(0.1)
+    (goal,) = game.referee.goals_scored
+    assert (goal.team, goal.player, goal.own) == ("red", "red1", False)
+
+
 def test_a_ball_that_rolls_past_a_robot_was_not_touched_by_it() -> None:
     game = Game()
     game.kick_off()
