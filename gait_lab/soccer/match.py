@@ -11,10 +11,10 @@ from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
 from gait_lab.soccer.senses import in_field
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.behavior.situation import Role
 from nao_soccer.field import TEAMS
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
+from nao_soccer.team.role import Role
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, load_scene
 

@@ -88,7 +88,7 @@ class RobotPlayer(Policy):
         if self.behavior.take_late_start():
             self.senses.player.world.forget_place()
         state = replace(state, stamp=round(time * 1e9))
-        body = Body(tick.status.state, tick.status.motion)
+        body = Body(tick.status.state)
         self.believes = state.own.pose
         self.decision = self.behavior.update(state, body)
         action = self.decision.action

@@ -21,9 +21,10 @@ from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.types import STANDSTILL, Pose2, VelocityCommand
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import PlayerBehavior
-from nao_soccer.behavior.situation import Action, Body, Role
+from nao_soccer.behavior.situation import Action, Body
 from nao_soccer.field import BallPlace
 from nao_soccer.game_state import GameState, Phase
+from nao_soccer.team.role import Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import HeadMode, WorldState
 from sim_bridge.plant import Plant

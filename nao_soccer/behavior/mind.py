@@ -10,10 +10,11 @@ from nao_soccer.behavior.ball_plan import BallPlan, Planner, PlanSettings
 from nao_soccer.behavior.engine import Activation, Engine
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.options import PLAYER
-from nao_soccer.behavior.situation import Action, Body, Role, Situation
+from nao_soccer.behavior.situation import Action, Body, Situation
 from nao_soccer.behavior.walking import WalkLimits, kept_apart
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
+from nao_soccer.team.role import Role
 from nao_soccer.world.looking import unseen_robot
 from nao_soccer.world.state import HeadMode, TeamMate, WorldState
 

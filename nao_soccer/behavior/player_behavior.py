@@ -16,13 +16,14 @@ from nao_lipm_gait.types import Point2
 from nao_soccer.behavior.basic import DIVES
 from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
-from nao_soccer.behavior.situation import Body, Role
+from nao_soccer.behavior.situation import Body
 from nao_soccer.behavior.walking import WalkLimits
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
 from nao_soccer.team.link import TeamLink
 from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
+from nao_soccer.team.role import Role
 from nao_soccer.team.roles import Claim, RoleChoice
 from nao_soccer.world.state import IMAGE_AGE_MAX, TeamMate, WorldState
 

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 
 from nao_lipm_gait.geometry import relative, rotate_planar
 from nao_lipm_gait.types import STANDSTILL, GaitState, Point2, Pose2, VelocityCommand
@@ -19,6 +18,7 @@ from nao_soccer.behavior.walking import (
 )
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
+from nao_soccer.team.role import Role
 from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 
 BALL_DECELERATION = 0.3
@@ -42,25 +42,15 @@ BEHIND_BALL = 0.6
 """[rad] from the ball's bearing, up to which a robot is behind the ball."""
 
 
-class Role(StrEnum):
-    """Role of a player in its team."""
-
-    STRIKER = "striker"
-    SUPPORTER = "supporter"
-    KEEPER = "keeper"
-
-
 @dataclass(frozen=True, slots=True)
 class Body:
     """What the gait reports.
 
     Attributes:
         state: Mode of the gait.
-        motion: Name of the running motion, or empty.
     """
 
     state: GaitState = GaitState.STAND
-    motion: str = ""
 
 
 @dataclass(frozen=True, slots=True)

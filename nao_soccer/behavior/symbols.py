@@ -6,8 +6,9 @@ Thresholds come in pairs, so that decisions do not flicker.
 import math
 
 from nao_lipm_gait.types import FALLEN, IN_MOTION, STAND
-from nao_soccer.behavior.situation import BALL_DECELERATION, Role, Situation
+from nao_soccer.behavior.situation import BALL_DECELERATION, Situation
 from nao_soccer.game_state import Phase
+from nao_soccer.team.role import Role
 
 BALL_FORGOTTEN = 4.0
 """[s] since anybody saw the ball, after which it is searched."""

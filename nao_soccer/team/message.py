@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import Point2, Pose2
-from nao_soccer.behavior.situation import Role
+from nao_soccer.team.role import Role
 
 SIZE_MAX = 128
 """[bytes] Largest team message that the Standard Platform League allows."""

@@ -18,7 +18,7 @@ from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.kicks import KickTable, load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
-from nao_soccer.behavior.situation import Body, Role, Situation
+from nao_soccer.behavior.situation import Body, Situation
 from nao_soccer.behavior.walking import (
     APART,
     APART_BALL,
@@ -33,6 +33,7 @@ from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.protocol import ControlMessage, PlayerInfo, TeamInfo
 from nao_soccer.team.message import NEVER, TeamMessage, decode
+from nao_soccer.team.role import Role
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.state import BallEstimate, HeadMode, Obstacle, PoseEstimate, WorldState
 

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.behavior.situation import Role
 from nao_soccer.field import Field
 from nao_soccer.team.link import PERIOD, SILENCE, TeamLink
 from nao_soccer.team.message import NEVER, SIZE, SIZE_MAX, BallMessage, TeamMessage, decode
+from nao_soccer.team.role import Role
 from nao_soccer.team.roles import MARGIN, STALL, Claim, RoleChoice
 from nao_soccer.team.udp import UdpLink
 
