@@ -9,9 +9,8 @@ import statistics
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 
-from gait_lab.bench.suites.kick import kicks_of
 from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
-from gait_lab.trials.kick import KickResult, KickSpec, kick
+from gait_lab.trials.kick import KickResult, KickSpec, kick, kick_directions
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.errors import NaoGaitError
@@ -39,7 +38,7 @@ def measured(urdf: str, robots: int, engine: str, jobs: int | None) -> list[Kick
     """One attempt of each kick with each robot."""
     specs = [
         KickSpec(name, robot_seed=seed, urdf=urdf, engine=engine)
-        for name in kicks_of(urdf)
+        for name in kick_directions(urdf)
         for seed in range(robots)
     ]
     results: list[KickResult] = parallel_map(kick, specs, jobs=jobs, label="kicks")

@@ -68,6 +68,19 @@ class KickResult:
     seconds: float
 
 
+def kick_directions(urdf: str) -> dict[str, float]:
+    """Where each kick of a robot is meant to send the ball, by name [rad].
+
+    Raises:
+        NaoGaitError: The robot has no kicks.
+    """
+    motions = sorted(shipped_library(loaded_robot(urdf)).motions.items())
+    found = {name: motion.kick.direction for name, motion in motions if motion.kick is not None}
+    if not found:
+        raise NaoGaitError("urdf", urdf, "a robot with kicks in config/motions/")
+    return found
+
+
 def kick(spec: KickSpec) -> KickResult:
     """Run one attempt.
 

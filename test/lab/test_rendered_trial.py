@@ -10,8 +10,8 @@ pytest.importorskip("mujoco")
 
 @pytest.mark.slow
 def test_a_robot_that_sees_a_rendered_pitch_knows_where_it_is():
+    from gait_lab.bench.world_scores import pose_score
     from gait_lab.soccer.rendered_trial import run_rendered
-    from gait_lab.soccer.world_scores import pose_score
 
     trace = run_rendered(WalkSpec(seed=1, seconds=1.0))
     score = pose_score([trace])

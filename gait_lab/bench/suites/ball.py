@@ -2,7 +2,7 @@
 
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.soccer.world_scores import (
+from gait_lab.bench.world_scores import (
     NEAR,
     ROLLED_FOR,
     BallScore,

@@ -9,11 +9,15 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.kick import AFTERWARDS, PLACEMENT, KickResult, KickSpec, kick
+from gait_lab.trials.kick import (
+    AFTERWARDS,
+    PLACEMENT,
+    KickResult,
+    KickSpec,
+    kick,
+    kick_directions,
+)
 from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.trial import loaded_robot
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.library import shipped_library
 
 
 @dataclass(frozen=True)
@@ -24,18 +28,9 @@ class Options(BenchOptions):
     attempts: int = option(1, "attempts of each robot", "N", minimum=1, maximum=1000)
 
 
-def kicks_of(urdf: str) -> dict[str, float]:
-    """The kicks of a robot, by name: intended direction of the ball [rad]; raises NaoGaitError."""
-    motions = sorted(shipped_library(loaded_robot(urdf)).motions.items())
-    found = {name: motion.kick.direction for name, motion in motions if motion.kick is not None}
-    if not found:
-        raise NaoGaitError("urdf", urdf, "a robot with kicks in config/motions/")
-    return found
-
-
 def kicks(options: Options) -> SuiteResult:
     """`options.attempts` of every kick with every robot."""
-    directions = kicks_of(options.urdf)
+    directions = kick_directions(options.urdf)
     specs = [
         KickSpec(motion=name, robot_seed=seed, noise_seed=attempt, **options.trial)
         for name in directions for seed in options.seeds for attempt in range(options.attempts)
@@ -127,5 +122,5 @@ SUITE = Suite(
     options=Options,
     takes=("robots",),
     quick=({"robots": 3, "attempts": 1},),
-    check=lambda options: kicks_of(options.urdf),
+    check=lambda options: kick_directions(options.urdf),
 )

@@ -6,8 +6,7 @@ import numpy as np
 
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.soccer.walks import Walk
-from gait_lab.soccer.world_scores import (
+from gait_lab.bench.world_scores import (
     CARRY,
     FALL_TURN,
     FOUND_AFTER,
@@ -26,6 +25,7 @@ from gait_lab.soccer.world_scores import (
     trials,
     walks_of,
 )
+from gait_lab.soccer.walks import Walk
 
 
 def localization(options: WorldOptions) -> SuiteResult:
