@@ -40,7 +40,7 @@ def replay(analysis: Analysis, store: ArrayStore) -> dict[str, Any] | None:
         "triangle": [store.add(shapes.triangle[:, corner]) for corner in range(3)],
         "color": list(shapes.color),
         "com": store.add(track.com[known].reshape(-1)),
-        "center": store.add(_center(analysis, track)[known].reshape(-1)),
+        "center": store.add(_center(track)[known].reshape(-1)),
         "prints": _prints(analysis),
         "outline": [[x, y] for x, y in robot.sole_outline],
         "truth": track.from_truth,
@@ -48,7 +48,7 @@ def replay(analysis: Analysis, store: ArrayStore) -> dict[str, Any] | None:
     }
 
 
-def _center(analysis: Analysis, track: BodyTrack) -> FloatArray:
+def _center(track: BodyTrack) -> FloatArray:
     """(t, 2) [m] point that the camera looks at: the smoothed CoM."""
     step = float(np.median(np.diff(track.stamp))) * 1e-9
     half = max(1, round(0.5 * FOLLOW / step))

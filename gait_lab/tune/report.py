@@ -188,7 +188,7 @@ def pace_line(walked: Sequence[Trial], seconds: float, workers: int) -> str:
 # -- the figures ---------------------------------------------------------------------------------
 
 
-def convergence_figure(study: Study, trials: Sequence[Trial], title: str, path: Path) -> Path:
+def convergence_figure(trials: Sequence[Trial], title: str, path: Path) -> Path:
     """Draw the score of every trial, and the best so far."""
     plt = pyplot()
     figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")

@@ -216,7 +216,7 @@ def _write(result: Result, about: dict[str, str], say: Callable[[str], None]) ->
     study, trials, best, out = result.study, result.trials, result.best, result.folder
     found = report.importance(study, trials)
     title = f"{study.name}, {about['method']}, seed {about['seed']}"
-    report.convergence_figure(study, trials, title, out / "convergence.png")
+    report.convergence_figure(trials, title, out / "convergence.png")
     report.importance_figure(found, out / "importance.png")
     report.pairs_figure(study, trials, out / "pairs.png")
 
