@@ -42,7 +42,7 @@ from lola_bridge.link import (
     unpack_command,
 )
 from lola_bridge.safety import JointCommand, Mode, SafeCommand, Safety, SafetySettings
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, one_line
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine, Throttle
 
 ANSWER_SHARE = 0.67
@@ -216,8 +216,7 @@ class Driver:
     def _drop_cycle(self, error: Exception) -> None:
         """Go on with the next frame; this one is not answered."""
         self._pending, self._command, self._waits = None, None, False
-        text = " ".join(f"{type(error).__name__}: {error}".split())
-        self._warn("fault", f"driver: {text}; frame not answered", Level.ERROR)
+        self._warn("fault", f"driver: {one_line(error)}; frame not answered", Level.ERROR)
 
     def _patience(self) -> float:
         """[s] until something is due."""
@@ -450,7 +449,10 @@ def main() -> None:
         gc.collect()
         gc.freeze()
         gc.disable()  # a collection takes milliseconds, and nothing here makes cycles
-        driver.run()
+        try:
+            driver.run()
+        except Exception as error:
+            sys.exit(f"lola_bridge driver: ends after {one_line(error)}")
 
 
 if __name__ == "__main__":

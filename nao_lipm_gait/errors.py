@@ -1,6 +1,8 @@
 """The exception for refused input, and what counts as a number."""
 
 import math
+import os
+import traceback
 from typing import Any, TypeGuard
 
 LONGEST = 300
@@ -43,6 +45,16 @@ def _shown(value: object) -> str:
 
 def _clipped(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def one_line(error: BaseException) -> str:
+    """What an unexpected exception says, and where it was raised, in one line."""
+    text = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames:
+        return text
+    last = frames[-1]
+    return f"{text} ({os.path.basename(last.filename)}:{last.lineno} in {last.name})"
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:

@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, one_line
 
 if TYPE_CHECKING:
     from rclpy.executors import SingleThreadedExecutor
@@ -232,11 +232,7 @@ def _fail(name: str, node: "Node | None", error: Exception) -> int:
     """One line about an exception; where it came from in full is a debug message of the log."""
     if node is not None:
         node.get_logger().debug("".join(traceback.format_exception(error)))
-    message = " ".join(str(error).split())
-    frame = traceback.extract_tb(error.__traceback__)[-1]
-    place = f"{os.path.basename(frame.filename)}:{frame.lineno} in {frame.name}"
-    text = f"{name}: ends after {type(error).__name__}: {message} ({place})"
-    print(text, file=sys.stderr, flush=True)
+    print(f"{name}: ends after {one_line(error)}", file=sys.stderr, flush=True)
     return FAILED
 
 

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, one_line
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine, Throttle
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -92,4 +92,4 @@ class Inputs:
         except NaoGaitError as error:
             self.warn(error.field, f"{error}; message ignored", self._burst)
         except Exception as error:
-            self.warn(type(error).__name__, f"{type(error).__name__}: {error}; message ignored")
+            self.warn(type(error).__name__, f"{one_line(error)}; message ignored")

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, one_line
 from nao_lipm_gait.gait import MISSED_TICKS_MAX, Gait
 from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.motion.library import MotionLibrary
@@ -248,7 +248,7 @@ class GaitController:
         except Exception as error:
             self._diagnostics.rejected[topic] += 1
             self.unexpected += 1
-            text = f"{topic}: {type(error).__name__}: {error}; message ignored"
+            text = f"{topic}: {one_line(error)}; message ignored"
             self._diagnostics.event(group, Level.ERROR, topic, text)
         answers = tuple(self._answers)
         self._answers.clear()
@@ -465,7 +465,7 @@ class GaitController:
             return False, str(error)
         except Exception as error:
             self.unexpected += 1
-            text = f"{type(error).__name__}: {error}"
+            text = one_line(error)
             self._diagnostics.event(COMMANDS, Level.ERROR, "service", f"service: {text}")
             return False, text
 

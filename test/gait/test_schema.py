@@ -9,7 +9,7 @@ import attrs
 import pytest
 
 from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.errors import NaoGaitError, one_line
 from nao_lipm_gait.schema import Settings, choice, group, number, switch, text
 
 
@@ -126,3 +126,16 @@ def test_an_unreadable_file_is_refused_in_one_line(tmp_path: Path, content: byte
     with pytest.raises(NaoGaitError, match=r"thing .*bad\.yaml.*readable") as refused:
         schema.read_yaml(path, "thing")
     assert "\n" not in str(refused.value)
+
+
+def test_an_unexpected_error_is_one_line_with_its_place() -> None:
+    with pytest.raises(ZeroDivisionError) as found:
+        _divide()
+    text = one_line(found.value)
+    assert text.startswith("ZeroDivisionError: on two lines (test_schema.py:")
+    assert text.endswith(" in _divide)")
+    assert one_line(ValueError("never raised")) == "ValueError: never raised"
+
+
+def _divide() -> None:
+    raise ZeroDivisionError("on two\n  lines")

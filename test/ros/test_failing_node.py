@@ -75,5 +75,5 @@ print(answer.result().success, answer.result().message)
 
 def test_a_gait_outlives_a_report_and_a_service_that_fail() -> None:
     ended = run(BROKEN_GAIT)
-    assert ended.stdout == "False ZeroDivisionError: nine\n"
+    assert ended.stdout == "False ZeroDivisionError: nine (<string>:9 in broken)\n"
     assert "diagnostics: ZeroDivisionError: nine" in ended.stderr
