@@ -42,6 +42,8 @@ _COMMANDS = (
      calibrate.add),
     ("vision", "colour tables of the robots' vision, made from images", vision.add),
 )  # fmt: skip
+_EXTRAS = {"cv2": "vision", "mujoco": "mujoco"}
+"""Module -> extra that brings it, where that is not the one of the command."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -87,22 +89,26 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a subcommand; the exit status (0 only for success)."""
-    parsed = build_parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    command = words[0] if words else ""
     try:
+        # In here, because the options of a suite may need what is not installed.
+        parsed = build_parser().parse_args(words)
         if parsed.command != "compile":
             check_fresh()
         return int(parsed.run(parsed))
     except NaoGaitError as error:
-        sys.stderr.write(f"nao_gait {parsed.command}: {error}\n")
+        sys.stderr.write(f"nao_gait {command}: {error}\n")
         return EXIT_USAGE
     except KeyboardInterrupt:
-        sys.stderr.write(f"nao_gait {parsed.command}: interrupted\n")
+        sys.stderr.write(f"nao_gait {command}: interrupted\n")
         return EXIT_INTERRUPTED
     except ModuleNotFoundError as error:
-        extra = parsed.command if parsed.command in ("view", "tune") else "lab"
+        by_command = command if command in ("view", "tune") else "lab"
+        extra = _EXTRAS.get(str(error.name), by_command)
         sys.stderr.write(
-            f"nao_gait {parsed.command}: needs {error.name}, which is not installed; "
-            f"in the checkout: pip install '.[{extra}]', or rosdep install beside an apt ROS\n"
+            f"nao_gait {command}: needs {error.name}, which is not installed; "
+            f"in the checkout: pip install '.[{extra}]'; beside an installed ROS: docs/ros.md\n"
         )
         return EXIT_FAILED
 

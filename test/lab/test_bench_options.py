@@ -203,3 +203,17 @@ def test_a_result_shows_title_tables_and_wrapped_notes() -> None:
     assert text.startswith("A title\n\n")
     assert TABLE.text() in text
     assert max(map(len, text.splitlines())) <= 100
+
+
+def test_a_suite_that_cannot_be_imported_gives_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def missing() -> None:
+        raise ModuleNotFoundError("No module named 'cv2'", name="cv2")
+
+    monkeypatch.setattr("gait_lab.bench.suite.suites", missing)
+    assert cli.main(["bench", "speed"]) == cli.EXIT_FAILED
+    assert capsys.readouterr().err == (
+        "nao_gait bench: needs cv2, which is not installed; in the checkout: "
+        "pip install '.[vision]'; beside an installed ROS: docs/ros.md\n"
+    )
