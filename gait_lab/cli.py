@@ -21,8 +21,8 @@ from gait_lab.commands import (
     view,
     vision,
 )
-from gait_lab.commands.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
 from gait_lab.compiled import check_fresh
+from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
 from nao_lipm_gait.errors import NaoGaitError
 
 _COMMANDS = (

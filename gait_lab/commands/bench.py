@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gait_lab.commands.terminal import EXIT_OK, say
+from gait_lab.terminal import EXIT_OK, say
 from nao_lipm_gait import resources
 
 if TYPE_CHECKING:

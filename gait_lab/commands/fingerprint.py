@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK, say
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK, say
 from nao_lipm_gait.errors import NaoGaitError
 
 if TYPE_CHECKING:

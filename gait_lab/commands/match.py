@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from gait_lab.commands.terminal import say
+from gait_lab.terminal import say
 from nao_lipm_gait.resources import names
 
 

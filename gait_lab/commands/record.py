@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK, say
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK, say
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from gait_lab.commands.terminal import EXIT_OK
+from gait_lab.terminal import EXIT_OK
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from gait_lab.commands.terminal import EXIT_OK, say
+from gait_lab.terminal import EXIT_OK, say
 
 
 def run(arguments: argparse.Namespace) -> int:

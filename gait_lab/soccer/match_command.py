@@ -4,10 +4,10 @@ import json as json_format
 import time as clock
 from collections.abc import Callable
 
-from gait_lab.commands.terminal import EXIT_OK
 from gait_lab.soccer.match import MatchResult, match_scene, play_match
 from gait_lab.soccer.match_options import MatchOptions, Progress
 from gait_lab.soccer.replay_page import write_replay
+from gait_lab.terminal import EXIT_OK
 from nao_lipm_gait.errors import NaoGaitError
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.analysis.bag import BagWriter
-from gait_lab.commands.terminal import EXIT_FAILED, EXIT_OK
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
 from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.match_options import MatchOptions, Progress
 from gait_lab.soccer.senses import in_field
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import yaw_of_quaternion
 from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal
