@@ -213,9 +213,8 @@ class LolaBridgeNode(Node):
 
     def _serve_driver(self) -> None:
         """Publish a packet of the driver; start another one if it has died."""
-        packet = b""
-        with contextlib.suppress(OSError):
-            packet = self._link.recv(PACKET_BYTES)
+        # A connection that was reset says that first, and then what was sent before.
+        packet = self._receive() or self._receive()
         if not packet:
             self._reconnect()
             return
@@ -224,6 +223,12 @@ class LolaBridgeNode(Node):
             self._log(message)
         else:
             self._publish(message)
+
+    def _receive(self) -> bytes:
+        try:
+            return self._link.recv(PACKET_BYTES)
+        except OSError:
+            return b""
 
     def _reconnect(self) -> None:
         if self._ending:

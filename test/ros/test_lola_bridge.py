@@ -11,7 +11,7 @@ from lola_bridge.codec import encode_sensors
 from lola_bridge.link import END, PACKET_BYTES, address, pack_log
 from lola_bridge.ros.node import RESTARTS_MAX
 from lola_frames import sensors
-from nao_lipm_gait.ros.process import FAILED
+from nao_lipm_gait.ros.process import FAILED, REFUSED
 from nao_lipm_gait.runtime.diagnostics import Level, LogLine
 from ros_probe import Probe
 
@@ -85,3 +85,18 @@ def test_a_server_that_waits_for_a_client_says_so(probe: Probe, tmp_path: Path) 
     probe.start("lola_server", socket=tmp_path / "lola", engine="mujoco", real_time_factor=0)
     probe.wait(lambda: len(reports) > 1, "two reports")
     assert {each.status[0].message for each in reports} == {"no client, robot held"}
+
+
+def test_a_second_bridge_of_a_robot_ends_and_the_first_stays(probe: Probe, tmp_path: Path) -> None:
+    path = str(tmp_path / "lola")
+    reports = probe.subscribe(DiagnosticArray, "/diagnostics")
+    first = probe.start("lola_bridge", socket=path)
+    probe.wait(lambda: len(reports) > 0, "a report of the first")
+    second = probe.start("lola_bridge", socket=path)
+    assert second.wait() in (FAILED, REFUSED)
+    probe.processes.remove(second)
+    reasons = ("this robot has a lola_bridge already", "one lola_bridge for a robot")
+    assert any(reason in second.log.splitlines()[-1] for reason in reasons)
+    reports.clear()
+    probe.wait(lambda: len(reports) > 1, "more reports of the first")
+    assert first.status is None
