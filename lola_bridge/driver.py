@@ -280,7 +280,9 @@ class Driver:
         self._arrived = self._clock()
         self._frames += 1
         self._stamp += self._period
-        jump = 0 if self._settings.lockstep else self._wall() - self._stamp
+        # Frames of a burst, after this process was held up, are older than the clock says now.
+        newest = len(self._buffer) < SENSOR_BYTES
+        jump = self._wall() - self._stamp if newest and not self._settings.lockstep else 0
         if abs(jump) > CLOCK_SLACK:
             # What a command must follow is of the old clock, too.
             self._stamp, self._valid_from = self._stamp + jump, self._valid_from + jump

@@ -209,6 +209,23 @@ def test_commands_pass_on_when_the_clock_is_set(timed: Rig, jump: float) -> None
     assert timed.frames[-1].stamp == pytest.approx(sum(timed.time) * 1e9, abs=0.15e9)
 
 
+def test_frames_that_had_to_wait_keep_their_stamps(timed: Rig) -> None:
+    """A driver that the machine holds up for 0.24 s finds 20 frames at once."""
+    timed.start()
+    assert timed.robot is not None
+    seen, answered = len(timed.frames), len(timed.answers)
+    for _ in range(20):
+        timed.robot.send(STANDING)
+        timed.now += 0.012
+    timed.serve(lambda: len(timed.answers) >= answered + 19)
+    stamps = [frame.stamp for frame in timed.frames[seen - 1 :]]
+    assert len(stamps) > 5
+    assert {b - a for a, b in pairwise(stamps)} == {12_000_000}
+    for _ in range(PAUSE):
+        timed.cycle()
+    assert timed.frames[-1].stamp == pytest.approx(sum(timed.time) * 1e9, abs=0.05e9)
+
+
 def test_every_frame_is_answered_when_there_is_no_node(timed: Rig) -> None:
     timed.serve(lambda: timed.robot)
     for _ in range(5):
