@@ -11,16 +11,15 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import Twist, Vector3, Wrench, WrenchStamped
 from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.topics import LATCHED
 from ros_probe import Probe, bits, stamp
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LOCKSTEP = {"lockstep": True, "real_time_factor": 0.0}
 PACED = {"real_time_factor": 0.2}
 """By the wall clock, but slow enough for a machine that does other things too."""

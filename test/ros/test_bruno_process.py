@@ -1,15 +1,13 @@
 """The second robot and its walk on both nodes."""
 
 from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.topics import LATCHED
 from ros_probe import Probe, stamp
 from test_both_processes import LOCKSTEP, Driver
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def test_bruno_walks_and_stops_by_cmd_vel(probe: Probe) -> None:

@@ -10,12 +10,12 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 from nao_lipm_gait.calibration_file import load_calibration
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.process import DomainClaim
+from nao_lipm_gait.ros.topics import LATCHED
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
 from nao_lipm_gait.types import LEFT, RIGHT
 from nao_lipm_gait.whole_body.body_model import BodyModel
@@ -24,7 +24,6 @@ from sim_bridge.individual import draw_individual
 from sim_bridge.plant import load_plant
 
 FAST = {"lockstep": True, "real_time_factor": 0.0, "engine": "mujoco"}
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 ROBOT = 2
 """One whose soles are more than 1 deg from parallel in pitch and in roll."""
 

@@ -11,7 +11,6 @@ from geometry_msgs.msg import PointStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray, String
 from std_srvs.srv import Trigger
@@ -19,6 +18,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from nao_lipm_gait.parameters import PARAMETERS, load_preset
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.topics import LATCHED
 from ros_probe import Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()
@@ -26,7 +26,6 @@ NAMES = list(ROBOT.joint_names)
 PERIOD = 10_000_000
 LOST = 5.0
 """[s] without an answer after which best effort has lost the frame or its answer."""
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class StandingRobot:

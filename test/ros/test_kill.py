@@ -9,15 +9,14 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.ros.topics import LATCHED
 from ros_probe import Probe, stamp
 
 pytest.importorskip("mujoco")
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 ROBOT = load_robot()
 SECOND = 1_000_000_000
 SLOW = {"real_time_factor": 0.2, "engine": "mujoco"}

@@ -14,7 +14,8 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
 from std_msgs.msg import Bool, String
 
 from nao_lipm_gait.robot import load_robot
-from ros_probe import Probe
+from nao_lipm_gait.ros.topics import LATCHED
+from ros_probe import Probe, Process
 
 pytest.importorskip("mujoco")
 ROBOT = load_robot("nao_v6")
@@ -28,16 +29,28 @@ class Robot:
     def __init__(self, probe: Probe, socket: Path, stiffness_ramp: float = 0.3) -> None:
         self.probe = probe
         self._parameters: dict[str, dict[str, object]] = {
-            "lola_server": {"socket": socket, "engine": "mujoco", "real_time_factor": 0},
+            "gait": {"urdf": "nao_v6", "control_period": 0.012, "bias_wait": 0.5},
             "lola_bridge": {
                 "socket": socket, "lockstep": True, "stiffness_ramp": stiffness_ramp,
                 "sit_time": 0.5,
             },
-            "gait": {"urdf": "nao_v6", "control_period": 0.012, "bias_wait": 0.5},
+            "lola_server": {"socket": socket, "engine": "mujoco", "real_time_factor": 0},
         }  # fmt: skip
         self.truth = probe.subscribe(Odometry, "ground_truth/odom")
         self.commands = probe.subscribe(JointState, "joint_command")
-        self.processes = {name: probe.start(name, **p) for name, p in self._parameters.items()}
+        self.processes: dict[str, Process] = {}
+
+    def start(self) -> "Robot":
+        """Start the processes; time stands still until the probe knows their topics."""
+        for name, parameters in self._parameters.items():
+            if name == "lola_server":
+                self.probe.wait(self._topics_are_known, "publishers of gait and bridge")
+            self.processes[name] = self.probe.start(name, **parameters)
+        return self
+
+    def _topics_are_known(self) -> bool:
+        topics = "joint_command", "gait/support", "motors_ready"
+        return all(self.probe.node.count_publishers(topic) for topic in topics)
 
     def kill(self, name: str) -> None:
         """Kill a process and start it again."""
@@ -73,7 +86,7 @@ class Robot:
 
 @pytest.fixture
 def robot(probe: Probe, tmp_path: Path) -> Robot:
-    return Robot(probe, tmp_path / "lola")
+    return Robot(probe, tmp_path / "lola").start()
 
 
 def finite(values: Any) -> bool:
@@ -109,8 +122,9 @@ def test_it_does_not_step_before_it_is_stiff(probe: Probe, tmp_path: Path) -> No
         if message.data and not steps_before:
             steps_before.append(sum(each.data.startswith("walk") for each in support))
 
-    probe.subscribe(Bool, "motors_ready", callback=note)
-    robot.walk()
+    probe.subscribe(Bool, "motors_ready", LATCHED, callback=note)
+    robot.start().walk()
+    probe.wait(lambda: steps_before, "stiff motors")
     # The first step may be seen before the message that allowed it; a walk of 2 s has seven.
     assert steps_before[0] <= 1
 

@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from geometry_msgs.msg import PointStamped
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from nao_lipm_gait.ros.topics import LATCHED
 from ros_probe import Probe
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 FAST = {"lockstep": True, "real_time_factor": 0.0, "engine": "mujoco"}
 
 

@@ -8,16 +8,15 @@ import pytest
 import yaml
 from geometry_msgs.msg import PointStamped
 from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from nao_lipm_gait.robot import RobotDescription, load_robot
+from nao_lipm_gait.ros.topics import LATCHED
 from ros_probe import Messages, Probe, set_stamp, stamp
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 NAMES = ("red1", "blue1")
 KINDS = {"red1": load_robot(), "blue1": load_robot("bruno")}
 SCENE = {
