@@ -59,10 +59,14 @@ class SensorCorrection:
         if (c.imu_roll, c.imu_pitch, c.gyro_bias_x, c.gyro_bias_y, c.gyro_bias_z) != (0.0,) * 5:
             self._imu = rotation_from_rpy(c.imu_roll, c.imu_pitch, 0.0)
         self._gyro_bias = np.array((c.gyro_bias_x, c.gyro_bias_y, c.gyro_bias_z))
+        self._soles = 0.0, 0.0
         self.set_soles(c.sole_pitch, c.sole_roll)
 
     def set_soles(self, pitch: float, roll: float) -> None:
         """Set pitch and roll [rad] of the left sole relative to the right one."""
+        if (pitch, roll) == self._soles:
+            return
+        self._soles = pitch, roll
         offset = float_view(self._offset)
         for (left, right), tilt in ((self._pitch, pitch), (self._roll, roll)):
             offset[left], offset[right] = 0.5 * tilt, -0.5 * tilt

@@ -31,8 +31,8 @@ ORIGIN: Pose2 = (0.0, 0.0, 0.0)
 
 def as_point(vector: FloatArray) -> Point3:
     """An array (3,) as three floats."""
-    values: list[float] = vector.tolist()
-    return values[0], values[1], values[2]
+    x, y, z = vector.tolist()
+    return x, y, z
 
 
 def float_view(array: FloatArray) -> "memoryview[float]":
@@ -59,9 +59,10 @@ def rotate_planar(x: float, y: float, yaw: float) -> tuple[float, float]:
 def compose(pose: Pose2, offset: Pose2) -> Pose2:
     """The pose that is at `offset` in the frame of `pose`."""
     x, y, yaw = pose
+    dx, dy, turn = offset
     c = cos(yaw)
     s = sin(yaw)
-    return x + c * offset[0] - s * offset[1], y + s * offset[0] + c * offset[1], yaw + offset[2]
+    return x + c * dx - s * dy, y + s * dx + c * dy, yaw + turn
 
 
 def relative(pose: Pose2, frame: Pose2) -> Pose2:
@@ -83,7 +84,9 @@ def midpoint(a: Pose2, b: Pose2) -> Pose2:
 
 def dot(a: Point3, b: Point3) -> float:
     """Inner product of two vectors of one frame."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    ax, ay, az = a
+    bx, by, bz = b
+    return ax * bx + ay * by + az * bz
 
 
 def cross(a: Point3, b: Point3) -> Point3:

@@ -3,7 +3,8 @@
 
 def limited_step(current: float, wanted: float, step: float) -> float:
     """The value nearest to `wanted` that differs from `current` by at most `step` >= 0."""
-    return min(max(wanted, current - step), current + step)
+    low, high = current - step, current + step
+    return low if wanted < low else high if wanted > high else wanted
 
 
 class RateLimiter:

@@ -3,7 +3,6 @@
 Joint arrays (n,) follow `RobotDescription.joint_names`. Stamps are integer nanoseconds.
 """
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -28,8 +27,7 @@ LEFT, RIGHT = +1, -1
 """The side of a leg. Arrays and pairs hold the left side first: index 0 left, 1 right."""
 
 
-@dataclass(frozen=True, slots=True)
-class SensorFrame:
+class SensorFrame(NamedTuple):
     """All sensors of one sampling instant.
 
     Attributes:

@@ -37,9 +37,10 @@ class LevelFrame:
 
     def coordinates(self, point: Point3) -> Point3:
         """A point [m] of the torso frame in this frame."""
-        origin = self.origin
-        offset = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
-        return dot(offset, self.forward), dot(offset, self.left), dot(offset, self.up)
+        ox, oy, oz = self.origin
+        x, y, z = point[0] - ox, point[1] - oy, point[2] - oz
+        (fx, fy, fz), (lx, ly, lz), (ux, uy, uz) = self.forward, self.left, self.up
+        return fx * x + fy * y + fz * z, lx * x + ly * y + lz * z, ux * x + uy * y + uz * z
 
     def pose_of(self, sole: SolePose) -> Pose2:
         """The planar pose of another sole in this frame."""

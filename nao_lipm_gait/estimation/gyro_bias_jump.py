@@ -8,6 +8,7 @@ walk leans and sways otherwise, so the deadband is wider while the velocity chan
 """
 
 from math import copysign
+from typing import final
 
 from nao_lipm_gait.types import Pose2
 
@@ -26,20 +27,40 @@ LARGEST = 0.2
 """[rad/s] No bias is taken for larger."""
 
 
+@final
+class _Tick:
+    """What all differences have in common in a tick.
+
+    Attributes:
+        deadband: Growth [rad] that does not count.
+        fast: Share by which the average over `FAST_TIME` follows a difference.
+        slow: The same over `SLOW_TIME`.
+        settles: The usual differences are not known yet.
+        dt: Time [s] since the last tick.
+    """
+
+    __slots__ = ("deadband", "dt", "fast", "settles", "slow")
+
+    def __init__(self, deadband: float, age: float, dt: float):
+        self.deadband = deadband
+        self.fast = dt / min(FAST_TIME, age)
+        self.slow = dt / min(SLOW_TIME, age)
+        self.settles = age < SLOW_TIME / 4.0
+        self.dt = dt
+
+
 class _Drift:
     """Growth of the difference between a reference and the estimated vertical along one axis."""
 
     def __init__(self) -> None:
         self._fast = self._slow = 0.0
-        self._age = 0.0
 
-    def update(self, difference: float, deadband: float, dt: float) -> float:
-        """Growth [rad] beyond the usual difference, after `dt` [s]."""
-        self._age += dt
-        self._fast += dt / min(FAST_TIME, self._age) * (difference - self._fast)
+    def update(self, difference: float, tick: _Tick) -> float:
+        """Growth [rad] beyond the usual difference."""
+        self._fast += tick.fast * (difference - self._fast)
         growth = self._fast - self._slow
-        if abs(growth) < deadband or self._age < SLOW_TIME / 4.0:
-            self._slow += dt / min(SLOW_TIME, self._age) * growth
+        if abs(growth) < tick.deadband or tick.settles:
+            self._slow += tick.slow * growth
         return growth
 
 
@@ -50,22 +71,21 @@ class _Axis:
         self._sole, self._force = _Drift(), _Drift()
         self._bias = 0.0
 
-    def rate(self, sole: float, force: float, deadband: float, dt: float) -> float:
+    def rate(self, sole: float, force: float, tick: _Tick) -> float:
         """Rate [rad/s] with which the vertical would drift without a correction.
 
         Args:
             sole: Difference of the sole's normal from it [rad].
             force: Difference of the specific force [rad].
-            deadband: Growth that does not count [rad].
-            dt: Time [s] since the last tick.
+            tick: This tick.
         """
-        sole = self._sole.update(sole, deadband, dt)
-        force = self._force.update(force, deadband, dt)
-        beyond = abs(sole) - deadband
+        sole = self._sole.update(sole, tick)
+        force = self._force.update(force, tick)
+        beyond = abs(sole) - tick.deadband
         if beyond <= 0.0 or sole * force <= 0.0:
             return self._bias
         angle = copysign(min(beyond, abs(force)), sole)
-        self._bias = min(max(self._bias + dt * GAIN * angle, -LARGEST), LARGEST)
+        self._bias = min(max(self._bias + tick.dt * GAIN * angle, -LARGEST), LARGEST)
         return self._bias + RETURN_GAIN * angle
 
 
@@ -79,6 +99,7 @@ class GyroBiasJump:
     def __init__(self) -> None:
         self.rate = (0.0, 0.0)
         self._along_x, self._along_y = _Axis(), _Axis()
+        self._age = 0.0
         self._usual_velocity: Pose2 = (0.0, 0.0, 0.0)
 
     def update(
@@ -93,10 +114,11 @@ class GyroBiasJump:
             velocity: Of the robot, averaged over a step [m/s, m/s, rad/s].
             dt: Time [s] since the last tick.
         """
-        deadband = DEADBAND + CHANGE_SHARE * self._change(velocity, dt)
+        self._age += dt
+        tick = _Tick(DEADBAND + CHANGE_SHARE * self._change(velocity, dt), self._age, dt)
         # From du/dt = u x w: a roll bias moves the vertical along y, a pitch bias along -x.
-        along_x = self._along_x.rate(sole[0], force[0], deadband, dt)
-        along_y = self._along_y.rate(sole[1], force[1], deadband, dt)
+        along_x = self._along_x.rate(sole[0], force[0], tick)
+        along_y = self._along_y.rate(sole[1], force[1], tick)
         self.rate = -along_y, along_x
 
     def _change(self, velocity: Pose2, dt: float) -> float:

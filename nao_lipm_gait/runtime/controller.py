@@ -7,7 +7,7 @@ The ROS node, the fault trials and the benchmarks run this same class. The way o
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -393,7 +393,7 @@ class GaitController:
             frame.stamp, frame.linear_acceleration
         )
         if late or lifted:
-            frame = replace(frame, late=late, lifted=lifted)
+            frame = frame._replace(late=late, lifted=lifted)
         begin = self._clock()
         guarded = self._guard.step(frame, command)
         self._ticks.add(begin, self._clock())

@@ -5,6 +5,7 @@ torso frame changes smoothly from tick to tick. Extrapolated from the last ticks
 enough first guess in three of four ticks; the others need a second iteration.
 """
 
+from math import cos, sin
 from typing import final
 
 import numpy as np
@@ -62,6 +63,7 @@ class ComPlacement:
         self._body = body
         self._legs = legs
         self._position = np.array(robot.stand_pose, dtype=float)
+        self._joints = float_view(self._position)
         self._left_leg = LegColumns(robot, robot.left_leg)
         self._right_leg = LegColumns(robot, robot.right_leg)
         self._left_shoulder, self._right_shoulder = map(robot.index, robot.shoulder_pitch)
@@ -97,7 +99,7 @@ class ComPlacement:
             targets.right_sole.y - targets.left_sole.y,
             -mean_yaw,
         )
-        joints = float_view(self._position)
+        joints = self._joints
         joints[self._left_shoulder] = self._left_hang - arm_swing * ahead
         joints[self._right_shoulder] = self._right_hang + arm_swing * ahead
         solution: LegSolution
@@ -143,8 +145,12 @@ def _extrapolated(last: float, before: float, first: float) -> float:
 
 def _sole_axes(sole: SoleTarget) -> tuple[Point3, Point3]:
     """Forward axis and normal of a sole in Q."""
-    rows = rotation_from_rpy(sole.roll, sole.pitch, sole.yaw)
-    return (rows[0][0], rows[1][0], rows[2][0]), (rows[0][2], rows[1][2], rows[2][2])
+    # The first and the last column of `rotation_from_rpy`.
+    cr, sr = cos(sole.roll), sin(sole.roll)
+    cp, sp = cos(sole.pitch), sin(sole.pitch)
+    cy, sy = cos(sole.yaw), sin(sole.yaw)
+    forward = cy * cp, sy * cp, -sp
+    return forward, (cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr)
 
 
 def _in_torso(

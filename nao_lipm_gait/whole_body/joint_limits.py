@@ -20,9 +20,10 @@ class JointLimits:
     """
 
     def __init__(self, robot: RobotDescription):
-        self._lower: list[float] = robot.lower.tolist()
-        self._upper: list[float] = robot.upper.tolist()
+        lower, upper = robot.lower.tolist(), robot.upper.tolist()
+        self._bounds: list[tuple[int, float, float]] = list(zip(itertools.count(), lower, upper))
         self._speed = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
+        self._speeds: list[float] = self._speed.tolist()
         self._ankles = [
             _AnkleLimit(robot, leg, robot.ankle_limits[side])
             for side, leg in (("left", robot.left_leg), ("right", robot.right_leg))
@@ -33,8 +34,8 @@ class JointLimits:
         """Limit joint targets (n,) [rad] in place; returns how many were beyond a limit."""
         beyond = 0
         values: list[float] = position.tolist()
-        for joint in range(len(values)):
-            value, lower, upper = values[joint], self._lower[joint], self._upper[joint]
+        for joint, lower, upper in self._bounds:
+            value = values[joint]
             if not lower <= value <= upper:
                 values[joint] = position[joint] = min(max(value, lower), upper)
                 beyond += 1
@@ -44,10 +45,14 @@ class JointLimits:
 
     def slow_down(self, position: FloatArray, before: FloatArray, dt: float) -> None:
         """Limit the change of targets (n,) [rad] since `before` (n,), dt [s] ago, in place."""
-        change = position - before
-        stride = self._speed * dt
-        if (np.abs(change) > stride).any():
-            position[:] = before + np.clip(change, -stride, stride)
+        # Mostly nothing is too fast; plain floats tell this sooner than arrays.
+        for value, last, speed in zip(
+            position.tolist(), before.tolist(), self._speeds, strict=True
+        ):
+            if abs(value - last) > speed * dt:
+                stride = self._speed * dt
+                position[:] = before + np.clip(position - before, -stride, stride)
+                return
 
 
 class _AnkleLimit:

@@ -6,7 +6,7 @@ angle serves two soles: the difference of the two rotations determines it, by a 
 The torso yaw, which is free, absorbs their mean.
 """
 
-from math import acos, asin, atan2, cos, hypot, sin, sqrt
+from math import acos, asin, atan2, copysign, cos, hypot, sin, sqrt
 
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import Point3
@@ -17,6 +17,9 @@ SQRT_HALF = sqrt(0.5)
 YAW_TOLERANCE = 1e-4
 """Largest difference of the two yaw errors [rad]."""
 MAX_ITERATIONS = 8
+_Leg = tuple[float, float, float, float, float, float, float]
+YAW_ERROR, REACH_ERROR = 5, 6
+"""Columns of a `_Leg`, after five joint angles. Plain tuples are the cheapest records."""
 
 
 class SharedHipLegs:
@@ -44,11 +47,12 @@ class SharedHipLegs:
             angle = 2.0 * self._last_hip_angle - self._hip_angle_before
             self._hip_angle_before = self._last_hip_angle
         slope = self._last_slope
-        solution = self._with_hip_angle(angle, left, right)
+        left_leg = self._five_joints(angle, left, self._left_hip, 1.0)
+        right_leg = self._five_joints(angle, right, self._right_hip, -1.0)
         previous: tuple[float, float] | None = None
         for _ in range(MAX_ITERATIONS):
             # The shared joint turns the soles against each other, by about sqrt(2) rad/rad.
-            error = solution.left_yaw_error - solution.right_yaw_error
+            error = left_leg[YAW_ERROR] - right_leg[YAW_ERROR]
             if abs(error) < YAW_TOLERANCE:
                 break
             if previous is not None and abs(angle - previous[0]) > 1e-9:
@@ -56,23 +60,21 @@ class SharedHipLegs:
                 slope = min(max(slope, -2.5), -0.5)
             previous = angle, error
             angle = min(max(angle + error / slope, -1.3), 1.0)
-            solution = self._with_hip_angle(angle, left, right)
+            left_leg = self._five_joints(angle, left, self._left_hip, 1.0)
+            right_leg = self._five_joints(angle, right, self._right_hip, -1.0)
         self._last_hip_angle = angle
         self._last_slope = slope
-        return solution
-
-    def _with_hip_angle(self, angle: float, left: SolePose, right: SolePose) -> LegSolution:
-        left_angles, left_yaw, left_reach = self._five_joints(angle, left, self._left_hip, 1.0)
-        right_angles, right_yaw, right_reach = self._five_joints(
-            angle, right, self._right_hip, -1.0
-        )
         return LegSolution(
-            left_angles, right_angles, left_yaw, right_yaw, max(left_reach, right_reach)
+            LegAngles(angle, *left_leg[:YAW_ERROR]),
+            LegAngles(angle, *right_leg[:YAW_ERROR]),
+            left_leg[YAW_ERROR],
+            right_leg[YAW_ERROR],
+            max(left_leg[REACH_ERROR], right_leg[REACH_ERROR]),
         )
 
     def _five_joints(
         self, hip_angle: float, sole: SolePose, hip: Point3, side: float
-    ) -> tuple[LegAngles, float, float]:
+    ) -> _Leg:
         """One leg for a given hip yaw-pitch.
 
         Args:
@@ -82,7 +84,7 @@ class SharedHipLegs:
             side: +1 for the left leg, -1 for the right.
 
         Returns:
-            Joint angles, yaw error [rad] and reach error [m].
+            Hip roll, hip pitch, knee, ankle pitch, ankle roll, yaw error [rad], reach error [m].
         """
         px, py, pz = sole.position
         dx, dy, dz = sole.forward
@@ -115,14 +117,14 @@ class SharedHipLegs:
         else:
             reach_error = 0.0
             cosine = (reach * reach - thigh * thigh - tibia * tibia) / (2.0 * thigh * tibia)
-            knee = acos(min(max(cosine, -1.0), 1.0))
+            knee = acos(cosine if -1.0 <= cosine <= 1.0 else copysign(1.0, cosine))
         # The thigh is ahead of the line from hip to ankle by the share that the knee bends back.
         hip_pitch = atan2(-ax, lateral) - atan2(tibia * sin(knee), thigh + tibia * cos(knee))
         cr = cos(hip_roll)
         sr = sin(hip_roll)
         normal_y = cr * my + sr * mz
         normal_z = cr * mz - sr * my
-        ankle_roll = -asin(min(max(normal_y, -1.0), 1.0))
+        ankle_roll = -asin(normal_y if -1.0 <= normal_y <= 1.0 else copysign(1.0, normal_y))
         pitch = atan2(mx, normal_z)
         ankle_pitch = pitch - hip_pitch - knee
 
@@ -138,5 +140,4 @@ class SharedHipLegs:
             (fy * dz - fz * dy) * nx + (fz * dx - fx * dz) * ny + (fx * dy - fy * dx) * nz,
             fx * dx + fy * dy + fz * dz,
         )
-        angles = LegAngles(hip_angle, hip_roll, hip_pitch, knee, ankle_pitch, ankle_roll)
-        return angles, yaw_error, reach_error
+        return hip_roll, hip_pitch, knee, ankle_pitch, ankle_roll, yaw_error, reach_error

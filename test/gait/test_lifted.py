@@ -1,6 +1,5 @@
 """A robot that is lifted holds its stand in the air and walks on when it is put down."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ FORWARD = VelocityCommand(0.1, 0.0, 0.0)
 
 def in_hands(nao: ObedientRobot, seconds: float) -> None:
     for _ in range(round(100 * seconds)):
-        nao.tick(FORWARD, replace(nao.frame(), lifted=True))
+        nao.tick(FORWARD, nao.frame()._replace(lifted=True))
 
 
 def walking() -> ObedientRobot:
@@ -43,7 +42,7 @@ def test_its_targets_do_not_jump() -> None:
     limit = 0.01 * np.array(nao.gait.robot.velocity_limit)
     last = nao.joints
     for lifted in [True] * 150 + [False] * 150:
-        targets = nao.tick(FORWARD, replace(nao.frame(), lifted=lifted)).position
+        targets = nao.tick(FORWARD, nao.frame()._replace(lifted=lifted)).position
         assert nao.gait.state is WALK or (np.abs(targets - last) <= limit + 1e-9).all()
         last = targets
     assert nao.gait.state is WALK

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,7 +86,7 @@ def test_targets_beyond_a_limit_are_clipped_and_reported():
     guarded = TargetGuard(ScriptedGait(with_target(knee, beyond)), ROBOT)
     bent = ROBOT.stand_pose.copy()
     bent[knee] = ROBOT.upper[knee]
-    answer = guarded.step(replace(frame(10), joint_position=bent), STANDSTILL)
+    answer = guarded.step(frame(10)._replace(joint_position=bent), STANDSTILL)
     assert answer.targets.position[knee] == ROBOT.upper[knee]
     assert not answer.held
     assert answer.fault is not None

@@ -146,6 +146,7 @@ class SingleSupport:
     def __init__(self, parameters: GaitParameters, k: float):
         self._p = parameters
         self._k = k
+        self._straight_lead, _ = exchange_leads(0.0, parameters)
 
     def plan(self, state: WalkState, request: StepRequest) -> StepPlan:
         """The rest of the step from the corrected state on."""
@@ -168,7 +169,7 @@ class SingleSupport:
         latest = max(earliest, STEP_DURATION_MAX - request.elapsed)
         x, v = swing * state.y + r_y, swing * state.vy
         view = STRAIGHT
-        lead = exchange_leads(0.0, p)[0] if yaw != 0.0 and request.passing != 0.0 else 0.0
+        lead = self._straight_lead if yaw != 0.0 and request.passing != 0.0 else 0.0
         if lead > 0.0:
             vx = request.passing * k * r_y / width
             view = turn_of_view(swing, yaw, -request.passing * lead, vx)

@@ -75,6 +75,7 @@ class LipmWalk:
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Use new parameters from the next plan on; the delay is fixed at construction."""
         self._p = p = parameters
+        self._wanted_step: Pose2 | None = None
         self._k = natural_frequency(p.pendulum_height)
         self._single_support = SingleSupport(p, self._k)
         self._sway.set_limit(p.sway_limit)
@@ -103,6 +104,7 @@ class LipmWalk:
         self._sent: deque[bool] = deque([True] * self.delay_ticks)
         self._followed = CATCH_UP + 1
         self._stride = STEP_IN_PLACE
+        self._wanted_step = None
         self._reserve = 1.0
         self._passing = 0.0
         self._pace = Pace()
@@ -265,8 +267,10 @@ class LipmWalk:
         return segments
 
     def _plan_single_support(self, state: WalkState) -> None:
+        if self._wanted_step is None:
+            self._wanted_step = self._stride.of_step(-state.support, self._p)
         request = StepRequest(
-            self._stride.of_step(-state.support, self._p),
+            self._wanted_step,
             self._passing,
             self._elapsed,
             self._last_step_size[0],
@@ -293,6 +297,7 @@ class LipmWalk:
         if forward_share > self._sway.share:
             wanted = wanted.scaled(self._sway.share / forward_share)
         self._stride = approach(self._stride, wanted, p)
+        self._wanted_step = None
         self._reserve = 1.0 - limit_share(self._stride, p)
         self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(
