@@ -206,8 +206,7 @@ class PerceptModel:
         return [Percept(kind, (x, y), (a + variance, b, c + variance))]
 
     def _too_near(self, geometry: ImageGeometry, kind: Kind, pixels: FloatArray) -> list[Percept]:
-        """The robot with these pixels (3, 2) of feet, waist and shoulders, if only its torso is
-        in the image."""
+        """The robot with feet, waist and shoulders at pixels (3, 2), if only its torso is seen."""
         feet, waist, shoulders = pixels.tolist()
         columns, rows = geometry.width, geometry.height
         tall = waist[1] - shoulders[1]

@@ -221,7 +221,7 @@ class Planner:
         s, table = self.settings, self._table
         contested = any(math.dist(robot, ball) < NO_TIME for robot in robots)
         kicks = [(kick, True) for kick in table.dribbles]
-        if valid:
+        if valid and (stands or not contested):
             kicks += [(kick, False) for kick in table.kicks]
         things = [(robot, s.robot_radius) for robot in robots]
         goal = self._opening(ball)

@@ -171,7 +171,7 @@ def _landmark(
     period = PERIODS.get(landmark.kind)
     if period is not None:
         turn = candidates[:, 2] - poses[:, 2:3] - landmark.yaw
-        turn -= period * np.round(turn / period)
+        turn -= period * np.rint(turn / period)
         square += (turn / YAW_ERROR) ** 2
     result: FloatArray = square.min(axis=1)
     return result

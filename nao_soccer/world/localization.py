@@ -372,7 +372,7 @@ def _mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
 
 def _wrapped(angle: FloatArray) -> FloatArray:
     """[rad] in (-pi, pi]."""
-    result: FloatArray = angle - math.tau * np.round(angle / math.tau)
+    result: FloatArray = angle - math.tau * np.rint(angle / math.tau)
     return result
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
