@@ -83,14 +83,12 @@ class TorqueLimits:
         self._line = plant.motor.torque_speed_line
         self._inverse_no_load_speed = 1.0 / no_load_speed
         self.loss: FloatArray = self.standstill / no_load_speed * self._line
-        self._laws = tuple(zip(self.standstill.tolist(), self.loss.tolist(), strict=True))
         self.top_speed: FloatArray = no_load_speed if self._line else np.full(len(motors), np.inf)
 
     def weaken(self, share: FloatArray) -> None:
         """Leave the motors these shares (n,) of their torque from now on, 0 to 1."""
         self.standstill[:] = share * self._whole
         self.loss[:] = self.standstill * self._inverse_no_load_speed * self._line
-        self._laws = tuple(zip(self.standstill.tolist(), self.loss.tolist(), strict=True))
 
     def driving(self, velocity: FloatArray) -> FloatArray:
         """(n,) [N m] for motors that drive their joints at `velocity` (n,) [rad/s]."""
@@ -124,16 +122,9 @@ class TorqueLimits:
             torque: (n,) motor torque [N m].
             share: of the limit, for all motors or (n,) for each.
         """
-        count = 0
-        shares = [share] * len(self._laws) if isinstance(share, float) else share.tolist()
-        for speed, now, (most, loss), part in zip(
-            velocity.tolist(), torque.tolist(), self._laws, shares, strict=True
-        ):
-            driving = speed * now > 0.0
-            limit = max(most - loss * abs(speed), 0.0) if driving else most
-            if abs(now) > part * limit:
-                count += 1
-        return count
+        driving = np.maximum(self.standstill - self.loss * np.abs(velocity), 0.0)
+        limit = np.where(velocity * torque > 0.0, driving, self.standstill)
+        return int(np.count_nonzero(np.abs(torque) > share * limit))
 
     def span(self, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest torque (n,) [N m] at `velocity` (n,) [rad/s].

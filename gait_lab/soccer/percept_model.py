@@ -14,7 +14,7 @@ from gait_lab.vision.percept_errors import LINE_POINT, ROBOT, PerceptErrors
 from nao_lipm_gait.robot.camera import CameraView
 from nao_lipm_gait.types import FloatArray, Point2, Pose2
 from nao_soccer.field import Field, Goals
-from nao_soccer.vision.image_geometry import ImageGeometry, PoseError
+from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.near_robots import (
     FEET_MIN,
     LYING_HEIGHT,
@@ -127,41 +127,43 @@ class PerceptModel:
         pan = self._pan + scale * errors.pan.image * random.standard_normal()
         shift = self._shift + scale * errors.shift.image * random.standard_normal(2)
         common = np.array((tilt, pan, *shift))
-        hiding = _seen_from(footprint, np.array([each.place for each in robots if not each.lies]))
-        geometry = ImageGeometry(view, PoseError())
+        geometry = ImageGeometry(view)
+        standing = np.array([not each.lies for each in robots], dtype=bool)
+        others = _seen_from(footprint, np.array([each.place for each in robots]))
+        hiding = others[standing]
+        places = self._fixed if ball is None else np.concatenate((self._fixed, [ball]))
+        fixed = _seen_from(footprint, places)  # and the ball, last
+        in_sight = _in_image(_pixels(fixed, (0.0,), view), view)[:, 0]
+        in_sight[in_sight] = ~_hidden(fixed[in_sight], hiding)
 
-        def found(
-            kind: str, near: FloatArray, inside: NDArray[np.bool_], hidden_by: FloatArray = hiding
-        ) -> FloatArray:
+        def found(kind: str, near: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
             """(m, 3) measured places and the index of each, of places (n, 2) in base_footprint."""
-            chosen = self._chosen(kind, near, inside, hidden_by)
+            chosen = self._chosen(kind, near, seen)
             return self._measured(kind, near, chosen, common) if len(chosen) else _NOTHING
 
-        fixed = _seen_from(footprint, self._fixed)
-        in_image = _in_image(fixed, 0.0, view)
         *parts, line = self._parts
         objects: list[Percept] = []
         for (kind, rows), part in zip(self._objects, parts, strict=True):
-            for x, y, index in found(kind.value, fixed[part], in_image[part]).tolist():
+            for x, y, index in found(kind.value, fixed[part], in_sight[part]).tolist():
                 yaw = rows[int(index), 2] - footprint[2] if kind in CROSSINGS else 0.0
                 objects.append(self._percept(geometry, kind, (x, y), yaw))
-        for kind, place, lies in robots:
-            (near,) = _seen_from(footprint, np.array(place))
-            others = hiding[np.hypot(*(hiding - near).T) > 1e-6]  # all but itself
+        hidden = _hidden(others, hiding)  # nobody hides himself
+        pixels = _pixels(others, (0.0, WAIST, SHOULDERS), view)
+        whole = _in_image(pixels[:, :2], view).all(axis=1) & ~hidden
+        for index, (kind, _, lies) in enumerate(robots):
+            near = others[index : index + 1]
             if lies:
                 objects += self._lying(geometry, kind, near)
                 continue
-            whole = _in_image(near[None], 0.0, view) & _in_image(near[None], WAIST, view)
-            for x, y, _ in found(ROBOT, near[None], whole, others).tolist():
+            for x, y, _ in found(ROBOT, near, whole[index : index + 1]).tolist():
                 objects.append(self._percept(geometry, kind, (x, y)))
-            if not _hidden(near[None], others)[0]:
-                objects += self._too_near(geometry, kind, near)
+            if not hidden[index]:
+                objects += self._too_near(geometry, kind, pixels[index])
         seen = None
         if ball is not None:
-            near = _seen_from(footprint, np.array(ball))
-            for x, y, _ in found(Kind.BALL.value, near, _in_image(near, 0.0, view)).tolist():
+            for x, y, _ in found(Kind.BALL.value, fixed[-1:], in_sight[-1:]).tolist():
                 seen = self._percept(geometry, Kind.BALL, (x, y))
-        points = found(LINE_POINT, fixed[line], in_image[line])[:, :2]
+        points = found(LINE_POINT, fixed[line], in_sight[line])[:, :2]
         visible = visible_ground(view)
         false = self._false_percepts(geometry, visible)
         if seen is None:
@@ -182,39 +184,36 @@ class PerceptModel:
         self._stamp = stamp
 
     def _chosen(
-        self, kind: str, near: FloatArray, inside: NDArray[np.bool_], hiding: FloatArray
+        self, kind: str, near: FloatArray, seen: NDArray[np.bool_]
     ) -> NDArray[np.intp]:
-        """Indices of the places (n, 2) in base_footprint, of those in the image, that are found."""
-        chosen = np.flatnonzero(inside)
+        """Indices of the places (n, 2) in base_footprint, of those to be seen, that are found."""
+        chosen = np.flatnonzero(seen)
         if not len(chosen):  # as of most landmarks in most images
             return chosen
-        chosen = chosen[~_hidden(near[chosen], hiding)]
         share = self._errors.recalls(kind, np.hypot(*near[chosen].T))
         return chosen[self._random.random(len(share)) < share]
 
     def _lying(self, geometry: ImageGeometry, kind: Kind, near: FloatArray) -> list[Percept]:
-        """The robot that lies at a place (2,) in base_footprint, if it is found."""
-        seen = _in_image(near[None], LYING_HEIGHT, geometry.view)[0]
-        reach = float(np.hypot(*(near - geometry.camera[:2])))
+        """The robot that lies at a place (1, 2) in base_footprint, if it is found."""
+        seen = _in_image(_pixels(near, (LYING_HEIGHT,), geometry.view), geometry.view)[0, 0]
+        reach = float(np.hypot(*(near[0] - geometry.camera[:2])))
         near_enough = LYING_RANGE[0] < reach < LYING_RANGE[1]
         if not (seen and near_enough) or self._random.random() >= LYING_RECALL:
             return []
-        x, y = (near + self._scale * LYING_ERROR * self._random.standard_normal(2)).tolist()
-        a, b, c = geometry.covariance(near[None], LYING_HEIGHT)[0].tolist()
+        x, y = (near[0] + self._scale * LYING_ERROR * self._random.standard_normal(2)).tolist()
+        a, b, c = geometry.covariance(near, LYING_HEIGHT)[0].tolist()
         variance = LYING_SPREAD**2
         return [Percept(kind, (x, y), (a + variance, b, c + variance))]
 
-    def _too_near(self, geometry: ImageGeometry, kind: Kind, near: FloatArray) -> list[Percept]:
-        """The robot at a place (2,) in base_footprint, if only its torso is in the image."""
-        view = geometry.view
-        heights = np.array((0.0, WAIST, SHOULDERS))
-        feet, waist, shoulders = view.project(np.column_stack((np.tile(near, (3, 1)), heights)))
-        rows = view.intrinsics.height
+    def _too_near(self, geometry: ImageGeometry, kind: Kind, pixels: FloatArray) -> list[Percept]:
+        """The robot with feet, waist and shoulders at pixels (3, 2), if only its torso is seen."""
+        feet, waist, shoulders = pixels.tolist()
+        columns, rows = geometry.width, geometry.height
         tall = waist[1] - shoulders[1]
         middle = waist[0] + geometry.focal * self._scale * TORSO_BEARING * self._random.normal()
         # Behind the camera there are no pixels, which makes all comparisons false.
         if not (
-            EDGE < waist[0] < view.intrinsics.width - EDGE
+            EDGE < waist[0] < columns - EDGE
             and tall > EDGE
             and shoulders[1] < rows - EDGE
             and waist[1] > EDGE
@@ -223,8 +222,8 @@ class PerceptModel:
         ):
             return []
         half = 0.5 * SHOULDER_WIDTH / (SHOULDERS - WAIST) * tall
-        top, bottom = max(0.0, float(shoulders[1])), min(float(rows), float(waist[1]))
-        torso = Box(float(middle - half), top, float(middle + half), bottom)
+        top, bottom = max(0.0, shoulders[1]), min(float(rows), waist[1])
+        torso = Box(middle - half, top, middle + half, bottom)
         found = too_near(geometry, torso, kind, rows)
         return [] if found is None else [found]
 
@@ -242,9 +241,9 @@ class PerceptModel:
         bearing += scale * own.bearing * random.standard_normal(count)
         kept = depression > DEPRESSION_MIN
         reach = height / np.tan(np.maximum(depression, DEPRESSION_MIN))
-        rows = np.column_stack(
+        rows = np.array(
             (reach * np.cos(bearing) + common[2], reach * np.sin(bearing) + common[3], chosen)
-        )
+        ).T
         result: FloatArray = rows[kept]
         return result
 
@@ -321,16 +320,19 @@ def _hidden(near: FloatArray, hiding: FloatArray) -> NDArray[np.bool_]:
     return hidden
 
 
-def _in_image(near: FloatArray, height: float, view: CameraView) -> NDArray[np.bool_]:
-    """(n,) Whether points at a height [m] over places (n, 2) in base_footprint are in the image."""
-    pixels = view.project(np.column_stack((near, np.full(len(near), height))))
-    pinhole = view.intrinsics
-    inside: NDArray[np.bool_] = (
-        (pixels[:, 0] > EDGE)
-        & (pixels[:, 0] < pinhole.width - EDGE)
-        & (pixels[:, 1] > EDGE)
-        & (pixels[:, 1] < pinhole.height - EDGE)
-    )
+def _pixels(near: FloatArray, heights: tuple[float, ...], view: CameraView) -> FloatArray:
+    """(n, m, 2) Pixels of points at m heights [m] over places (n, 2) in base_footprint."""
+    points = np.empty((len(near), len(heights), 3))
+    points[..., :2] = near[:, None]
+    points[..., 2] = heights
+    return view.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
+
+
+def _in_image(pixels: FloatArray, view: CameraView) -> NDArray[np.bool_]:
+    """(...) Whether pixels (..., 2) are well inside the image; false behind the camera."""
+    u, v = pixels[..., 0], pixels[..., 1]
+    width, height = view.intrinsics.width, view.intrinsics.height
+    inside: NDArray[np.bool_] = (u > EDGE) & (u < width - EDGE) & (v > EDGE) & (v < height - EDGE)
     return inside
 
 

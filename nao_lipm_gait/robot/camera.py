@@ -57,9 +57,10 @@ class Intrinsics:
         """Pixels (..., 2) of points (..., 3) [m] in the optical frame; NaN behind the camera."""
         points = np.asarray(points, dtype=float)
         depth = np.where(points[..., 2] > 0.0, points[..., 2], np.nan)
-        u = self.cx + self.fx * points[..., 0] / depth
-        v = self.cy + self.fy * points[..., 1] / depth
-        return np.stack((u, v), axis=-1)
+        pixels = np.empty((*depth.shape, 2))
+        pixels[..., 0] = self.cx + self.fx * points[..., 0] / depth
+        pixels[..., 1] = self.cy + self.fy * points[..., 1] / depth
+        return pixels
 
     def rays(self, pixels: FloatArray) -> FloatArray:
         """Directions (..., 3) in the optical frame, of depth z = 1, of pixels (..., 2)."""

@@ -109,6 +109,24 @@ class BallPlan:
         return self.kick.robot_pose(ball, math.remainder(self.direction - yaw, math.tau))
 
 
+_Disc = tuple[Point2, float]
+"""Place and radius [m] of what a ball may meet."""
+
+
+class _Opening(NamedTuple):
+    """The goal seen from the ball.
+
+    Attributes:
+        far: Distance [m] to its middle.
+        left: Direction [rad] of the left post in the field.
+        right: Direction [rad] of the right post.
+    """
+
+    far: float
+    left: float
+    right: float
+
+
 class _Way(NamedTuple):
     """A way for the ball.
 
@@ -126,8 +144,8 @@ class _Way(NamedTuple):
         return ball[0] + way * math.cos(self.direction), ball[1] + way * math.sin(self.direction)
 
 
-def _free(ball: Point2, direction: float, things: Sequence[tuple[Point2, float]]) -> float:
-    """How far [m] a ball rolls before it meets one of some things, each with its radius [m]."""
+def _free(ball: Point2, direction: float, things: Sequence[_Disc]) -> float:
+    """How far [m] a ball rolls before it meets one of some things."""
     ux, uy = math.cos(direction), math.sin(direction)
     free = math.inf
     for (x, y), radius in things:
@@ -202,32 +220,37 @@ class Planner:
     ) -> Iterator[BallPlan]:
         s, table = self.settings, self._table
         contested = any(math.dist(robot, ball) < NO_TIME for robot in robots)
-        for way in self._ways(ball, robots):
-            for kick in (*table.dribbles, *table.kicks) if valid else table.dribbles:
-                x, y, heading = kick.robot_pose(ball, way.direction)
-                behind = math.atan2(ball[1] - y, ball[0] - x)
-                walk = self._walk_time(own, ball, behind, heading)
-                hit = self._chance(kick, ball, way)
+        kicks = [(kick, True) for kick in table.dribbles]
+        if valid and (stands or not contested):
+            kicks += [(kick, False) for kick in table.kicks]
+        things = [(robot, s.robot_radius) for robot in robots]
+        goal = self._opening(ball)
+        for way in self._ways(ball, robots, things):
+            for kick, dribbles in kicks:
+                pose = kick.robot_pose(ball, way.direction)
+                walk = self._walk_time(own, ball, pose)
+                at_once = stands and walk < AT_ONCE
+                if contested and not (dribbles or at_once):
+                    continue
+                hit = self._chance(kick, goal, way)
                 gain = kick.distance * math.exp(-0.5 * (kick.direction_spread + s.aim_spread) ** 2)
                 end = way.end(ball, gain)
-                rest = self._rest(end, robots) + self._way_time(math.dist(ball, end))
-                seconds = walk + self._no_room((x, y, heading), robots)
-                dribbles = kick in table.dribbles
+                rest = self._rest(end, things) + self._way_time(math.dist(ball, end))
+                seconds = walk + self._no_room(pose, robots)
                 if not dribbles:
-                    at_once = stands and walk < AT_ONCE
-                    if contested and not at_once:
-                        continue
                     # A ball that goes in is in soon after the foot has hit it.
                     seconds += HIT_SHARE * kick.seconds
                     seconds += 0.0 if at_once else s.settle
                     rest += (1.0 - HIT_SHARE) * kick.seconds + s.retry
-                seconds += hit * min(self._far(ball) / kick.speed, 2.0) + (1.0 - hit) * rest
+                seconds += hit * min(goal.far / kick.speed, 2.0) + (1.0 - hit) * rest
                 yield BallPlan(kick, dribbles, way.direction, walk, seconds)
 
-    def _ways(self, ball: Point2, robots: Sequence[Point2]) -> list[_Way]:
+    def _ways(
+        self, ball: Point2, robots: Sequence[Point2], things: Sequence[_Disc]
+    ) -> list[_Way]:
         """Directions that are worth comparing: into the goal, and past the robot in this way."""
-        things = [(robot, self.settings.robot_radius) for robot in robots]
-        things += [((self._goal, side * self._half_opening), POST_RADIUS) for side in SIDES]
+        posts = [((self._goal, side * self._half_opening), POST_RADIUS) for side in SIDES]
+        things = [*things, *posts]
         aim, room = self._aim(ball, things)
         ways = [_Way(aim, math.inf if room > 0.0 else _free(ball, aim, things))]
         if ways[0].free > NEAR_ROBOT:
@@ -251,7 +274,14 @@ class Planner:
         """Distance [m] to the middle of the goal."""
         return math.hypot(self._goal - ball[0], ball[1])
 
-    def _rest(self, ball: Point2, robots: Sequence[Point2]) -> float:
+    def _opening(self, ball: Point2) -> _Opening:
+        """The goal seen from the ball."""
+        dx = max(1e-3, self._goal - ball[0])
+        left = math.atan2(self._half_opening - ball[1], dx)
+        right = math.atan2(-self._half_opening - ball[1], dx)
+        return _Opening(self._far(ball), left, right)
+
+    def _rest(self, ball: Point2, robots: Sequence[_Disc]) -> float:
         """Time [s] that a ball at a place still needs to the goal."""
         s = self.settings
         x, y = ball
@@ -261,10 +291,10 @@ class Planner:
         if abs(x) > self._goal or abs(y) > self._side:
             return rest + OUT_TIME
         to_goal = math.atan2(-y, self._goal - x)
-        near = _free(ball, to_goal, [(robot, s.robot_radius) for robot in robots])
+        near = _free(ball, to_goal, robots)
         return rest + (s.duel if near < DRIBBLE_STEP else 0.0)
 
-    def _aim(self, ball: Point2, things: Sequence[tuple[Point2, float]]) -> tuple[float, float]:
+    def _aim(self, ball: Point2, things: Sequence[_Disc]) -> tuple[float, float]:
         """Direction [rad] for the ball with the most room, and that room [m]; < 0 = blocked.
 
         The first candidate is the way straight ahead, as far as it leads into the goal: a robot
@@ -293,48 +323,34 @@ class Planner:
     def _no_room(self, pose: Pose2, robots: Sequence[Point2]) -> float:
         """Time [s] that a place is worse because a robot, a goal or the carpet's end is there."""
         x, y, _ = pose
-        posts = min(
-            math.hypot(x - sign * self._goal, y - side * self._half_opening)
-            for sign in SIDES for side in SIDES
-        )  # fmt: skip
+        # By symmetry, all four posts at once.
+        post = math.hypot(abs(x) - self._goal, abs(y) - self._half_opening)
         net = abs(x) > self._goal + 0.1 and abs(y) < self._half_opening + 0.2
         outside = abs(x) > self._goal + 0.4 or abs(y) > self._side + 0.4
         taken = any(math.hypot(x - each[0], y - each[1]) < TAKEN for each in robots)
-        return POST_TIME if posts < POST_ROOM or net or outside or taken else 0.0
+        return POST_TIME if post < POST_ROOM or net or outside or taken else 0.0
 
-    def _chance(self, kick: Kick, ball: Point2, way: _Way) -> float:
+    def _chance(self, kick: Kick, goal: _Opening, way: _Way) -> float:
         """Chance that the kick goes into the goal."""
-        far = self._far(ball)
         if way.free < DRIBBLE_STEP:
             return 0.0
-        open_share = 1.0 if way.free > far else BLOCKED_SHARE
+        open_share = 1.0 if way.free > goal.far else BLOCKED_SHARE
         reach = 0.5 * math.erfc(
-            (far - kick.distance) / (math.sqrt(2.0) * (kick.distance_spread + 0.05))
+            (goal.far - kick.distance) / (math.sqrt(2.0) * (kick.distance_spread + 0.05))
         )
-        dx = max(1e-3, self._goal - ball[0])
-        left = math.atan2(self._half_opening - ball[1], dx)
-        right = math.atan2(-self._half_opening - ball[1], dx)
         spread = math.sqrt(2.0) * math.hypot(kick.direction_spread, self.settings.aim_spread)
-        inside = math.erf((left - way.direction) / spread)
-        inside -= math.erf((right - way.direction) / spread)
+        inside = math.erf((goal.left - way.direction) / spread)
+        inside -= math.erf((goal.right - way.direction) / spread)
         return open_share * reach * 0.5 * inside
 
-    def _walk_time(self, own: Pose2, ball: Point2, behind: float, heading: float) -> float:
-        """Time [s] to walk to the ball.
-
-        Args:
-            own: Pose of the robot.
-            ball: x, y [m].
-            behind: Direction [rad] from the robot's target to the ball.
-            heading: [rad] of the robot at its target.
-        """
+    def _walk_time(self, own: Pose2, ball: Point2, target: Pose2) -> float:
+        """Time [s] to walk to a pose at the ball, all in one frame."""
         dx, dy = ball[0] - own[0], ball[1] - own[1]
+        behind = math.atan2(ball[1] - target[1], ball[0] - target[0])
         around = abs(math.remainder(behind - math.atan2(dy, dx), math.tau))
-        radius = self.settings.orbit
-        way = max(0.0, math.hypot(dx, dy) - radius)
+        turn = abs(math.remainder(target[2] - own[2], math.tau))
+        radius, far = self.settings.orbit, math.hypot(dx, dy)
         # A robot at the ball that has to turn steps back first.
-        near = max(0.0, radius - math.hypot(dx, dy))
-        back = near * min(1.0, around + abs(math.remainder(heading - own[2], math.tau)))
-        turn = abs(math.remainder(heading - own[2], math.tau)) / (0.8 * self._limits.turn)
+        back = max(0.0, radius - far) * min(1.0, around + turn)
         arc = (back + radius * around) / self._limits.side
-        return self._way_time(way) + turn + arc
+        return self._way_time(max(0.0, far - radius)) + turn / (0.8 * self._limits.turn) + arc

@@ -170,10 +170,11 @@ class ImageGeometry:
         along = (slant2 / drop) ** 2 * (error.tilt**2 + pixel2)
         along += (reach / drop * error.height) ** 2
         across = (reach * error.pan) ** 2 + (drop * error.tilt) ** 2 + slant2 * pixel2
-        return np.stack(
-            (along * x * x + across * y * y, (along - across) * x * y,
-             along * y * y + across * x * x), axis=1,
-        )  # fmt: skip
+        result = np.empty((len(places), 3))
+        result[:, 0] = along * x * x + across * y * y
+        result[:, 1] = (along - across) * x * y
+        result[:, 2] = along * y * y + across * x * x
+        return result
 
     def place(
         self,

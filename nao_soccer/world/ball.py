@@ -136,7 +136,8 @@ class BallTrack:
     def estimate(self) -> PlanarTrack:
         """Mean and covariance of both models, with the systematic error of the distance."""
         track = mixture(self._models, self._share)
-        track.covariance[:2, :2] += SYSTEMATIC**2 * np.outer(track.mean[:2], track.mean[:2])
+        place = track.mean[:2]
+        track.covariance[:2, :2] += SYSTEMATIC**2 * (place[:, None] * place)
         return track
 
 

@@ -69,7 +69,7 @@ class Evidence:
     def of(cls, percepts: Percepts, field: FieldMap) -> "Evidence":
         """The evidence of an image; at most `POINTS` points, evenly drawn."""
         count = len(percepts.line_points)
-        chosen = np.unique(np.linspace(0, count - 1, min(count, POINTS)).round().astype(int))
+        chosen = np.linspace(0, count - 1, min(count, POINTS)).round().astype(int)
         points = percepts.line_points[chosen]
         patches = {(math.floor(x / PATCH), math.floor(y / PATCH)) for x, y in points.tolist()}
         return cls(
@@ -171,7 +171,7 @@ def _landmark(
     period = PERIODS.get(landmark.kind)
     if period is not None:
         turn = candidates[:, 2] - poses[:, 2:3] - landmark.yaw
-        turn -= period * np.round(turn / period)
+        turn -= period * np.rint(turn / period)
         square += (turn / YAW_ERROR) ** 2
     result: FloatArray = square.min(axis=1)
     return result
@@ -247,8 +247,10 @@ def linearized(evidence: Evidence, pose: FloatArray, field: FieldMap) -> Lineari
         field: The map.
     """
     count, landmarks = len(evidence.points), evidence.landmarks
-    places = np.array([*evidence.points, *(each.position for each in landmarks)])
-    stated = np.array([*evidence.covariances, *(each.covariance for each in landmarks)])
+    places, stated = evidence.points, evidence.covariances
+    if landmarks:
+        places = np.concatenate((places, [each.position for each in landmarks]))
+        stated = np.concatenate((stated, [each.covariance for each in landmarks]))
     c, s = math.cos(pose[2]), math.sin(pose[2])
     turn = np.array(((c, -s), (s, c)))
     offset = places @ turn.T
@@ -259,7 +261,7 @@ def linearized(evidence: Evidence, pose: FloatArray, field: FieldMap) -> Lineari
     normal = np.column_stack((near.x, near.y))
 
     # One row for each measurement: the percept, and the direction in which it is compared.
-    percept = np.r_[: len(places), count : len(places)]
+    percept = np.concatenate((np.arange(len(places)), np.arange(count, len(places))))
     direction = np.concatenate((normal, along[count:], across[count:]))
     variance = np.maximum(_along(direction, covariances[percept]), MAP_VARIANCE)
     cc, ss = np.full((1, 1), c), np.full((1, 1), s)

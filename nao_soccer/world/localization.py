@@ -52,6 +52,9 @@ FLIP = -2.0
 """Log-odds below which the pose is mirrored."""
 
 
+_ROUGHENED, _LASTING = np.diag(np.square(ROUGHENING)), np.diag(np.square(SYSTEMATIC))
+
+
 class Validity:
     """What a valid pose has to fulfil.
 
@@ -292,7 +295,7 @@ class Localization:
             mass = float(w[inside].sum())
         error = np.column_stack((dx, dy, turn))[inside]
         share = w[inside] / mass
-        self._covariance = (error * share[:, None]).T @ error + np.diag(np.square(ROUGHENING))
+        self._covariance = (error * share[:, None]).T @ error + _ROUGHENED
         self._mean, self._mass = mean, mass
 
     def _is_good(self) -> bool:
@@ -322,12 +325,10 @@ class Localization:
             mean = np.array(compose(_pose(mean), motion.offset))
             covariance = _carried(covariance, mean[2], motion)
         x, y, yaw = mean.tolist()
-        c = covariance + np.diag(np.square(SYSTEMATIC))
+        (xx, xy, x_yaw), (_, yy, y_yaw), (_, _, yaw_yaw) = (covariance + _LASTING).tolist()
         return PoseEstimate(
             (x, y, math.remainder(yaw, math.tau)),
-            PoseCovariance(
-                *(float(each) for each in (c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2], c[2, 2]))
-            ),
+            PoseCovariance(xx, xy, yy, x_yaw, y_yaw, yaw_yaw),
             self.is_valid,
         )
 
@@ -371,7 +372,7 @@ def _mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
 
 def _wrapped(angle: FloatArray) -> FloatArray:
     """[rad] in (-pi, pi]."""
-    result: FloatArray = angle - math.tau * np.round(angle / math.tau)
+    result: FloatArray = angle - math.tau * np.rint(angle / math.tau)
     return result
 
 

@@ -169,8 +169,8 @@ def _information(places: FloatArray, distance: FloatArray, bearing: FloatArray) 
     c, s = np.cos(bearing), np.sin(bearing)
     zero = np.zeros_like(c)
     # Rows: how radial and lateral place change with x, y, yaw of the robot.
-    rows = np.stack((np.stack((-c, -s, zero), -1), np.stack((s, -c, -distance), -1)), axis=1)
-    weights = np.stack((1.0 / radial**2, 1.0 / across**2), axis=-1)
+    rows = np.array(((-c, -s, zero), (s, -c, -distance))).transpose(2, 0, 1)
+    weights = np.array((1.0 / radial**2, 1.0 / across**2)).T
     result: FloatArray = np.einsum("nik,ni,nil->nkl", rows, weights, rows)
     return result
 

@@ -142,8 +142,10 @@ class WorldModel:
 
     def _off_field(self, ball: Percept | None) -> NaoGaitError | None:
         """Why a ball that is clearly beyond the carpet is refused; None if it is not."""
+        if ball is None:
+            return None
         own = self.localization.estimate()
-        if ball is None or not own.valid:
+        if not own.valid:
             return None
         x, y, _ = compose(own.pose, (*ball.position, 0.0))
         limits = [half + OFF_FIELD + 0.3 * math.hypot(*ball.position) for half in self._field.half]

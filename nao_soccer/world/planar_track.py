@@ -54,9 +54,8 @@ class PlanarTrack:
         f[2, 2] = f[3, 3] = keep
         q = acceleration**2 * dt
         self.mean = f @ self.mean
-        self.covariance = f @ self.covariance @ f.T + np.diag(
-            (q * dt * dt / 3.0, q * dt * dt / 3.0, q, q)
-        )
+        self.covariance = f @ self.covariance @ f.T
+        self.covariance.flat[::5] += (q * dt * dt / 3.0, q * dt * dt / 3.0, q, q)  # diagonal
 
     def innovation(self, position: Point2, covariance: Covariance2) -> tuple[float, float]:
         """Squared distance of a measurement in standard deviations, and its log-likelihood."""
@@ -86,7 +85,7 @@ def mixture(tracks: list[PlanarTrack], share: list[float]) -> PlanarTrack:
     covariance = np.zeros((4, 4))
     for w, track in zip(share, tracks, strict=True):
         error = track.mean - mean
-        covariance += w * (track.covariance + np.outer(error, error))
+        covariance += w * (track.covariance + error[:, None] * error)
     return PlanarTrack(mean, covariance)
 
 
@@ -110,7 +109,7 @@ def inside(polygon: FloatArray, place: FloatArray, margin: float) -> bool:
     """Whether a place (2,) is in a convex polygon (k, 2), this far [m] from all edges."""
     if len(polygon) < 3:
         return False
-    edge = np.roll(polygon, -1, axis=0) - polygon
+    edge = np.concatenate((polygon[1:], polygon[:1])) - polygon
     area = float(np.sum(edge[:, 0] * polygon[:, 1] - edge[:, 1] * polygon[:, 0]))
     offset = place - polygon
     across = edge[:, 0] * offset[:, 1] - edge[:, 1] * offset[:, 0]

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
@@ -14,7 +13,7 @@ from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.mujoco.model import MujocoModel
 from sim_bridge.engines.mujoco.pictures import MujocoPictures
 from sim_bridge.engines.mujoco.robot_state import MujocoRobot
-from sim_bridge.engines.mujoco.scene import ball_state, put_ball
+from sim_bridge.engines.mujoco.scene import MujocoBall
 from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 
@@ -57,7 +56,8 @@ class MujocoBackend:
         compiled = MujocoModel(robots, surroundings, visual=gui or visual)
         self.model = compiled.model
         self.data = mujoco.MjData(self.model)
-        self._ball = surroundings.ball
+        ball = surroundings.ball
+        self._ball = None if ball is None else MujocoBall(ball, self.data)
         self._robots = [MujocoRobot(parts, self.model, self.data) for parts in compiled.parts]
         warnings = mujoco.mjtWarning
         self._unstable = [
@@ -74,7 +74,7 @@ class MujocoBackend:
         for robot, start in zip(self._robots, starts, strict=True):
             robot.reset(start)
         if self._ball is not None:
-            put_ball(self.data, self._ball.start, np.zeros(3))
+            self._ball.reset()
 
     def place(self, robot: int, start: StartState) -> None:
         """See `Backend`."""
@@ -107,11 +107,12 @@ class MujocoBackend:
 
     def ball(self) -> BallState | None:
         """See `Backend`."""
-        return None if self._ball is None else ball_state(self.data)
+        return None if self._ball is None else self._ball.state
 
     def put_ball(self, position: FloatArray, velocity: FloatArray) -> None:
         """See `Backend`."""
-        put_ball(self.data, position, velocity)
+        assert self._ball is not None
+        self._ball.put(position, velocity)
 
     def render(self, view: CameraView) -> RgbImage:
         """See `Backend`."""

@@ -201,17 +201,26 @@ def add_ball(
     )
 
 
-def ball_state(data: mujoco.MjData) -> BallState:
-    """The ball now."""
-    joint = data.joint(_BALL)
-    return BallState(joint.qpos[:3].copy(), joint.qvel[:3].copy())
+class MujocoBall:
+    """The ball of a running simulation, in views of MuJoCo's own memory."""
 
+    def __init__(self, ball: Ball, data: mujoco.MjData) -> None:
+        joint = data.joint(_BALL)
+        self._ball, self._position, self._velocity = ball, joint.qpos, joint.qvel
 
-def put_ball(data: mujoco.MjData, position: FloatArray, velocity: FloatArray) -> None:
-    """Put the ball at (3,) [m], with (3,) [m/s] and no spin."""
-    joint = data.joint(_BALL)
-    joint.qpos[:] = (*position, 1.0, 0.0, 0.0, 0.0)
-    joint.qvel[:] = (*velocity, 0.0, 0.0, 0.0)
+    @property
+    def state(self) -> BallState:
+        """The ball now."""
+        return BallState(self._position[:3].copy(), self._velocity[:3].copy())
+
+    def reset(self) -> None:
+        """Put the ball at its start, at rest."""
+        self.put(self._ball.start, np.zeros(3))
+
+    def put(self, position: FloatArray, velocity: FloatArray) -> None:
+        """Put the ball at (3,) [m], with (3,) [m/s] and no spin."""
+        self._position[:] = (*position, 1.0, 0.0, 0.0, 0.0)
+        self._velocity[:] = (*velocity, 0.0, 0.0, 0.0)
 
 
 def quaternion(rotation: FloatArray) -> FloatArray:
