@@ -201,6 +201,11 @@ def add_ball(
     )
 
 
+def ball_body(model: mujoco.MjModel) -> int:
+    """The number of its body."""
+    return int(model.body(_BALL).id)
+
+
 def ball_state(data: mujoco.MjData) -> BallState:
     """The ball now."""
     joint = data.joint(_BALL)
