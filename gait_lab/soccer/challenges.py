@@ -84,15 +84,16 @@ WALK_AHEAD = 0.3
 """[m] along the way, to which the robot walks."""
 ARC = 0.3
 """[rad] of an arc that is walked as a straight piece."""
-WALK_GAPS = 0.45, 0.39, 0.45, 0.39
-"""[m] between the way and the middle of each obstacle; two of them stand beside a goal post."""
+WALK_GAP, WALK_LONG = 0.36, 0.1
+"""[m] between the way and the middle of an obstacle, which stands broadside to the way, and by how
+much more the way leads around its arms; two obstacles stand beside a goal post."""
 BALL_AHEAD = 0.5
 """[m] along the way, to which the ball is dribbled."""
 BALL_GAP = 0.5
 """[m] between the ball's way and the middle of an obstacle."""
 BALL_PAST = (0, 1.0), (2, -1.0)
 """Obstacles and the sides on which the ball passes them; the others are not in its way."""
-BALL_SPEED = 0.2
+BALL_SPEED = 0.24
 """[m/s] of the robot that dribbles: a faster foot sends the ball away."""
 
 
@@ -611,8 +612,9 @@ def _walk(spec: ChallengeSpec, *, weaves: bool) -> ChallengeResult:
     course = Course.on(_field(spec))
     others = course.obstacles if weaves else ()
     past = [
-        Past(place, side * gap)
-        for place, side, gap in zip(others, SIDES, WALK_GAPS, strict=False)
+        Past((x, y + arm), side * WALK_GAP)
+        for (x, y), side in zip(others, SIDES, strict=False)
+        for arm in (-WALK_LONG, WALK_LONG)
     ]
     with _Attempt(spec, course.start, OUT_OF_THE_WAY, others) as attempt:
         walker = Walker(*attempt.parts)
@@ -627,7 +629,6 @@ def _walk(spec: ChallengeSpec, *, weaves: bool) -> ChallengeResult:
         wrong = "" if referee.passed else ", past an obstacle on the wrong side"
         touched = ", touched an obstacle" if referee.touched else ""
         doing = f"at {place[0]:.2f}, {place[1]:.2f} m{touched}{wrong}"
-        print(pairs, attempt.pitch.poses, attempt.player.believes)
         return attempt.result(referee.seconds, doing)
 
 

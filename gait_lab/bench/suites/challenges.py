@@ -30,7 +30,7 @@ class Options(BenchOptions):
 
     robots: int = 20
     challenges: tuple[str, ...] = option(
-        NAMES, "which one; repeatable", flags=("--challenge",), choices=NAMES
+        NAMES, "which one", "NAME", flags=("--challenge",), choices=NAMES
     )
     limit: float = option(LIMIT, "time [s] for one attempt", "T", minimum=1.0)
 

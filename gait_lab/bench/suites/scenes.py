@@ -19,7 +19,7 @@ class Options(BenchOptions):
 
     robots: int = 20
     scenes: tuple[str, ...] = option(
-        NAMES, "which ability; repeatable", flags=("--ability",), choices=NAMES
+        NAMES, "which ability", "NAME", flags=("--ability",), choices=NAMES
     )
 
 
