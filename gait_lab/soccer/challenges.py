@@ -29,11 +29,12 @@ import numpy as np
 
 from gait_lab.soccer.pitch import Pitch, field_of, identity_of
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import GaitState, Point2, Pose2
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
-from nao_soccer.behavior.kicks import Kick, kicks_of
+from nao_soccer.behavior.kicks import Kick, KickTable, kicks_of
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Action, Body
@@ -142,17 +143,13 @@ class Course(NamedTuple):
         """Across the field, as short as it can be on the given sides of some circles."""
         end = self.x, self.touchline
         circles = Past(self.start[:2], 0.0), *past, Past(end, 0.0)
-        headings = [
-            _tangent(first, second) for first, second in pairwise(circles)
-        ]
+        headings = [_tangent(first, second) for first, second in pairwise(circles)]
         points = [self.start[:2]]
-        for (x, y), radius in past:
-            before, after = headings[:2]
+        for ((x, y), radius), (before, after) in zip(past, pairwise(headings), strict=True):
             turn = math.remainder(after - before, math.tau)
             count = 1 + math.ceil(abs(turn) / ARC)
             for heading in (before + share * turn for share in np.linspace(0.0, 1.0, count)):
                 points.append((x + radius * math.sin(heading), y - radius * math.cos(heading)))
-            del headings[0]
         return Way((*points, end, (self.x, self.touchline + BEYOND)))
 
 
@@ -210,18 +207,26 @@ class Way:
 class Walker(PlayerBehavior):
     """A player that follows a way as fast as it can.
 
-    Attributes:
+    Args:
         way: The way.
+        identity: As of `PlayerBehavior`, and so on.
+        robot: The robot.
+        field: The field.
+        goals: The goals.
     """
 
-    way: Way
+    def __init__(
+        self, way: Way, identity: Identity, robot: RobotDescription, field: Field, goals: Goals
+    ) -> None:
+        super().__init__(identity, robot, field, goals)
+        self._way = way
 
     def update(self, state: WorldState, body: Body) -> Decision:
         """Walk towards the next piece of the way."""
         decision = super().update(state, body)
         if self.game.phase is not Phase.PLAYING or not state.upright:
             return decision
-        target = self.way.ahead(state.own.pose[:2], WALK_AHEAD)
+        target = self._way.ahead(state.own.pose[:2], WALK_AHEAD)
         x, y, _ = relative((*target, 0.0), state.own.pose)
         bearing = math.atan2(y, x)
         ahead = WALK_SPEED * max(0.0, math.cos(bearing))
@@ -232,11 +237,19 @@ class Walker(PlayerBehavior):
 class AlongWay(Planner):
     """Dribbles the ball along a way.
 
-    Attributes:
+    Args:
         way: The way.
+        table: As of `Planner`, and so on.
+        limits: How fast the robot walks.
+        field: The field.
+        goals: The goals.
     """
 
-    way: Way
+    def __init__(
+        self, way: Way, table: KickTable, limits: WalkLimits, field: Field, goals: Goals
+    ) -> None:
+        super().__init__(table, limits, field, goals)
+        self._way = way
 
     def choose(
         self,
@@ -249,7 +262,7 @@ class AlongWay(Planner):
         stands: bool = False,
     ) -> BallPlan:
         """With the foot that is nearer to its place; see `Planner`."""
-        x, y = self.way.ahead(ball, BALL_AHEAD)
+        x, y = self._way.ahead(ball, BALL_AHEAD)
         direction = math.atan2(y - ball[1], x - ball[0])
 
         def walk(foot: Kick) -> float:
@@ -264,11 +277,19 @@ class AlongWay(Planner):
 class AtTarget(Planner):
     """Kicks the ball as near to a target as it can.
 
-    Attributes:
+    Args:
         target: x, y [m].
+        table: As of `Planner`, and so on.
+        limits: How fast the robot walks.
+        field: The field.
+        goals: The goals.
     """
 
-    target: Point2
+    def __init__(
+        self, target: Point2, table: KickTable, limits: WalkLimits, field: Field, goals: Goals
+    ) -> None:
+        super().__init__(table, limits, field, goals)
+        self._target = target
 
     def choose(
         self,
@@ -281,12 +302,12 @@ class AtTarget(Planner):
         stands: bool = False,
     ) -> BallPlan:
         """By the kick that rolls as far as the target; see `Planner`."""
-        far = math.dist(ball, self.target)
+        far = math.dist(ball, self._target)
         kick = min(
             self._table.kicks,
             key=lambda each: math.hypot(far - each.distance, each.distance_spread),
         )
-        direction = math.atan2(self.target[1] - ball[1], self.target[0] - ball[0])
+        direction = math.atan2(self._target[1] - ball[1], self._target[0] - ball[0])
         return BallPlan(kick, False, direction, 0.0, 0.0)
 
 
@@ -617,8 +638,7 @@ def _walk(spec: ChallengeSpec, *, weaves: bool) -> ChallengeResult:
         for arm in (-WALK_LONG, WALK_LONG)
     ]
     with _Attempt(spec, course.start, OUT_OF_THE_WAY, others) as attempt:
-        walker = Walker(*attempt.parts)
-        walker.way = course.way(*past)
+        walker = Walker(course.way(*past), *attempt.parts)
         referee = WalkReferee(course, weaves=weaves)
         for time, tick, pairs in attempt.run(walker):
             place = attempt.pitch.poses[0][:2]
@@ -638,10 +658,10 @@ def _control(spec: ChallengeSpec) -> ChallengeResult:
     with _Attempt(spec, course.start, ball, course.obstacles) as attempt:
         identity, robot, field, goals = attempt.parts
         limits = WalkLimits(forward=BALL_SPEED)
-        planner = AlongWay(kicks_of(robot.motions), limits, field, goals)
-        planner.way = course.way(
+        way = course.way(
             *(Past(course.obstacles[index], side * BALL_GAP) for index, side in BALL_PAST)
         )
+        planner = AlongWay(way, kicks_of(robot.motions), limits, field, goals)
         behavior = PlayerBehavior(identity, robot, field, goals, limits, planner)
         referee = ControlReferee(course, attempt.radius)
         for time, tick, pairs in attempt.run(behavior):
@@ -676,8 +696,10 @@ def _kick(spec: ChallengeSpec, target: Point2) -> ChallengeResult:
     ball = Course.on(field).goal_area, 0.0
     with _Attempt(spec, (-field.length / 2.0, 0.0, 0.0), ball) as attempt:
         identity, robot, field, goals = attempt.parts
-        planner = AtTarget(kicks_of(robot.motions), WalkLimits(), field, goals)
-        planner.target = target
+        table = kicks_of(robot.motions)
+        if not table.kicks:
+            raise NaoGaitError("robot", robot.name, "a robot with kicks")
+        planner = AtTarget(target, table, WalkLimits(), field, goals)
         behavior = Kicker(identity, robot, field, goals, planner=planner)
         referee = KickReferee(ball, target)
         for time, _, pairs in attempt.run(behavior):
