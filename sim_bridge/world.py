@@ -174,6 +174,11 @@ class World:
         ball = self.ball
         return None if ball is None else self.surroundings.place_of(ball)
 
+    @property
+    def touches(self) -> set[tuple[int, int]]:
+        """Pairs of robots, and of `BALL` and a robot, that touch: their indices in rising order."""
+        return self._engine.touches()
+
     def put_ball(self, x: float, y: float, velocity: Point2 = (0.0, 0.0)) -> None:
         """Put the ball on the floor.
 

@@ -4,8 +4,6 @@
   sees neither, but knows its pose and has seen the ball. It scores by a kick backwards.
 - `two at the ball`, Fig. 11: of two robots that see the ball, the nearer one goes on, the other one
   steps back.
-- `sprint`: 6 m straight ahead, as in the technical challenges of the SPL; the robot walks along the
-  middle line by what its own world model says.
 """
 
 import math
@@ -18,15 +16,11 @@ import numpy as np
 from gait_lab.soccer.pitch import Pitch, RobotPlayer, identity_of
 from gait_lab.trials.trial import CONTROL_PERIOD
 from nao_lipm_gait.geometry import relative
-from nao_lipm_gait.types import STANDSTILL, Pose2, VelocityCommand
-from nao_soccer.behavior.mind import Decision
-from nao_soccer.behavior.player_behavior import PlayerBehavior
-from nao_soccer.behavior.situation import Action, Body
+from nao_lipm_gait.types import Pose2
 from nao_soccer.field import BallPlace
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
-from nao_soccer.world.state import HeadMode, WorldState
 from sim_bridge.plant import Plant
 from sim_bridge.scene import SceneRobot, load_scene
 
@@ -48,20 +42,6 @@ PAIR_TIME, PAIR_LIMIT = 4.0, 10.0
 that kicks stands first."""
 PAIR_PUSHED, PAIR_APART = 0.3, 0.7
 """[m] by which the ball has moved towards the goal, and distance of the one who steps back."""
-SPRINT = 6.0
-"""[m]"""
-OUT_OF_THE_WAY = 0.0, 2.5
-"""[m] where the ball lies during a sprint."""
-SPRINT_AHEAD = 1.0
-"""[m] beyond the end, to which the robot walks: it does not slow down before the end."""
-SPRINT_LIMIT = 40.0
-"""[s]"""
-SPRINT_SPEED = 0.43
-"""[m/s]"""
-SPRINT_STEER = 1.0
-"""[1/s] Turning speed over the bearing of the end; strong turns slow the walk down."""
-STAND = 3.0
-"""[s] of standing and looking around before the sprint begins."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,44 +146,8 @@ def _two_at_ball(spec: SceneSpec) -> SceneResult:
     return SceneResult(spec, done, time if done else None, doing)
 
 
-def _sprint(spec: SceneSpec) -> SceneResult:
-    start: Pose2 = (-SPRINT / 2.0, 0.0, 0.0)
-    began = None
-    with _pitch(spec, "pitch", start) as pitch:
-        pitch.world.put_ball(*OUT_OF_THE_WAY)
-        player = pitch.players[0]
-        player.behavior = _Sprinter(
-            player.behavior.identity, pitch.world.robot.description, pitch.field, pitch.goals
-        )
-        for _ in pitch.run(lambda _: None):
-            time = pitch.count * CONTROL_PERIOD
-            way = pitch.poses[0][0] - start[0]
-            walks = player.decision is not None and not player.decision.action.walk.is_zero
-            if began is None and walks:
-                began = time
-            if way >= SPRINT or time > SPRINT_LIMIT:
-                break
-        across = pitch.poses[0][1]
-    done = began is not None and way >= SPRINT
-    seconds = time - began if began is not None and done else None
-    return SceneResult(spec, done, seconds, f"{way:.2f} m ahead, {across:.2f} m aside")
-
-
-class _Sprinter(PlayerBehavior):
-    """A player that walks straight to a place beyond the end of the sprint."""
-
-    def update(self, state: WorldState, body: Body) -> Decision:
-        decision = super().update(state, body)
-        x, y, _ = relative((SPRINT / 2.0 + SPRINT_AHEAD, 0.0, 0.0), state.own.pose)
-        stands = state.stamp * 1e-9 < STAND
-        steer = SPRINT_STEER * math.atan2(y, x)
-        walk = STANDSTILL if stands else VelocityCommand(SPRINT_SPEED, 0.0, steer)
-        return decision._replace(action=Action(walk, head=HeadMode.LOCALIZE))
-
-
 SCENES: dict[str, Callable[[SceneSpec], SceneResult]] = {
     "backheel": _backheel,
     "two at the ball": _two_at_ball,
-    "sprint": _sprint,
 }
 """The scenes by their names."""

@@ -54,6 +54,7 @@ class Mind:
         limits: Largest speeds.
         settings: How plans are compared.
         dives: The robot can dive.
+        planner: Chooses what to do with the ball; None = the one that plays at the goal.
     """
 
     def __init__(
@@ -66,12 +67,13 @@ class Mind:
         settings: PlanSettings | None = None,
         *,
         dives: bool = True,
+        planner: Planner | None = None,
     ) -> None:
         self._number = number
         self._field = field
         self._goals = goals
         self._limits = WalkLimits() if limits is None else limits
-        self._planner = Planner(table, self._limits, field, goals, settings)
+        self._planner = planner or Planner(table, self._limits, field, goals, settings)
         self._dives = dives
         self._engine = Engine(PLAYER)
         self._plan: BallPlan | None = None

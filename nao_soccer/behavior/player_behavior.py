@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import Point2
+from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.basic import DIVES
 from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
@@ -63,6 +64,7 @@ class PlayerBehavior:
         field: The field.
         goals: The goals.
         limits: Largest speeds; None = the defaults.
+        planner: Chooses what to do with the ball; None = the one that plays at the goal.
 
     Attributes:
         link: The team's radio.
@@ -77,6 +79,7 @@ class PlayerBehavior:
         field: Field,
         goals: Goals,
         limits: WalkLimits | None = None,
+        planner: Planner | None = None,
     ) -> None:
         self.identity = identity
         self.link = TeamLink(identity.team, identity.player, field, identity.players)
@@ -89,6 +92,7 @@ class PlayerBehavior:
             goals,
             limits,
             dives=all(name in shipped_library(robot).motions for name in DIVES),
+            planner=planner,
         )
         self._roles = RoleChoice(identity.player)
         self._decision: Decision | None = None

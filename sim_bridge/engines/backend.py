@@ -65,6 +65,10 @@ def make_robot_model(
     return RobotModel(description, plant, individual, body, name)
 
 
+BALL = -1
+"""Stands for the ball where robots are told apart by their index."""
+
+
 class Backend(Protocol):
     """A physics engine with some robots on a floor; they keep their order."""
 
@@ -98,6 +102,9 @@ class Backend(Protocol):
 
     def put_ball(self, position: FloatArray, velocity: FloatArray) -> None:
         """Put the ball at (3,) [m] in the world, with (3,) [m/s] of its centre and no spin."""
+
+    def touches(self) -> set[tuple[int, int]]:
+        """Pairs of robots, and of `BALL` and a robot, that touch: their indices in rising order."""
 
     def render(self, view: CameraView) -> RgbImage:
         """The world as last observed, as a camera in the world frame images it, without effects.

@@ -42,6 +42,7 @@ TINY: dict[str, dict[str, Any]] = {
     "behavior": {"limit": 3.0},
     "keeper": {"targets": ("right",), "limit": 2.0},
     "scenes": {"scenes": ("two at the ball",)},
+    "challenges": {"challenges": ("walk straight", "ball control"), "limit": 1.0},
     "paper": {"tasks": ("forward=10",), "window": 0.5, "drawn": "off", "open_loop": "off",
               "push": False},
     "localization": {"window": 4.0, "ablation": False},
@@ -68,6 +69,8 @@ HEADLINES = {
     "localization": ("pose_error_median", "pose_error_p95", "heading_error_median", "wrong_half",
                      "valid_wrong_share"),
     "scenes": ("two_at_the_ball_done",),
+    "challenges": ("walk_straight_seconds_median", "walk_straight_seconds_worst",
+                   "ball_control_done", "ball_control_penalties_median"),
     "keeper": ("shots_held", "corners_held", "motions_at_wide_balls", "up_again", "falls"),
     "ball": ("ball_position_error_median", "ball_velocity_error_median", "ball_known_share"),
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""The suite `scenes`: scenes of the soccer papers and of technical challenges."""
+"""The suite `scenes`: scenes of the soccer papers."""
 
 import statistics
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.soccer.scenes import SCENES, SPRINT, SceneResult, SceneSpec, play_scene
+from gait_lab.soccer.scenes import SCENES, SceneResult, SceneSpec, play_scene
 from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
 
@@ -19,7 +19,7 @@ class Options(BenchOptions):
 
     robots: int = 20
     scenes: tuple[str, ...] = option(
-        NAMES, "which ability; repeatable", flags=("--ability",), choices=NAMES
+        NAMES, "which ability", "NAME", flags=("--ability",), choices=NAMES
     )
 
 
@@ -59,8 +59,7 @@ def scenes(options: Options) -> SuiteResult:
     )  # fmt: skip
     notes = (
         "backheel: the goal is behind the robot, unseen; it scores by a kick backwards. two at the "
-        "ball: the nearer robot goes on, the other one steps back (judged 4 to 10 s later). "
-        f"sprint: {SPRINT:g} m straight ahead by the robot's own world model, from its first step.",
+        "ball: the nearer robot goes on, the other one steps back (judged 4 to 10 s later).",
     )
     return SuiteResult(tuple(rows), f"Scenes; {options.title}", (Table(columns, lines),), notes)
 
@@ -74,7 +73,7 @@ def _note(result: SceneResult) -> str:
 SUITE = Suite(
     name="scenes",
     title="Scenes",
-    summary="backheel with the goal behind, two at the ball, a sprint of 6 m",
+    summary="backheel with the goal behind, two at the ball",
     measure=scenes,
     options=Options,
     takes=("robots",),

@@ -9,11 +9,11 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
-from sim_bridge.engines.backend import RobotModel
+from sim_bridge.engines.backend import BALL, RobotModel
 from sim_bridge.engines.mujoco.model import MujocoModel
 from sim_bridge.engines.mujoco.pictures import MujocoPictures
 from sim_bridge.engines.mujoco.robot_state import MujocoRobot
-from sim_bridge.engines.mujoco.scene import MujocoBall
+from sim_bridge.engines.mujoco.scene import MujocoBall, ball_body
 from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 
@@ -59,6 +59,9 @@ class MujocoBackend:
         ball = surroundings.ball
         self._ball = None if ball is None else MujocoBall(ball, self.data)
         self._robots = [MujocoRobot(parts, self.model, self.data) for parts in compiled.parts]
+        self._owners = {robot.torso: index for index, robot in enumerate(self._robots)}
+        if self._ball is not None:
+            self._owners[ball_body(self.model)] = BALL
         warnings = mujoco.mjtWarning
         self._unstable = [
             self.data.warning[int(kind)]
@@ -113,6 +116,13 @@ class MujocoBackend:
         """See `Backend`."""
         assert self._ball is not None
         self._ball.put(position, velocity)
+
+    def touches(self) -> set[tuple[int, int]]:
+        """See `Backend`."""
+        model = self.model
+        roots = model.body_rootid[model.geom_bodyid[self.data.contact.geom]]
+        pairs = {(self._owners.get(i), self._owners.get(j)) for i, j in roots.tolist()}
+        return {(min(i, j), max(i, j)) for i, j in pairs if not (i is None or j is None or i == j)}
 
     def render(self, view: CameraView) -> RgbImage:
         """See `Backend`."""

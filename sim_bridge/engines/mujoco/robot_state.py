@@ -14,7 +14,11 @@ from sim_bridge.state import StartState, StepInput, TrueState
 
 
 class MujocoRobot:
-    """One robot of a running simulation."""
+    """One robot of a running simulation.
+
+    Attributes:
+        torso: number of the body of its torso, the root of all its bodies.
+    """
 
     def __init__(self, parts: RobotParts, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Find the robot in the model.
@@ -49,7 +53,7 @@ class MujocoRobot:
         data = self._data
         data.qvel[self._all_v] = 0.0
         data.qacc_warmstart[self._all_v] = 0.0
-        data.xfrc_applied[self._torso] = 0.0
+        data.xfrc_applied[self.torso] = 0.0
         data.qpos[self._play_q] = 0.0
         self.reset(start)
 
@@ -64,10 +68,10 @@ class MujocoRobot:
             self._allow(torque_scale)
             self._scale = torque_scale
         if any(push_force.tolist()):
-            data.xfrc_applied[self._torso, :3] = push_force
+            data.xfrc_applied[self.torso, :3] = push_force
             self._pushed = True
         elif self._pushed:
-            data.xfrc_applied[self._torso, :3] = 0.0
+            data.xfrc_applied[self.torso, :3] = 0.0
             self._pushed = False
 
     def watch_legs(self) -> None:
@@ -165,14 +169,14 @@ class MujocoRobot:
         self._play_q = np.array([hinge.qposadr[0] for hinge in hinges], dtype=int)
         self._play_v = np.array([hinge.dofadr[0] for hinge in hinges], dtype=int)
         torso = model.body(prefix + robot.torso_frame)
-        self._torso = torso.id
+        self.torso = torso.id
         base = int(torso.jntadr[0])
         position, velocity = int(model.jnt_qposadr[base]), int(model.jnt_dofadr[base])
         self._base_q = slice(position, position + 7)
         self._all_v = slice(velocity, velocity + 6 + count + len(play))
         # Views of MuJoCo's own memory: every step updates them.
-        self._com_view = data.subtree_com[self._torso]
-        self._torso_view = data.xmat[self._torso].reshape(3, 3)
+        self._com_view = data.subtree_com[self.torso]
+        self._torso_view = data.xmat[self.torso].reshape(3, 3)
         sites = [data.site(prefix + sole.name) for sole in self._parts.robot.body.soles]
         self._sole_views = [(site.xpos, site.xmat.reshape(3, 3)) for site in sites]
         self._leg_contacts = data.sensor(prefix + LEG_CONTACT).data

@@ -201,6 +201,11 @@ def add_ball(
     )
 
 
+def ball_body(model: mujoco.MjModel) -> int:
+    """The number of its body."""
+    return int(model.body(_BALL).id)
+
+
 class MujocoBall:
     """The ball of a running simulation, in views of MuJoCo's own memory."""
 

@@ -9,7 +9,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
-from sim_bridge.engines.backend import RobotModel
+from sim_bridge.engines.backend import BALL, RobotModel
 from sim_bridge.engines.pybullet.library import bullet, silenced
 from sim_bridge.engines.pybullet.pictures import PyBulletPictures
 from sim_bridge.engines.pybullet.robot_state import PyBulletRobot, refuse
@@ -118,6 +118,15 @@ class PyBulletBackend:
         """See `Backend`."""
         self._observed = [robot.observe() for robot in self._robots]
         return self._observed
+
+    def touches(self) -> set[tuple[int, int]]:
+        """See `Backend`."""
+        owners = {robot.body: index for index, robot in enumerate(self._robots)}
+        if self._surroundings.ball is not None:
+            owners[self._ball_body] = BALL
+        contacts = bullet.getContactPoints(physicsClientId=self.client)
+        pairs = {(owners.get(each[1]), owners.get(each[2])) for each in contacts if each[8] <= 0.0}
+        return {(min(i, j), max(i, j)) for i, j in pairs if not (i is None or j is None or i == j)}
 
     def render(self, view: CameraView) -> RgbImage:
         """See `Backend`."""

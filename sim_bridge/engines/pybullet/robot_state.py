@@ -66,6 +66,11 @@ class PyBulletRobot:
             meets=meets,
         )
 
+    @property
+    def body(self) -> int:
+        """Its number in PyBullet."""
+        return self._model.body
+
     def place(self, start: StartState) -> None:
         """Put the robot at its start, at rest."""
         client = self._client

@@ -1,0 +1,728 @@
+"""Technical challenges of the RoboCup Standard Platform League, alone on the field.
+
+The rules are those of the league's "Hall of Fame Leaderboards" of 2025 (repository SPL-Rules,
+leaderboards/leaderboard_challenges.tex; places as in figs/leaderboards/generate_leaderboards.py).
+
+- `walk straight`: from 0.5 m behind one touchline, in line with the penalty mark, to the other
+  touchline. The time runs from the touch of the first line to the touch of the second one.
+- `walk slalom`: the same around four robots that stand still, past each on the side of the example
+  path. The robot must not touch them.
+- `ball control`: the ball lies on the touchline. The time runs from the start until robot and ball
+  are wholly beyond the other touchline, and 30 s more for each time that the ball is more than
+  0.75 m away or touches one of the standing robots.
+- `best kick`: from the middle of the goal area's edge to the centre mark, the opposite penalty mark
+  and an opposite corner. What is left from the ball at rest to each target is added up. The ball
+  must not be touched again once it has moved.
+
+The robot walks by its own world model, with percepts by the model of their errors; the truth judges
+only. It knows the places of robots and lines from the rules. It plays towards positive x, and walks
+towards positive y. The time starts after it has stood for a while, as it was placed.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from gait_lab.soccer.pitch import Pitch, field_of, identity_of
+from gait_lab.trials.trial import CONTROL_PERIOD, Tick
+from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.geometry import relative
+from nao_lipm_gait.robot import RobotDescription
+from nao_lipm_gait.types import GaitState, Point2, Pose2
+from nao_soccer.behavior.ball_plan import BallPlan, Planner
+from nao_soccer.behavior.kicks import Kick, KickTable, kicks_of
+from nao_soccer.behavior.mind import Decision
+from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
+from nao_soccer.behavior.situation import Action, Body
+from nao_soccer.behavior.walking import WalkLimits
+from nao_soccer.field import Field, Goals
+from nao_soccer.game_state import GameState, Phase
+from nao_soccer.world.state import HeadMode, WorldState
+from sim_bridge.engines.backend import BALL
+from sim_bridge.plant import Plant
+from sim_bridge.scene import SceneRobot, load_scene
+
+# -- rules -----------------------------------------------------------------------------------------
+
+BEHIND_LINE = 0.5
+"""[m] from the touchline to the front of the feet at the start."""
+FOOT_FRONT = 0.09
+"""[m] from base_footprint to the front of a NAO's feet."""
+SIDES = (-1.0, 1.0, -1.0, 1.0)
+"""On which side of each obstacle the example path passes, along x."""
+AWAY = 0.75
+"""[m] between ball and robot, the middle of its feet, above which there is a penalty."""
+PENALTY = 30.0
+"""[s]"""
+QUIET = 0.5
+"""[s] A ball that touches again sooner, or leaves again sooner, is still the same penalty."""
+MOVED = 0.1
+"""[m] A ball that has moved so far has clearly moved."""
+KICK_TIME = 30.0
+"""[s] for one kick."""
+AT_REST = 0.02
+"""[m/s] A slower ball is at rest."""
+LIMIT = 120.0
+"""[s] after which an attempt has failed."""
+OUT_OF_THE_WAY = -3.0, 0.0
+"""[m] where the ball lies during a walk."""
+
+# -- the robot -------------------------------------------------------------------------------------
+
+STAND = 3.0
+"""[s] of standing and looking around before the start."""
+BEYOND = 1.0
+"""[m] beyond the target touchline, to which the way leads: the robot does not slow down before."""
+WALK_SPEED = 0.43
+"""[m/s]"""
+WALK_STEER = 3.0
+"""[1/s] Turning speed over the bearing of the way; strong turns slow the walk down."""
+WALK_AHEAD = 0.3
+"""[m] along the way, to which the robot walks."""
+ARC = 0.3
+"""[rad] of an arc that is walked as a straight piece."""
+WALK_GAP, WALK_LONG = 0.36, 0.1
+"""[m] between the way and the middle of an obstacle, which stands broadside to the way, and by how
+much more the way leads around its arms; two obstacles stand beside a goal post."""
+BALL_AHEAD = 0.5
+"""[m] along the way, to which the ball is dribbled."""
+BALL_GAP = 0.5
+"""[m] between the ball's way and the middle of an obstacle."""
+BALL_PAST = (0, 1.0), (2, -1.0)
+"""Obstacles and the sides on which the ball passes them; the others are not in its way."""
+BALL_SPEED = 0.24
+"""[m/s] of the robot that dribbles: a faster foot sends the ball away."""
+
+
+KEEP_FOOT = 0.05
+"""[m] by which the way to the ball has to be shorter with the other foot."""
+
+
+class Course(NamedTuple):
+    """Where everything is, in the field.
+
+    Attributes:
+        x: [m] of the line from penalty mark to penalty mark, on which robot and ball start.
+        touchline: [m] y of the target touchline; the robot starts beyond the other one.
+        line: [m] Half of the width of a line.
+        obstacles: x, y [m] of the robots that stand still, in the order in which they are passed.
+        goal_area: [m] x of the edge of the own goal area.
+        targets: x, y [m] to which the ball is kicked.
+    """
+
+    x: float
+    touchline: float
+    line: float
+    obstacles: tuple[Point2, ...]
+    goal_area: float
+    targets: tuple[Point2, ...]
+
+    @classmethod
+    def on(cls, field: Field) -> "Course":
+        """On a field."""
+        goal, side = field.length / 2.0, field.width / 2.0
+        mark, edge = goal - field.penalty_mark, goal - field.goal_area_length
+        corner = field.goal_area_width / 2.0
+        obstacles = (
+            (goal - field.penalty_area_length, -field.penalty_area_width / 2.0),
+            (edge, -corner), (mark, 0.0), (edge, corner),
+        )  # fmt: skip
+        targets = (0.0, 0.0), (mark, 0.0), (goal, side)
+        return cls(mark, side, field.line_width / 2.0, obstacles, -edge, targets)
+
+    @property
+    def start(self) -> Pose2:
+        """Of the robot before it walks across the field."""
+        return self.x, -self.touchline - BEHIND_LINE - FOOT_FRONT, math.pi / 2.0
+
+    def way(self, *past: "Past") -> "Way":
+        """Across the field, as short as it can be on the given sides of some circles."""
+        end = self.x, self.touchline
+        circles = Past(self.start[:2], 0.0), *past, Past(end, 0.0)
+        headings = [_tangent(first, second) for first, second in pairwise(circles)]
+        points = [self.start[:2]]
+        for ((x, y), radius), (before, after) in zip(past, pairwise(headings), strict=True):
+            turn = math.remainder(after - before, math.tau)
+            count = 1 + math.ceil(abs(turn) / ARC)
+            for heading in (before + share * turn for share in np.linspace(0.0, 1.0, count)):
+                points.append((x + radius * math.sin(heading), y - radius * math.cos(heading)))
+        return Way((*points, end, (self.x, self.touchline + BEYOND)))
+
+
+class Past(NamedTuple):
+    """A circle that a way leads past.
+
+    Attributes:
+        middle: x, y [m].
+        radius: [m], positive if the circle is on the left of the way.
+    """
+
+    middle: Point2
+    radius: float
+
+
+def _tangent(first: Past, second: Past) -> float:
+    """Heading [rad] of the straight line from one circle to the next."""
+    dx, dy = second.middle[0] - first.middle[0], second.middle[1] - first.middle[1]
+    across = (second.radius - first.radius) / math.hypot(dx, dy)
+    return math.atan2(dy, dx) - math.asin(across)
+
+
+class Way:
+    """A way of straight pieces.
+
+    Args:
+        points: x, y [m] of its corners in the field, at least two.
+    """
+
+    def __init__(self, points: Sequence[Point2]) -> None:
+        self.points = tuple(points)
+
+    def ahead(self, place: Point2, distance: float) -> Point2:
+        """The point of the way that is ahead of what is next to a place by a distance [m]."""
+        nearest, index, rest = math.inf, 0, 0.0
+        for number, (start, end) in enumerate(pairwise(self.points)):
+            length = math.dist(start, end)
+            ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+            along = (place[0] - start[0]) * ux + (place[1] - start[1]) * uy
+            along = min(max(along, 0.0), length)
+            gap = math.dist(place, (start[0] + along * ux, start[1] + along * uy))
+            if gap < nearest:
+                nearest, index, rest = gap, number, along + distance
+        for start, end in pairwise(self.points[index:]):
+            length = math.dist(start, end)
+            if rest <= length:
+                share = rest / length
+                return (
+                    start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+                )  # fmt: skip
+            rest -= length
+        return self.points[-1]
+
+
+class Walker(PlayerBehavior):
+    """A player that follows a way as fast as it can.
+
+    Args:
+        way: The way.
+        identity: As of `PlayerBehavior`, and so on.
+        robot: The robot.
+        field: The field.
+        goals: The goals.
+    """
+
+    def __init__(
+        self, way: Way, identity: Identity, robot: RobotDescription, field: Field, goals: Goals
+    ) -> None:
+        super().__init__(identity, robot, field, goals)
+        self._way = way
+
+    def update(self, state: WorldState, body: Body) -> Decision:
+        """Walk towards the next piece of the way."""
+        decision = super().update(state, body)
+        if self.game.phase is not Phase.PLAYING or not state.upright:
+            return decision
+        target = self._way.ahead(state.own.pose[:2], WALK_AHEAD)
+        x, y, _ = relative((*target, 0.0), state.own.pose)
+        bearing = math.atan2(y, x)
+        ahead = WALK_SPEED * max(0.0, math.cos(bearing))
+        walk = WalkLimits(forward=WALK_SPEED).command(ahead, 0.0, WALK_STEER * bearing)
+        return decision._replace(action=Action(walk, head=HeadMode.LOCALIZE))
+
+
+class AlongWay(Planner):
+    """Dribbles the ball along a way.
+
+    Args:
+        way: The way.
+        table: As of `Planner`, and so on.
+        limits: How fast the robot walks.
+        field: The field.
+        goals: The goals.
+    """
+
+    def __init__(
+        self, way: Way, table: KickTable, limits: WalkLimits, field: Field, goals: Goals
+    ) -> None:
+        super().__init__(table, limits, field, goals)
+        self._way = way
+
+    def choose(
+        self,
+        own: Pose2,
+        ball: Point2,
+        robots: Sequence[Point2] = (),
+        before: BallPlan | None = None,
+        *,
+        valid: bool = True,
+        stands: bool = False,
+    ) -> BallPlan:
+        """With the foot that is nearer to its place; see `Planner`."""
+        x, y = self._way.ahead(ball, BALL_AHEAD)
+        direction = math.atan2(y - ball[1], x - ball[0])
+
+        def walk(foot: Kick) -> float:
+            change = before is not None and foot.motion != before.name
+            return math.dist(foot.robot_pose(ball, direction)[:2], own[:2]) + KEEP_FOOT * change
+
+        # The toes send the ball straight ahead, the outer edge of a foot nearly anywhere.
+        toes = sorted(self._table.dribbles, key=lambda each: each.direction_spread)[:2]
+        return BallPlan(min(toes, key=walk), True, direction, 0.0, 0.0)
+
+
+class AtTarget(Planner):
+    """Kicks the ball as near to a target as it can.
+
+    Args:
+        target: x, y [m].
+        table: As of `Planner`, and so on.
+        limits: How fast the robot walks.
+        field: The field.
+        goals: The goals.
+    """
+
+    def __init__(
+        self, target: Point2, table: KickTable, limits: WalkLimits, field: Field, goals: Goals
+    ) -> None:
+        super().__init__(table, limits, field, goals)
+        self._target = target
+
+    def choose(
+        self,
+        own: Pose2,
+        ball: Point2,
+        robots: Sequence[Point2] = (),
+        before: BallPlan | None = None,
+        *,
+        valid: bool = True,
+        stands: bool = False,
+    ) -> BallPlan:
+        """By the kick that rolls as far as the target; see `Planner`."""
+        far = math.dist(ball, self._target)
+        kick = min(
+            self._table.kicks,
+            key=lambda each: math.hypot(far - each.distance, each.distance_spread),
+        )
+        direction = math.atan2(self._target[1] - ball[1], self._target[0] - ball[0])
+        return BallPlan(kick, False, direction, 0.0, 0.0)
+
+
+class Kicker(PlayerBehavior):
+    """A player that stands still after its kick."""
+
+    def update(self, state: WorldState, body: Body) -> Decision:
+        """Kick once."""
+        if body.state is GaitState.MOTION:
+            self.game = GameState(phase=Phase.FINISHED)
+        return super().update(state, body)
+
+
+# -- referees --------------------------------------------------------------------------------------
+
+
+class Events:
+    """Counts how often something begins.
+
+    Attributes:
+        count: So often.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._last = -math.inf
+
+    def update(self, time: float, *, happens: bool) -> None:
+        """Whether it happens now [s]; within `QUIET` it is still the same event."""
+        if happens:
+            self.count += time > self._last + QUIET
+            self._last = time
+
+
+class WalkReferee:
+    """Takes the time of a walk across the field.
+
+    Args:
+        course: Where everything is.
+        weaves: The robot has to pass the obstacles on the sides of the example path.
+
+    Attributes:
+        began: [s] at which the robot touched the first touchline; None = not yet.
+        ended: [s] at which it touched the target; None = not yet.
+        touched: It has touched an obstacle.
+        passed: It has not passed an obstacle on the wrong side.
+    """
+
+    def __init__(self, course: Course, *, weaves: bool) -> None:
+        self.began: float | None = None
+        self.ended: float | None = None
+        self.touched = False
+        self.passed = True
+        self._course = course
+        self._obstacles = course.obstacles if weaves else ()
+        self._place = course.start[:2]
+
+    def update(
+        self, time: float, place: Point2, feet: Iterable[Point2], *, touches: bool = False
+    ) -> None:
+        """What is seen at a time [s].
+
+        Args:
+            time: [s].
+            place: Of the robot.
+            feet: Points of the soles that stand on the floor.
+            touches: The robot touches an obstacle.
+        """
+        course = self._course
+        front = max((y for _, y in feet), default=-math.inf)
+        if self.began is None and front >= -course.touchline - course.line:
+            self.began = time
+        if self.ended is None and front >= course.touchline - course.line:
+            self.ended = time
+        self.touched = self.touched or touches
+        for (x, y), side in zip(self._obstacles, SIDES, strict=False):
+            if self._place[1] < y <= place[1] and (place[0] - x) * side < 0.0:
+                self.passed = False
+        self._place = place
+
+    @property
+    def seconds(self) -> float | None:
+        """[s] from line to line; None if it is not there, or not by the rules."""
+        if self.began is None or self.ended is None or self.touched or not self.passed:
+            return None
+        return self.ended - self.began
+
+
+class ControlReferee:
+    """Takes the time of a dribbling robot, and its penalties.
+
+    Args:
+        course: Where everything is.
+        radius: Of the ball [m].
+
+    Attributes:
+        away: How often the ball was too far away.
+        contacts: How often it touched an obstacle.
+        ended: [s] at which ball and robot were beyond the target; None = not yet.
+    """
+
+    def __init__(self, course: Course, radius: float) -> None:
+        self.away, self.contacts = Events(), Events()
+        self.ended: float | None = None
+        self._beyond = course.touchline + course.line
+        self._radius = radius
+
+    def update(
+        self, time: float, ball: Point2, place: Point2, feet: Iterable[Point2], *, touches: bool
+    ) -> None:
+        """What is seen at a time.
+
+        Args:
+            time: [s] since the start.
+            ball: The ball.
+            place: Of the robot.
+            feet: Points of both soles.
+            touches: The ball touches an obstacle.
+        """
+        self.away.update(time, happens=math.dist(ball, place) > AWAY)
+        self.contacts.update(time, happens=touches)
+        last = min(ball[1] - self._radius, *(y for _, y in feet))
+        if self.ended is None and last > self._beyond:
+            self.ended = time
+
+    @property
+    def penalties(self) -> int:
+        """Their number."""
+        return self.away.count + self.contacts.count
+
+    @property
+    def seconds(self) -> float | None:
+        """[s] with penalties; None if ball and robot are not there."""
+        return None if self.ended is None else self.ended + PENALTY * self.penalties
+
+
+class KickReferee:
+    """Measures how near to its target a kicked ball comes to rest.
+
+    Args:
+        ball: Where it lies.
+        target: Where it has to go.
+
+    Attributes:
+        distance: [m] to the target; None = not at rest, or not kicked in time.
+        again: The robot touched the ball again.
+        over: There is nothing more to come.
+    """
+
+    def __init__(self, ball: Point2, target: Point2) -> None:
+        self.distance: float | None = None
+        self.again = self.over = False
+        self._start, self._target = ball, target
+        self._moved = self._free = False
+
+    def update(self, time: float, ball: Point2, speed: float, *, touches: bool) -> None:
+        """What is seen at a time.
+
+        Args:
+            time: [s] since the start.
+            ball: The ball.
+            speed: [m/s] of it.
+            touches: The robot touches it.
+        """
+        self._moved = self._moved or math.dist(ball, self._start) > MOVED
+        if not self._moved:
+            self.over = time > KICK_TIME
+            return
+        self.again = self._free and touches
+        self._free = self._free or not touches
+        rests = self._free and speed < AT_REST
+        if rests and not self.again:
+            self.distance = math.dist(ball, self._target)
+        self.over = rests or self.again or time > LIMIT
+
+
+# -- attempts --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChallengeSpec:
+    """One robot at one challenge.
+
+    Attributes:
+        name: One of `CHALLENGES`.
+        seed: The individual and its percepts.
+        scene: The field.
+        urdf: The robot; None = the first one of the scene.
+        engine: Physics engine.
+        plant: The plant, or its name or file.
+        limit: [s] after which an attempt has failed.
+    """
+
+    name: str
+    seed: int
+    scene: str = "pitch"
+    urdf: str | None = None
+    engine: str = "mujoco"
+    plant: str | Plant = "reference"
+    limit: float = LIMIT
+
+
+class ChallengeResult(NamedTuple):
+    """What came of it.
+
+    Attributes:
+        spec: The specification.
+        score: [s] or [m], the less the better; None = not done by the rules.
+        penalties: Their number.
+        parts: [m] left to each target of the best kick; None = not by the rules.
+        doing: What happened, for reports.
+        trace: True places of robot and ball (x, y, x, y [m]) ten times a second.
+    """
+
+    spec: ChallengeSpec
+    score: float | None
+    penalties: int
+    parts: tuple[float | None, ...]
+    doing: str
+    trace: tuple[tuple[float, float, float, float], ...]
+
+
+def play_challenge(spec: ChallengeSpec) -> ChallengeResult:
+    """Run one attempt."""
+    return CHALLENGES[spec.name](spec)
+
+
+class _Attempt:
+    """A robot on the field, and those that stand there.
+
+    Args:
+        spec: The specification.
+        start: Where the robot stands.
+        ball: Where the ball lies.
+        obstacles: Where others stand.
+    """
+
+    def __init__(
+        self,
+        spec: ChallengeSpec,
+        start: Pose2,
+        ball: Point2,
+        obstacles: Sequence[Point2] = (),
+    ) -> None:
+        scene = load_scene(spec.scene)
+        urdf = spec.urdf or scene.robots[0].urdf
+        places = [("red", 1, start)]
+        places += [
+            ("blue", number, (*place, math.pi))
+            for number, place in enumerate(obstacles, start=1)
+        ]
+        robots = tuple(
+            SceneRobot(
+                name=f"{team}{number}", team=team, number=number, urdf=urdf, pose=pose,
+                seed=spec.seed + index,
+            )
+            for index, (team, number, pose) in enumerate(places)
+        )  # fmt: skip
+        self.spec = spec
+        self.pitch = Pitch(
+            scene.replace(robots=robots), spec.seed, spec.engine, spec.plant,
+            lambda robot: identity_of(robot, 1, waits=False),
+        )  # fmt: skip
+        self.pitch.world.put_ball(*ball)
+        self.player = self.pitch.players[0]
+        for other in self.pitch.players[1:]:
+            other.runs = False
+        self.trace: list[tuple[float, float, float, float]] = []
+
+    def run(self, behavior: PlayerBehavior) -> Iterator[tuple[float, Tick, set[tuple[int, int]]]]:
+        """From the start on: time [s], tick of the robot, what touches what; until the limit."""
+        pitch, begins = self.pitch, round(STAND / CONTROL_PERIOD)
+        behavior.game = GameState(phase=Phase.SET)
+        self.player.behavior = behavior
+        for ticks in pitch.run(lambda _: None):
+            if pitch.count == begins:
+                behavior.game = GameState(phase=Phase.PLAYING)
+            time = (pitch.count - begins) * CONTROL_PERIOD
+            if time < 0.0:
+                continue
+            if pitch.count % 10 == 0:
+                self.trace.append((*pitch.poses[0][:2], *pitch.ball))
+            yield time, ticks[0], pitch.world.touches
+            if time > self.spec.limit:
+                return
+
+    @property
+    def parts(self) -> tuple[Identity, RobotDescription, Field, Goals]:
+        """What every behaviour needs."""
+        robot = self.pitch.world.robots[0]
+        return self.player.behavior.identity, robot.description, self.pitch.field, self.pitch.goals
+
+    @property
+    def radius(self) -> float:
+        """Of the ball [m]."""
+        ball = self.pitch.scene.ball
+        assert ball is not None
+        return ball.radius
+
+    def feet(self, tick: Tick, *, loaded: bool) -> list[Point2]:
+        """x, y [m] of points of the soles: of those that carry the robot, or of both."""
+        truth, body = tick.truth, self.pitch.world.robots[0].body
+        found: list[Point2] = []
+        for sole, pose, force in zip(body.soles, truth.soles, truth.sole_force, strict=True):
+            if force > 0.0 or not loaded:
+                points = np.array(sole.points) @ pose.rotation.T + pose.position
+                found += [(x, y) for x, y, _ in points.tolist()]
+        return found
+
+    def result(self, score: float | None, doing: str, penalties: int = 0) -> ChallengeResult:
+        """What came of it."""
+        return ChallengeResult(self.spec, score, penalties, (), doing, tuple(self.trace))
+
+    def __enter__(self) -> "_Attempt":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.pitch.world.close()
+
+
+
+def _walk(spec: ChallengeSpec, *, weaves: bool) -> ChallengeResult:
+    course = Course.on(_field(spec))
+    others = course.obstacles if weaves else ()
+    past = [
+        Past((x, y + arm), side * WALK_GAP)
+        for (x, y), side in zip(others, SIDES, strict=False)
+        for arm in (-WALK_LONG, WALK_LONG)
+    ]
+    with _Attempt(spec, course.start, OUT_OF_THE_WAY, others) as attempt:
+        walker = Walker(course.way(*past), *attempt.parts)
+        referee = WalkReferee(course, weaves=weaves)
+        for time, tick, pairs in attempt.run(walker):
+            place = attempt.pitch.poses[0][:2]
+            touches = any(0 in pair and BALL not in pair for pair in pairs)
+            referee.update(time, place, attempt.feet(tick, loaded=True), touches=touches)
+            if referee.ended is not None or referee.touched:
+                break
+        wrong = "" if referee.passed else ", past an obstacle on the wrong side"
+        touched = ", touched an obstacle" if referee.touched else ""
+        doing = f"at {place[0]:.2f}, {place[1]:.2f} m{touched}{wrong}"
+        return attempt.result(referee.seconds, doing)
+
+
+def _control(spec: ChallengeSpec) -> ChallengeResult:
+    course = Course.on(_field(spec))
+    ball = course.x, -course.touchline
+    with _Attempt(spec, course.start, ball, course.obstacles) as attempt:
+        identity, robot, field, goals = attempt.parts
+        limits = WalkLimits(forward=BALL_SPEED)
+        way = course.way(
+            *(Past(course.obstacles[index], side * BALL_GAP) for index, side in BALL_PAST)
+        )
+        planner = AlongWay(way, kicks_of(robot.motions), limits, field, goals)
+        behavior = PlayerBehavior(identity, robot, field, goals, limits, planner)
+        referee = ControlReferee(course, attempt.radius)
+        for time, tick, pairs in attempt.run(behavior):
+            referee.update(
+                time, attempt.pitch.ball, attempt.pitch.poses[0][:2],
+                attempt.feet(tick, loaded=False),
+                touches=any(BALL in pair and 0 not in pair for pair in pairs),
+            )  # fmt: skip
+            if referee.ended is not None:
+                break
+        x, y = attempt.pitch.ball
+        doing = (
+            f"ball at {x:.2f}, {y:.2f} m; {referee.away.count} times too far away, "
+            f"{referee.contacts.count} times at an obstacle"
+        )
+        return attempt.result(referee.seconds, doing, referee.penalties)
+
+
+def _kicks(spec: ChallengeSpec) -> ChallengeResult:
+    results = [_kick(spec, target) for target in Course.on(_field(spec)).targets]
+    parts = tuple(each.score for each in results)
+    whole = [each for each in parts if each is not None]
+    return ChallengeResult(
+        spec, sum(whole) if len(whole) == len(parts) else None, 0, parts,
+        "; ".join(each.doing for each in results),
+        tuple(row for each in results for row in each.trace),
+    )  # fmt: skip
+
+
+def _kick(spec: ChallengeSpec, target: Point2) -> ChallengeResult:
+    field = _field(spec)
+    ball = Course.on(field).goal_area, 0.0
+    with _Attempt(spec, (-field.length / 2.0, 0.0, 0.0), ball) as attempt:
+        identity, robot, field, goals = attempt.parts
+        table = kicks_of(robot.motions)
+        if not table.kicks:
+            raise NaoGaitError("robot", robot.name, "a robot with kicks")
+        planner = AtTarget(target, table, WalkLimits(), field, goals)
+        behavior = Kicker(identity, robot, field, goals, planner=planner)
+        referee = KickReferee(ball, target)
+        for time, _, pairs in attempt.run(behavior):
+            state = attempt.pitch.world.ball
+            assert state is not None
+            speed = math.hypot(*state.velocity[:2].tolist())
+            referee.update(time, attempt.pitch.ball, speed, touches=(BALL, 0) in pairs)
+            if referee.over:
+                break
+        x, y = attempt.pitch.ball
+        kicks = ", ".join(attempt.player.kicks) or "no kick"
+        doing = f"{kicks}: ball at {x:.2f}, {y:.2f} m" + (", touched again" * referee.again)
+        return attempt.result(referee.distance, doing)
+
+
+def _field(spec: ChallengeSpec) -> Field:
+    return field_of(load_scene(spec.scene))[0]
+
+
+CHALLENGES: dict[str, Callable[[ChallengeSpec], ChallengeResult]] = {
+    "walk straight": lambda spec: _walk(spec, weaves=False),
+    "walk slalom": lambda spec: _walk(spec, weaves=True),
+    "ball control": _control,
+    "best kick": _kicks,
+}
+"""The challenges by their names."""
