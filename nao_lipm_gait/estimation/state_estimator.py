@@ -110,7 +110,6 @@ class StateEstimator:
         self._unseen_slip = UnseenYawSlip()
         self._off_feet = YawOffFeet()
         self._support = 0
-        self._yaw_rate = 0.0  # [rad/s] of the torso, in the last tick
         self._covariance = OdometryCovariance()
         self._levelling = levelling
         self._alignment = alignment
@@ -173,9 +172,8 @@ class StateEstimator:
             self.orientation.update(rate, force, None, gyro_dt)
             self.lying_side = self._lying.update(force, gyro_dt)
         else:
-            # Not every robot has a yaw gyro. The rate is not smoothed: what it lags behind at the
-            # start of a turn would tip the vertical of a torso that leans.
-            turning = (roll_rate, pitch_rate, self._yaw_rate)
+            # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.
+            turning = (roll_rate, pitch_rate, self.odometry.velocity[2])
             self.orientation.update(turning, force, sole.normal, gyro_dt)
             if state is WALK and self._p.feedback and self._flat_stance:
                 self._find_bias_jump(sole.normal, force, gyro_dt)
@@ -203,7 +201,6 @@ class StateEstimator:
                 up = self.orientation.up_in_torso
                 self.odometry.hold(self._off_feet.update(up, rate, gyro_dt))
             self._yaw_over_sole.interrupt()
-            self._yaw_rate = 0.0
             return
         self._off_feet.interrupt()
         over_sole = self._yaw_over_sole.update(support, level, other)
@@ -221,7 +218,6 @@ class StateEstimator:
             )  # fmt: skip
         else:
             slip = self._unseen_slip.update(over_sole, velocity, dt, at_rest=settled)
-        self._yaw_rate = (over_sole + slip) / dt
         self.odometry.update(support, level, other, dt, slip)
         if support != self._support:
             self._support = support

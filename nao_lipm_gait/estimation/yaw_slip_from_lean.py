@@ -6,8 +6,8 @@ import numpy as np
 
 from nao_lipm_gait.estimation.yaw_slip import (
     UNSEEN_SLIP_SIGMA,
-    UNSEEN_TURN_NOISE,
     unseen_rate_variance,
+    unseen_yaw_variance,
 )
 from nao_lipm_gait.types import LEFT, FloatArray, Point3, Pose2
 
@@ -88,9 +88,7 @@ class YawSlipFromLean:
     b / sin(theta).
 
     A stride is not measured if it turns too fast for its lean: an error d of the lean looks like
-    the yaw slip d psi' / sin(theta). In a curve the feet slip as in the last straight walk in this
-    direction, so c is remembered for each direction and used there; what the turn itself adds is
-    noise of e.
+    the yaw slip d psi' / sin(theta). Its slip counts as 0, and the variance of e grows instead.
     """
 
     def __init__(self) -> None:
@@ -100,7 +98,6 @@ class YawSlipFromLean:
         self._walks = self._has_walked = False
         self._start_time = 0.0
         self._direction: tuple[str, bool] | None = None
-        self._slips: dict[tuple[str, bool], tuple[float, float]] = {}  # c and its deviation
         self._stride = _Stride()
         self._whole_stride = False
         self._seen = True
@@ -126,6 +123,8 @@ class YawSlipFromLean:
 
     def rate_variance(self, velocity: Pose2) -> float:
         """Variance [rad^2/s^2] of the yaw rate; velocity: by odometry [m/s, m/s, rad/s]."""
+        if not self._seen:
+            return unseen_rate_variance(velocity)
         slip = max(0.0, float(self._covariance[_SLIP, _SLIP]))
         return unseen_rate_variance(velocity, sqrt(slip))
 
@@ -170,8 +169,9 @@ class YawSlipFromLean:
             self._follow_direction(velocity)
             if changed and support == LEFT:
                 self._end_stride()
-            speed = self._speed(velocity)
-            steady = float(self._state[_SLIP]) * speed * dt
+            speed = hypot(*velocity)
+            if self._seen:
+                steady = float(self._state[_SLIP]) * speed * dt
             self._start_time += dt
             self._stride.add(
                 changed, roll_rate, over_sole, -x, -up[0], speed * dt, steady, roll, dt
@@ -221,7 +221,7 @@ class YawSlipFromLean:
         self._rest = _Rest()
 
     def _follow_direction(self, velocity: tuple[float, float]) -> None:
-        """Exchange the slip for that of the new direction when the walking direction changes."""
+        """Forget the slip when the walking direction changes."""
         x, y = velocity
         if hypot(x, y) < SPEED_MIN:
             return
@@ -230,21 +230,10 @@ class YawSlipFromLean:
             along_x = abs(x) > abs(y)
         direction = ("x", x > 0.0) if along_x else ("y", y > 0.0)
         if direction != self._direction:
-            if self._direction is not None:
-                sigma = sqrt(max(0.0, float(self._covariance[_SLIP, _SLIP])))
-                self._slips[self._direction] = float(self._state[_SLIP]), sigma
             self._direction = direction
-            self._forget(_SLIP, *self._slips.get(direction, (0.0, UNSEEN_SLIP_SIGMA)))
+            self._forget(_SLIP, 0.0, UNSEEN_SLIP_SIGMA)
             self._covariance[_ROLL, _ROLL] += DIRECTION_SIGMA**2
             self._start_time = 0.0
-
-    def _speed(self, velocity: tuple[float, float]) -> float:
-        """Speed [m/s] along the walking direction; its mean over a turn on the spot is 0."""
-        if self._direction is None:
-            return 0.0
-        axis, positive = self._direction
-        speed = velocity[0] if axis == "x" else velocity[1]
-        return speed if positive else -speed
 
     def _end_stride(self) -> None:
         """Correct by the mean roll of a whole stride, and predict the state at its end."""
@@ -259,7 +248,7 @@ class YawSlipFromLean:
         if whole and self._seen:
             self._measure(stride)
         lean = stride.slip_lean
-        walked = stride.walked
+        walked = stride.walked if self._seen else 0.0
         state, covariance = self._state, self._covariance
         change = np.array(
             (
@@ -278,11 +267,9 @@ class YawSlipFromLean:
         noise = np.diag((roll + lean * lean * yaw, slip, bias, yaw))
         noise[_ROLL, _YAW] = noise[_YAW, _ROLL] = lean * yaw
         if not self._seen:
-            noise[_YAW, _YAW] += UNSEEN_TURN_NOISE**2 * turned
+            noise[_ROLL, _ROLL] += LEAN_SIGMA**2 * turned
+            noise[_YAW, _YAW] += unseen_yaw_variance(turned, stride.walked)
         self._state, self._covariance = state, change @ covariance @ change.T + noise
-        if not self._seen:
-            # By how much the gyro's roll is off is the same in each stride of a turn: no noise.
-            self._forget(_ROLL, float(state[_ROLL]), UNKNOWN_ROLL_SIGMA)
 
     def _measure(self, stride: "_Stride") -> None:
         """Correct by the mean roll; a single outlier counts less."""

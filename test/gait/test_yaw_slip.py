@@ -275,29 +275,6 @@ def test_each_walking_direction_has_its_own_yaw_slip() -> None:
     assert abs(torso.seen - before) < 0.2
 
 
-def test_the_yaw_slip_of_a_direction_is_remembered() -> None:
-    torso = SwayingTorso(lean=0.12, bias=0.0)
-    torso.stand(5.0)
-    torso.walk(15.0, 0.1)
-    torso.walk(10.0, -0.1, velocity=(0.0, 0.2))
-    before = torso.seen
-    torso.walk(1.0, 0.1)
-    assert torso.seen - before == pytest.approx(0.1, abs=0.05)
-
-
-def test_a_curve_slips_like_the_straight_walk_before_it() -> None:
-    """The lean does not show it in the curve, and its error is not taken for slip."""
-    torso = SwayingTorso(lean=0.12, bias=0.0, lean_error=0.01)
-    torso.stand(5.0)
-    torso.walk(15.0, 0.1)
-    torso.joints = 0.5
-    before = torso.seen
-    torso.walk(8.0, 0.1)
-    torso.joints = 0.0
-    torso.walk(3.0, 0.1)
-    assert torso.seen - before == pytest.approx(1.1, abs=0.15)
-
-
 def test_the_torso_turns_left_over_a_sole_that_turns_right_in_its_frame() -> None:
     turn = YawOverSole()
     up = (0.0, 0.0, 1.0)
