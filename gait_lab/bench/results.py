@@ -101,6 +101,8 @@ SECTIONS = (
             {"robots": 6, "window": 5.0, "push": False},
             (WALK, "mujoco/walk/paper")),
     Section("odometry", "Odometry", "odometry", {}, {"robots": 4}),
+    Section("odometry_v6", "Odometry with a yaw gyro", "odometry",
+            {"urdf": "nao_v6", "courses": ("tour",)}, {"robots": 4}),
     Section("error", "Error of the centre of mass", "error", quick={"robots": 3, "window": 5.0}),
     Section("push_spot", "Pushes on the spot", "push", {"robots": 10, "tasks": ("spot",)},
             {"robots": 4, "phases": 4, "directions": ("forward", "left", "back", "right")},
