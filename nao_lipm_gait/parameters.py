@@ -46,6 +46,11 @@ class GaitParameters(Settings):
     pendulum_shift_back_max: float = number(
         0.036, 0.0, 0.08, "m", "Largest shift r_x of the pendulum origin towards the heel."
     )
+    pendulum_hold_time: float = number(
+        0.06, 0.0, 0.1, "s",
+        "Last time of a step in which r_x is held and the step size follows instead; 0 = never, as "
+        "in the paper.",
+    )
     pendulum_shift_side_max: float = number(
         0.055, 0.0, 0.06, "m",
         "Largest outward shift of the pendulum origin inside the sole if the CoM returns too late.",

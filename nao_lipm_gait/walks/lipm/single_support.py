@@ -37,8 +37,6 @@ ENTRY_MIN = 1e-3
 """Smallest distance of the CoM from the next origin at the support change [m]."""
 STEP_DURATION_MAX = 0.45
 """[s] Longest single support."""
-ORIGIN_HOLD_TIME = 0.06
-"""Last time [s] of a step in which r_x is held: (9) turns singular, and s-bar_x follows."""
 TIME_MIN = 1e-9
 """Times below this count as zero [s]."""
 SEARCH_STEP = 0.01
@@ -197,7 +195,7 @@ class SingleSupport:
         next_tanh = -min(max(entry_velocity / (k * entry), 0.0), NEXT_TANH_MAX)
         y, vy = swing * (change.position - lateral.r_y), swing * change.velocity
         longer = longer_step(yaw, next_tanh, k, y - self._s_y(state, lateral), vy)
-        held = change.time < ORIGIN_HOLD_TIME and not request.shifts_weight
+        held = change.time < p.pendulum_hold_time and not request.shifts_weight
         plan = plan_pendulum_origin(
             state.x,
             state.vx,
