@@ -30,7 +30,14 @@ from sim_bridge.shapes import Color
 from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.terrain import Prism, ground_height
 
-START_STATES = ("stand", "lying_front", "lying_back")
+_LYING = {
+    "lying_front": (0.0, 1.0, 0.0),
+    "lying_back": (0.0, -1.0, 0.0),
+    "lying_left": (-1.0, 0.0, 0.0),
+    "lying_right": (1.0, 0.0, 0.0),
+}
+"""Axis of the torso about which a standing robot turns by 90 degrees to lie."""
+START_STATES = ("stand", *_LYING)
 LOADED = 1.0
 """[N] of normal force from which on a sole counts as loaded."""
 SATURATED = 0.95
@@ -50,7 +57,7 @@ class RobotSpec:
         seed: number of the individual; -1 = the nominal robot.
         noise_seed: seed of the sensor noise, at least 0.
         sensor_delay: [s], 0 to 1; None = the plant's.
-        start_state: `stand`, `lying_front` or `lying_back`.
+        start_state: one of `START_STATES`.
         name: unique in its world; empty for a robot that is alone.
         pose: x [m], y [m], heading [rad] of the torso at the start, in the world.
         color: red, green, blue of its upper body in pictures; None = those of the URDF.
@@ -454,8 +461,8 @@ def _start_state(
         pose = body.pose(np.zeros(3), np.eye(3), joints)
         rotation = _upright_rotation(pose.sole_rotation[0][:, 2] + pose.sole_rotation[1][:, 2])
     else:
-        half = math.pi / 4.0 if spec.start_state == "lying_front" else -math.pi / 4.0
-        rotation = np.array([0.0, math.sin(half), 0.0, math.cos(half)])
+        half = math.pi / 4.0
+        rotation = np.append(math.sin(half) * np.array(_LYING[spec.start_state]), math.cos(half))
     x, y, heading = spec.pose
     if heading:
         rotation = _turned(rotation, heading)

@@ -1,7 +1,8 @@
 """A robot on the floor gets up by the gait's own means, stands, and walks: one attempt.
 
-The robot lies on its front or back. Its joints move to a random pose with little torque and go
-limp, so that every attempt begins in another pose. Then the gait starts.
+The robot lies on its front, its back or a side. Its joints move to a random pose with little torque
+and go limp, so that every attempt begins in another pose: on a side some roll off it. Then the gait
+starts.
 """
 
 from dataclasses import dataclass, replace
@@ -17,12 +18,14 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
+from nao_lipm_gait.motion.keyframes import LYING, Motion
+from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.types import STANDSTILL, FloatArray, GaitState, JointTargets, VelocityCommand
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.robot import GroundTruth
 from sim_bridge.world import World
 
-SIDES = {"front": "lying_front", "back": "lying_back"}
+SIDES = {side: f"lying_{side}" for side in ("front", "back", "left", "right")}
 """Side -> start state of the simulation."""
 WRIGGLE, LIMP = 0.5, 0.5
 """[s] for which the joints move to a random pose, and for which they are then limp."""
@@ -40,7 +43,7 @@ class GetUpSpec(TrialSpec):
     """Everything that an attempt depends on; the noise seed also draws the pose on the floor.
 
     Attributes:
-        side: `front` or `back`.
+        side: `front`, `back`, `left` or `right`.
     """
 
     side: str
@@ -52,7 +55,8 @@ class GetUpResult:
 
     Attributes:
         spec: The specification.
-        tries: Get-ups that the gait began until the robot stood.
+        tries: Get-ups that the gait began until the robot stood. A roll over at the beginning is
+            none.
         time: [s] from lying at rest to the gait's stand; None if it never stood.
         stood: It stood for `STAND` seconds after that.
         walked: And walked for `WALK` seconds.
@@ -119,6 +123,7 @@ class _Attempt:
         self._pose = _random_pose(spec, world)
         self._commands = HeldCommand(JointTargets(0, self._pose, WRIGGLE_STIFFNESS))
         self._ticks = run(world, self._gait, self._commands, past_falls=True)
+        self._library = shipped_library(world.robot.description)
         self.use = _MotorUse(world)
         self.tick = next(self._ticks)
 
@@ -134,19 +139,19 @@ class _Attempt:
 
     def get_up(self) -> tuple[int, float | None]:
         """Get-ups that the gait began, and the time [s] until it stood; None if it never did."""
-        began, tries = self.tick.truth.stamp, 0
+        start, begun = self.tick.truth.stamp, list[Motion]()
         before = GaitState.STAND
         while True:
             now = self._gait.state
-            tries += now is GaitState.GETTING_UP and before is not GaitState.GETTING_UP
+            if now is GaitState.GETTING_UP and before is not GaitState.GETTING_UP:
+                begun.append(self._library.find(self._gait.status.motion))
             stands = now is GaitState.STAND and before is GaitState.GETTING_UP
             before = now
             self._advance()
-            time = (self.tick.truth.stamp - began) * 1e-9
-            if stands:
-                return tries, time
-            if time >= PATIENCE:
-                return tries, None
+            time = (self.tick.truth.stamp - start) * 1e-9
+            if stands or time >= PATIENCE:
+                rolled_first = bool(begun) and begun[0].ends in LYING
+                return len(begun) - rolled_first, time if stands else None
 
     def stays_up(self, seconds: float, then: VelocityCommand) -> bool:
         """Whether it does not fall; its last frame is answered with the command `then`."""

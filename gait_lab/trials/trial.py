@@ -107,7 +107,7 @@ def make_world(
 
     Args:
         spec: The trial.
-        start_state: `stand`, `lying_front` or `lying_back`.
+        start_state: One of `sim_bridge.robot.START_STATES`.
         ball: A ball on the floor; None for none.
         plant: Plant to use in place of that of the specification.
 

@@ -36,6 +36,7 @@ def spec(**changes: object) -> RolloutSpec:
 
 def test_bruno_has_motions_of_its_own_and_kicks_in_pairs() -> None:
     assert {"stand", "sit", "relax", "get_up_front", "get_up_back"} <= set(LIBRARY.motions)
+    assert {"block", "dive_left", "dive_right", "roll_over_left"} <= set(LIBRARY.motions)
     assert LIBRARY.motions.keys() != shipped_library(load_robot()).motions.keys()
     kinds = {name.rsplit("_", 1)[0] for name in KICKS}
     assert kinds == {"kick_front", "kick_side", "kick_diagonal", "kick_backheel"}
@@ -214,12 +215,58 @@ def test_it_sits_and_stands_up_and_lets_itself_down_limp() -> None:
         assert force.linear_acceleration[0] < -8.0, "on its stomach"
 
 
-@pytest.mark.parametrize("side", ["front", "back"])
-def test_bruno_gets_up_and_walks(side: str) -> None:
+@pytest.mark.parametrize(
+    ("side", "time"), [("front", 8.0), ("back", 9.0), ("left", 10.5), ("right", 10.5)]
+)
+def test_bruno_gets_up_and_walks(side: str, time: float) -> None:
     pytest.importorskip("mujoco")
     given = GetUpSpec(side, robot_seed=7, parameters=BRUNO, urdf="bruno", engine="mujoco")
     result = get_up(given)
     assert result.at_once
     assert result.time is not None
-    assert result.time < 8.0
+    assert result.time < time
     assert result.torque_use.max() <= 1.0 + 1e-6
+
+
+@pytest.mark.parametrize(("name", "side"), [("dive_left", 1.0), ("dive_right", -1.0)])
+def test_it_dives_to_the_side_and_gets_up_again(name: str, side: float) -> None:
+    pytest.importorskip("mujoco")
+    simulation, gait = make_pair(spec())
+    began = lay = None
+    with simulation:
+        for tick in run(simulation, gait, HeldCommand(), past_falls=True):
+            time, torso = simulation.time * 1e-9, tick.truth.torso_position
+            if gait.state is GaitState.STAND and began is None and time >= 1.0:
+                gait.request_motion(name)
+            if gait.status.motion == name:
+                began = time if began is None else began
+                lay = time if lay is None and torso[2] < 0.16 else lay
+            elif began is not None and gait.state is GaitState.RELAXED:
+                assert side * torso[1] > 0.15, "beside where it stood"
+                gait.request_motion("get_up")
+            elif began is not None and gait.state is GaitState.STAND:
+                break
+            assert time < 25.0
+    assert began is not None
+    assert lay is not None
+    assert lay - began < 0.75
+
+
+def test_a_block_holds_a_ball_and_bruno_stands_up_again() -> None:
+    pytest.importorskip("mujoco")
+    asked = (AskedMotion(1.0, "block"),)
+    task = Task("block", ((0.0, STANDSTILL),), 1.0, 6.0, motions=asked)
+    simulation, gait = make_pair(spec(task=task))
+    with simulation:
+        watch = MotionWatch(simulation, gait, asked)
+        for _ in run(simulation, gait, HeldCommand()):
+            watch.tick()
+            if simulation.time == 1_500_000_000:
+                simulation.put_ball(1.0, 0.18, (-1.8, 0.0))
+            if simulation.time >= 5_500_000_000:
+                break
+        ball = simulation.ball
+    (outcome,) = watch.outcomes
+    assert outcome.ended is not None
+    assert ball is not None
+    assert ball.position[0] > -0.1

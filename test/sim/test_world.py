@@ -140,6 +140,19 @@ def test_lying(robot: RobotDescription, reference: Plant, name: str, chest: floa
         assert truth.sole_force.sum() < world.robot.body.mass * G
 
 
+@pytest.mark.parametrize(("name", "left"), [("lying_left", -1.0), ("lying_right", 1.0)])
+def test_lying_on_a_side(robot: RobotDescription, reference: Plant, name: str, left: float) -> None:
+    with World.single(robot, reference, NOMINAL, start_state=name) as world:
+        start = world.robot.truth()
+        to_left = pin.Quaternion(start.torso_quaternion).matrix()[:, 1]
+        assert to_left == pytest.approx([0.0, 0.0, left], abs=1e-6)
+        for _ in range(100):
+            world.step()
+        truth = world.robot.truth()
+        assert 60.0 < tilt(truth) < 120.0, "it stays down, perhaps not on its side"
+        assert 0.0 < truth.torso_position[2] < start.torso_position[2]
+
+
 @pytest.mark.parametrize("seed", [NOMINAL, 0, 1, 2])
 def test_standing(robot: RobotDescription, reference: Plant, seed: int) -> None:
     with World.single(robot, reference, seed) as world:

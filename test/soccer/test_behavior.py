@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import compose, relative
-from nao_lipm_gait.motion.library import shipped_library
-from nao_lipm_gait.robot import load_robot
+from nao_lipm_gait.motion.library import MotionLibrary, shipped_library
+from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.types import GaitState, PoseCovariance, VelocityCommand
+from nao_soccer.behavior import player_behavior
 from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.kicks import KickTable, load_kicks
 from nao_soccer.behavior.mind import Mind
@@ -490,17 +491,21 @@ def test_a_keeper_dives_for_a_shot_and_not_for_a_ball_that_misses(
     assert decision.action.motion == (state.replace(" ", "_") if "dive" in state else "")
 
 
-def test_a_keeper_without_dives_stays_on_its_feet() -> None:
-    """Bruno has no such motion: it goes on to guard the goal."""
+@pytest.mark.parametrize("robot", [NAO, load_robot("bruno")], ids=lambda robot: robot.name)
+@pytest.mark.parametrize("dives", [True, False])
+def test_a_keeper_without_dives_stays_on_its_feet(
+    robot: RobotDescription, dives: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It goes on to guard the goal."""
+    if not dives:
+        monkeypatch.setattr(player_behavior, "shipped_library", lambda _: MotionLibrary())
     shot = world((-2.05, 0.0, 0.0), (-1.2, 0.3), velocity=(-1.2, 0.0))
-    game = GameState(goalkeeper=True)
-    for robot, motion in ((NAO, "dive_left"), (load_robot("bruno"), "")):
-        player = PlayerBehavior(Identity(1, 1, waits=False), robot, SCENE.field, GOALS)
-        player.game = game
-        for step in range(3):
-            decision = player.update(replace(shot, stamp=step * 50_000_000), Body())
-        assert decision.path[-1].option == "keeper"
-        assert decision.action.motion == motion
+    player = PlayerBehavior(Identity(1, 1, waits=False), robot, SCENE.field, GOALS)
+    player.game = GameState(goalkeeper=True)
+    for step in range(3):
+        decision = player.update(replace(shot, stamp=step * 50_000_000), Body())
+    assert decision.path[-1].option == "keeper"
+    assert decision.action.motion == ("dive_left" if dives else "")
 
 
 def test_a_robot_that_stands_on_the_spot_kicks_once() -> None:

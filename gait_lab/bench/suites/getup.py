@@ -23,24 +23,30 @@ class Options(BenchOptions):
     attempts: int = option(
         5, "attempts of each robot from each side", "N", minimum=1, maximum=1000
     )
+    sides: tuple[str, ...] = option(
+        tuple(SIDES), "side on which the robots lie; repeatable", "SIDE", flags=("--side",),
+        choices=tuple(SIDES),
+    )  # fmt: skip
 
 
 def getup(options: Options) -> SuiteResult:
     """`options.attempts` attempts from each side with every robot."""
     specs = [
         GetUpSpec(side=side, robot_seed=seed, noise_seed=attempt, **options.trial)
-        for side in SIDES for seed in options.seeds for attempt in range(options.attempts)
+        for side in options.sides for seed in options.seeds for attempt in range(options.attempts)
     ]  # fmt: skip
     results: list[GetUpResult] = parallel_map(
         get_up, specs, jobs=options.jobs, label="get-ups", show=options.show, note=_note
     )
     groups = {"all": results}
-    groups |= {side: [each for each in results if each.spec.side == side] for side in SIDES}
+    groups |= {
+        side: [each for each in results if each.spec.side == side] for side in options.sides
+    }
     rows = [row for name, group in groups.items() for row in _rows(name, group)]
     by_robot: list[tuple[TableCell, ...]] = []
     for seed in options.seeds:
         shares, up, count = [], 0, 0
-        for side in SIDES:
+        for side in options.sides:
             found = [each.at_once for each in groups[side] if each.spec.robot_seed == seed]
             shares.append(f"{sum(found)}/{len(found)}")
             up, count = up + sum(found), count + len(found)
@@ -53,16 +59,17 @@ def getup(options: Options) -> SuiteResult:
         Column("torque", "use", 2), Column("speed", "use", 2), Column("ticks at", "a limit"),
     )  # fmt: skip
     notes = (
-        "first try: the gait's first get-up ends in a stand, the robot stands and walks. Times: "
-        "from lying at rest to the stand of the gait, of which it takes 0.4 s to find out on which "
-        "side it lies.",
+        "first try: the gait's first get-up ends in a stand, the robot stands and walks; from a "
+        "side it may roll over once before. Times: from lying at rest to the stand of the gait, of "
+        "which it takes 0.4 s to find out on which side it lies.",
         "torque use: largest torque over the motor's at standstill "
         f"({_most_used(options, results)}); the plant's motors cannot give more. speed use: "
         "largest speed over the URDF's limit; targets stay below 0.95, beyond 1 a joint is turned "
         "by its load.",
     )
-    lines = [_line(name, groups[name]) for name in (*SIDES, "all")]
-    tables = (Table(columns, lines), Table([Column("robot"), *map(Column, SIDES)], by_robot))
+    lines = [_line(name, groups[name]) for name in (*options.sides, "all")]
+    by_side = Table([Column("robot"), *map(Column, options.sides)], by_robot)
+    tables = (Table(columns, lines), by_side)
     title = f"Getting up; {options.title}, {options.attempts} attempts from each side"
     return SuiteResult(tuple(rows), title, tables, notes)
 

@@ -18,7 +18,7 @@ class Options(BenchOptions):
     robots: int = 20
     attempts: int = option(1, "shots of each kind at each robot", "N", minimum=1, maximum=100)
     targets: tuple[str, ...] = option(
-        TARGETS, "where shots go", "NAME", flags=("--target",), choices=TARGETS
+        TARGETS, "where shots go; repeatable", "TARGET", flags=("--target",), choices=TARGETS
     )
     scene: str = option("pitch_small", "field and goals: a shipped scene or a YAML file", "S")
     limit: float = option(LIMIT, "time [s] to stand again after a shot", "T", minimum=1.0)
