@@ -215,8 +215,8 @@ class Modes:
             self.motions.drop_upright()
         elif after is RELAXED or (after is STAND and before not in (WALK, STOP)):
             self.motions.stop()
-        elif before is STAND and after is WALK and transition.tipping_com is None:
-            self.motions.attempts = 0
+        elif before is STAND and after in (WALK, MOTION) and transition.tipping_com is None:
+            self.motions.attempts = 0  # it stood firmly
         self._upright_time = 0.0
         self.state = after
 

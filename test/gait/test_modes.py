@@ -357,6 +357,18 @@ def test_a_get_up_that_fails_is_repeated_a_few_times() -> None:
     assert machine.states(2)[-1] is GETTING_UP
 
 
+def test_a_stand_firm_enough_for_a_motion_gives_all_attempts_back() -> None:
+    machine = lying(gets_up=True)
+    machine.robot.lying_side = Posture.LYING_FRONT
+    for _ in range(ATTEMPTS + 1):
+        machine.robot.falls = False
+        assert machine.states(2 * MOTION_TICKS)[-1] is STAND
+        machine.request("nod")
+        assert machine.states(2 * MOTION_TICKS) == [MOTION, STAND]
+        machine.robot.falls = True
+        assert machine.tick() == Transition(STAND, FALLEN)
+
+
 def test_without_the_parameter_it_gets_up_on_request() -> None:
     machine = lying()
     machine.robot.lying_side = Posture.LYING_FRONT

@@ -50,10 +50,7 @@ def test_motions_one_after_the_other_with_a_turned_head(urdf: str) -> None:
     controller = asked.gaits[0].controller
     with asked.world:
         for motion in upright_motions(urdf):
-            if controller.state is GaitState.RELAXED:
-                controller.get_up()  # from a dive; a request has all attempts again
-            else:
-                controller.stand()
+            controller.stand()
             until_it_stands(asked)
             controller.look(Angles(1.2, 0.2))
             asked.run(50)
