@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from gait_lab.soccer.challenges import (
+from gait_lab.soccer.challenge_rules import (
     AWAY,
     KICK_TIME,
     PENALTY,

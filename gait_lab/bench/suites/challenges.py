@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Cell, Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
+from gait_lab.soccer.challenge_rules import LIMIT, PENALTY
 from gait_lab.soccer.challenges import (
     CHALLENGES,
-    LIMIT,
-    PENALTY,
     ChallengeResult,
     ChallengeSpec,
     play_challenge,
