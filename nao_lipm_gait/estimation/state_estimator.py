@@ -207,8 +207,9 @@ class StateEstimator:
         velocity = self.odometry.velocity
         if self._p.yaw_gyro:
             slip = self._slip_from_yaw_gyro.update(
-                over_sole, level.up, rate, gyro_dt, at_rest=settled
-            )
+                over_sole, level.up, rate, gyro_dt,
+                at_rest=settled, quiet=self._alignment.time > 0.0,
+            )  # fmt: skip
             if dt > GAP_MAX:
                 slip = 0.0  # the joints turned over the whole gap, the gyro only over a part of it
         elif self._p.yaw_from_lean:

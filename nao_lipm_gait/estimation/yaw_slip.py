@@ -55,12 +55,11 @@ UPRIGHT_MIN = 0.01
 """Smallest squared cosine of the pitch; the yaw of a torso that points at the sky is undefined."""
 BIAS_TIME = 10.0
 """Time [s] of rest over which the bias is the mean of the gyro."""
-
-
 BIAS_SIGMA = 0.005
 """Deviation [rad/s] of the bias before the robot has stood still."""
-SAMPLE_NOISE = 5e-4
-"""Deviation [rad/s^0.5] of the gyro's integral: 0.005 rad/s in each of 100 samples a second."""
+SAMPLE_NOISE = 1.5e-3
+"""Deviation [rad/s^0.5] of the gyro's integral: three times that of 0.005 rad/s in each of 100
+samples a second, so that a wait for the bias ends with a drift of 1 deg a minute."""
 YAW_GYRO_NOISE = 0.004
 """Deviation [rad/s^0.5] of the heading by a yaw gyro."""
 YAW_GYRO_RATE_SIGMA = 0.01
@@ -84,7 +83,14 @@ class YawSlipFromYawGyro:
         self._bias, self._rest_time = before._bias, before._rest_time
 
     def update(
-        self, over_sole: float, up: Point3, angular_velocity: Point3, dt: float, *, at_rest: bool
+        self,
+        over_sole: float,
+        up: Point3,
+        angular_velocity: Point3,
+        dt: float,
+        *,
+        at_rest: bool,
+        quiet: bool,
     ) -> float:
         """One tick.
 
@@ -93,7 +99,8 @@ class YawSlipFromYawGyro:
             up: Unit vertical in the torso frame.
             angular_velocity: Gyro [rad/s] in the torso frame.
             dt: Time [s] since the last tick.
-            at_rest: The robot stands still, so the gyro measures its bias.
+            at_rest: The robot stands.
+            quiet: It has also stopped rocking, so the gyro measures its bias.
 
         Returns:
             Rotation [rad] of the support sole since the last tick.
@@ -102,9 +109,10 @@ class YawSlipFromYawGyro:
         # roll rate times pitch, whose mean over a stride is not 0.
         _, y, z = up
         rate = (angular_velocity[1] * y + angular_velocity[2] * z) / max(y * y + z * z, UPRIGHT_MIN)
-        if at_rest:
+        if quiet:
             self._rest_time = min(self._rest_time + dt, BIAS_TIME)
             self._bias += dt / self._rest_time * (rate - self._bias)
+        if at_rest:
             return 0.0
         self.yaw_variance += YAW_GYRO_NOISE**2 * dt
         return (rate - self._bias) * dt - over_sole

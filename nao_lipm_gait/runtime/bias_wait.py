@@ -4,7 +4,7 @@ from nao_lipm_gait.types import GaitState
 
 DRIFT_MAX = 9e-4
 """Deviation [rad/s] of the heading's drift below which the gyro's bias counts as known: 1.5 deg in
-half a minute. White noise of 0.005 rad/s per sample takes 17 s without a yaw gyro, else 1 s."""
+half a minute. White noise of 0.005 rad/s per sample takes 17 s without a yaw gyro, else 5 s."""
 LONGEST_BIAS_WAIT = 20.0
 """Longest time [s] to stand, unless set otherwise."""
 

@@ -113,11 +113,11 @@ def test_the_yaw_slip_is_the_gyros_rotation_without_that_over_the_sole() -> None
     bias, slip, over_sole = 0.02, 0.3, 0.5
     unknown = turn.bias_sigma
     for _ in range(1000):
-        assert turn.update(0.0, UP, (0.0, 0.0, bias), DT, at_rest=True) == 0.0
+        assert turn.update(0.0, UP, (0.0, 0.0, bias), DT, at_rest=True, quiet=True) == 0.0
     assert turn.bias_sigma < 0.1 * unknown
     for _ in range(20):
         rate = (0.0, 0.0, over_sole + slip + bias)
-        slipped = turn.update(over_sole * DT, UP, rate, DT, at_rest=False)
+        slipped = turn.update(over_sole * DT, UP, rate, DT, at_rest=False, quiet=False)
         assert slipped == pytest.approx(slip * DT, rel=1e-3)
 
 
@@ -133,7 +133,7 @@ def test_a_torso_that_rolls_and_pitches_does_not_turn() -> None:
         pitch_rate = -amplitude * frequency * math.sin(phase)
         up = (-math.sin(pitch), math.cos(pitch) * math.sin(roll), math.cos(pitch) * math.cos(roll))
         rate = (roll_rate, pitch_rate * math.cos(roll), -pitch_rate * math.sin(roll))
-        seen += turn.update(0.0, up, rate, DT, at_rest=False)
+        seen += turn.update(0.0, up, rate, DT, at_rest=False, quiet=False)
         if tick == 999:
             vertical = sum(a * b for a, b in zip(rate, up, strict=True))
             assert abs(vertical) > 0.01
