@@ -52,9 +52,10 @@ SOFTNESS_SIGMA = 0.25
 SOFTNESS_ERROR = 0.05
 """Systematic error of the measured softness; the robot may also walk onto a carpet."""
 SOFTNESS_MIN, SOFTNESS_MAX = 0.2, 2.5
-ROLL_ERROR_AHEAD, ROLL_ERROR_SIDEWAYS, ROLL_ERROR_IN_TURNS = 0.04, 0.1, 0.002
-"""Additional systematic error of the roll per speed squared ahead and sideways [rad s^2/m^2] and
-per turning rate [rad s/rad], as measured over robots."""
+ROLL_ERROR_AHEAD, ROLL_ERROR_BACK, ROLL_ERROR_SIDEWAYS = 0.08, 0.04, 0.1
+"""Additional systematic error of the roll per speed squared [rad s^2/m^2], ..."""
+ROLL_ERROR_IN_TURNS = 0.002
+"""... and per turning rate [rad s/rad]."""
 BETTER, BETTER_IN_TURNS, FAST_TURN = 0.25, 1.0, 1.0
 """Deviation of a value as a share of a measurement's constant error below which the measurement
 does not correct it; the second one above the turning rate [rad/s], where soles stand on their edges
@@ -348,7 +349,8 @@ class SoleLevelling:
         left = self._roll.value - self.applied_roll
         expected = side * left + softness.value * moved_y
         error = TILT_ERROR + softer * abs(moved_y)
-        error += ROLL_ERROR_AHEAD * vx * vx + ROLL_ERROR_SIDEWAYS * vy * vy
+        error += (ROLL_ERROR_AHEAD if vx > 0.0 else ROLL_ERROR_BACK) * vx * vx
+        error += ROLL_ERROR_SIDEWAYS * vy * vy
         error += ROLL_ERROR_IN_TURNS * abs(turn)
         self._roll.correct(tick.roll - expected, side, _variance(left), error, better)
 
