@@ -6,7 +6,7 @@ normal of the support sole, which lies flat on the ground unless the robot tips.
 the mean of all accelerometer samples so far is used, because the first one may be an impact.
 """
 
-from math import acos, asin, atan2, sqrt
+from math import acos, asin, atan2, cos, sqrt
 
 from nao_lipm_gait.geometry import dot
 from nao_lipm_gait.types import GRAVITY, Point3
@@ -38,7 +38,7 @@ class TorsoOrientation:
         """Change the constants of the filter; see the class."""
         self._accelerometer_time = accelerometer_time
         self._stance_time = stance_time
-        self._stance_limit = stance_limit
+        self._stance_up_min = cos(stance_limit)
 
     @property
     def roll(self) -> float:
@@ -98,7 +98,7 @@ class TorsoOrientation:
         x += share * (ax / GRAVITY - x)
         y += share * (ay / GRAVITY - y)
         z += share * (az / GRAVITY - z)
-        if sole_normal is not None and self.tilt < self._stance_limit:
+        if sole_normal is not None and self.up_in_torso[2] > self._stance_up_min:
             share = dt / self._stance_time
             x += share * (sole_normal[0] - x)
             y += share * (sole_normal[1] - y)
