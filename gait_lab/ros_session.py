@@ -3,17 +3,20 @@
 rclpy is imported inside the functions: the ROS wheels restart the interpreter at the first import.
 """
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.process import stay_local, stop_on_signal
-from nao_lipm_gait.types import VelocityCommand
+from nao_lipm_gait.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
+STOP_COMMANDS, STOP_PERIOD = 3, 0.02
+"""Number of stop commands at the end, and wall time [s] after each; DDS sends in the background."""
 _ALLOWED = "letters, digits and _ between /, none of the parts beginning with a digit"
 
 
@@ -111,3 +114,9 @@ class VelocityPublisher:
             twist = message.twist
         twist.linear.x, twist.linear.y, twist.angular.z = command.x, command.y, command.yaw
         self._publisher.publish(message)
+
+    def stop(self) -> None:
+        """Command standstill, as the last thing before the process ends."""
+        for _ in range(STOP_COMMANDS):
+            self.publish(STANDSTILL)
+            time.sleep(STOP_PERIOD)

@@ -114,6 +114,12 @@ class GaitState(StrEnum):
     RELAXED = "relaxed"
 
 
+def state_of(support: str) -> GaitState | None:
+    """The state in a text of the topic `gait/support`, e.g. `walk left`; None if there is none."""
+    words = support.split()
+    return GaitState(words[0]) if words and words[0] in set(GaitState) else None
+
+
 # The tick uses these names: a global is looked up faster than a member of an enumeration.
 STAND, WALK, STOP = GaitState.STAND, GaitState.WALK, GaitState.STOP
 LIFTED = GaitState.LIFTED

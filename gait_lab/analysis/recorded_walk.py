@@ -235,7 +235,7 @@ class RecordedWalk:
         others: The other robots of the bag by name: as `truth`.
         own_pose: (t, 5) what the player estimates: x, y [m], yaw [rad] of base_footprint in its
             field, and the deviations of place [m] and heading [rad].
-        own_valid: (t, 1) 1 where it holds its pose for valid, at arrival.
+        own_valid: (t, 1) 1 where its pose estimate is valid, at arrival.
         own_ball: (t, 2) [m] the ball in its field.
     """
 

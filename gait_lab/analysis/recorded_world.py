@@ -25,7 +25,7 @@ class RecordedWorld:
         heading_error: (t,) [rad], not negative.
         place_deviation: (t,) [m] as stated.
         heading_deviation: (t,) [rad] as stated.
-        valid: (t,) The pose was held for valid.
+        valid: (t,) The pose estimate is valid.
         ball_stamp: (m,) [ns]
         ball_error: (m,) [m] of the ball's place on the field; empty without its truth.
     """

@@ -39,8 +39,10 @@ class Suite:
         summary: What it measures, for the help.
         measure: Runs it.
         options: Class of its options: its defaults, and the options that only it has.
-        takes: Shared options that it accepts (`robots`, `tasks`, `window`, `open_loop`, `phases`),
-            besides `EVERY_SUITE`; others are refused.
+        takes: Shared options that it accepts (`robots`, `tasks`, `window`, `open_loop`, `phases`,
+            `control_period`), besides `EVERY_SUITE`; others are refused.
+        gait: Whether a preset and parameters of the gait may be given; without, each robot walks
+            with its own preset.
         quick: Its runs in `all`: field -> value of each where it differs from the default.
         check: Raises NaoGaitError, before any work, for what the suite cannot do.
         applies: Whether `all` runs it with these options.
@@ -52,6 +54,7 @@ class Suite:
     measure: Callable[[Any], SuiteResult]
     options: type[BenchOptions] = BenchOptions
     takes: tuple[str, ...] = ()
+    gait: bool = True
     quick: tuple[Mapping[str, Any], ...] = ({},)
     check: Callable[[Any], object] = lambda options: None
     applies: Callable[[Any], bool] = lambda options: True
@@ -108,6 +111,8 @@ def plan(
 ) -> list[Run]:
     """The runs behind the name of a suite, or behind `all`, with their input checked.
 
+    In `all`, a preset and settings are those of the suites that can use them.
+
     Args:
         name: Name of a suite, or `all` for the quick form of each.
         asked: Field of the options -> value, where it is not the default.
@@ -130,9 +135,11 @@ def plan(
         ]
         pairs = [(suite, given) for suite, given in pairs
                  if suite.applies(suite.options(**given))]  # fmt: skip
-    else:
-        pairs = [(find_suite(name), dict(asked))]
-    return [_planned(suite, given, preset, settings) for suite, given in pairs]
+        return [
+            _planned(suite, given, *((preset, settings) if suite.gait else ("default", ())))
+            for suite, given in pairs
+        ]
+    return [_planned(find_suite(name), dict(asked), preset, settings)]
 
 
 def find_suite(name: str) -> Suite:
@@ -149,6 +156,10 @@ def _planned(
         if name not in {*suite.taken, "show"}:
             flags = ", ".join(sorted(each.flags[0] for each in suite.taken.values()))
             raise NaoGaitError(name, value, f"an option of the suite {suite.name}: {flags}")
+    if not suite.gait and (settings or preset != "default"):
+        option, value = ("set", settings[0]) if settings else ("preset", preset)
+        allowed = f"nothing: robots of the suite {suite.name} walk with their own preset"
+        raise NaoGaitError(option, value, allowed)
     options = suite.options(**given)
     with_options(load_plant(options.plant), options.plant_options)
     for task in options.tasks:

@@ -24,6 +24,7 @@ from gait_lab.soccer.world_trial import (
 from gait_lab.trials.parallel import parallel_map
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.world.state import HeadMode
+from sim_bridge.plant import load_plant, with_options
 
 SETTLED = 2.0
 """[s] From the start on that do not count: the filters begin."""
@@ -106,10 +107,11 @@ def walks_of(options: WorldOptions) -> list[Walk]:
 
 def specs_of(options: WorldOptions) -> list[WalkSpec]:
     """What each robot of the options walks."""
+    plant = with_options(load_plant(options.plant), options.plant_options)
     return [
         WalkSpec(
             options.scene, options.seed + number, options.window, options.urdf,
-            options.engine, options.plant,
+            options.engine, plant,
         )
         for number in range(options.robots)
     ]  # fmt: skip

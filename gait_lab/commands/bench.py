@@ -35,13 +35,15 @@ def _add_suite(parser: argparse.ArgumentParser, chosen: "list[Suite]") -> None:
         kind = next(suite.options for suite in chosen if name in suite.taken)
         add_argument(parser, name, each, default_of(kind, name) if has_one else None)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
+    parser.set_defaults(run=run, options=options, preset="default", settings=[])
+    if not any(suite.gait for suite in chosen):
+        return
     gait = parser.add_argument_group("gait parameters")
     gait.add_argument("--preset", default="default", metavar="NAME",
                       help=f"shipped preset ({', '.join(resources.names('gait'))}) or a YAML file; "
                       "default is the robot's own")  # fmt: skip
     gait.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", dest="settings",
                       help="override one parameter; may be repeated")  # fmt: skip
-    parser.set_defaults(run=run, options=options)
 
 
 def run(arguments: argparse.Namespace) -> int:

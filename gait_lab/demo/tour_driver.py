@@ -61,11 +61,12 @@ class TourDriver:
     ) -> None:
         from nav_msgs.msg import Odometry
         from rclpy.executors import SingleThreadedExecutor
-        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from rclpy.qos import qos_profile_sensor_data
         from rosgraph_msgs.msg import Clock
         from std_msgs.msg import String
 
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        from nao_lipm_gait.ros.topics import LATCHED
+
         self._tour = tour
         self._stop = stop
         self._nodes = nodes
@@ -76,7 +77,7 @@ class TourDriver:
         for kind, topic, callback, qos in (
             (Clock, "/clock", self._on_clock, qos_profile_sensor_data),
             (Odometry, "ground_truth/odom", self._on_truth, qos_profile_sensor_data),
-            (String, "gait/support", self._on_support, latched),
+            (String, "gait/support", self._on_support, LATCHED),
         ):
             node.create_subscription(kind, topic, callback, qos)
         self._now = 0.0

@@ -18,7 +18,6 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.ros.process import StopRequest, stop_on_signal
 from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
 from nao_lipm_gait.runtime.commands import read_velocity
-from nao_lipm_gait.types import STANDSTILL
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -29,8 +28,6 @@ ANSWER_TIMEOUT = 10.0
 """Wall time [s] for the first messages of the gait."""
 STALL_TIMEOUT = 20.0
 """Longest wall time [s] without odometry later on."""
-STOP_COMMANDS = 3
-"""Number of stop commands at the end; DDS sends in the background."""
 
 
 class _RobotClient:
@@ -47,8 +44,10 @@ class _RobotClient:
     def __init__(self, node: "Node", procedure: Procedure) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
         from nav_msgs.msg import Odometry
-        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from rclpy.qos import qos_profile_sensor_data
         from std_msgs.msg import String
+
+        from nao_lipm_gait.ros.topics import LATCHED
 
         self.robot = self.problem = ""
         self.heard: float | None = None
@@ -58,10 +57,9 @@ class _RobotClient:
         self._next_command = 0.0
         self._namespace = node.get_namespace()
         self._report = f"{self._namespace}/gait: {CALIBRATION}".lstrip("/")
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         node.create_subscription(Odometry, "odom", self._on_odometry, qos_profile_sensor_data)
-        node.create_subscription(String, "gait/support", self._on_state, latched)
+        node.create_subscription(String, "gait/support", self._on_state, LATCHED)
 
     def prepare_commands(self) -> bool:
         """Publish `cmd_vel` as the gait expects it, once the gait is seen there."""
@@ -83,9 +81,7 @@ class _RobotClient:
     def stop(self) -> None:
         """Command a stop, if anything was commanded."""
         if self._velocity is not None and self._procedure.command is not None:
-            for _ in range(STOP_COMMANDS):
-                self._velocity.publish(STANDSTILL)
-                time.sleep(0.02)
+            self._velocity.stop()
 
     def _on_diagnostics(self, message: Any) -> None:
         for status in message.status:

@@ -24,7 +24,7 @@ from nao_lipm_gait.motion.motion_file import STAND, load_motions
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.ros.process import stop_on_signal
 from nao_lipm_gait.schema import is_name
-from nao_lipm_gait.types import FloatArray
+from nao_lipm_gait.types import IN_MOTION, FloatArray, GaitState, state_of
 from nao_lipm_gait.whole_body.joint_limits import JointLimits
 
 if TYPE_CHECKING:
@@ -165,21 +165,22 @@ class _RobotClient:
     """Joint states and the gait's state in, requests out."""
 
     def __init__(self, node: "Node", robot: RobotDescription) -> None:
-        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import JointState
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
 
+        from nao_lipm_gait.ros.topics import LATCHED
+
         self._node, self._robot = node, robot
         self._text, self._trigger = String, Trigger
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(JointState, "joint_states", self._on_joints,
                                  qos_profile_sensor_data)  # fmt: skip
-        node.create_subscription(String, "gait/support", self._on_state, latched)
+        node.create_subscription(String, "gait/support", self._on_state, LATCHED)
         self._motion = node.create_publisher(String, "gait/motion", 10)
         self.position: FloatArray | None = None
-        self.state = ""
-        self.states: list[str] = []
+        self.state: GaitState | None = None
+        self.states: list[GaitState] = []
 
     def _on_joints(self, message: Any) -> None:
         found = dict(zip(message.name, message.position, strict=False))
@@ -187,8 +188,10 @@ class _RobotClient:
             self.position = np.array([found[name] for name in self._robot.joint_names])
 
     def _on_state(self, message: Any) -> None:
-        self.state = message.data.split()[0]
-        self.states.append(self.state)
+        state = state_of(message.data)
+        if state is not None:
+            self.state = state
+            self.states.append(state)
 
     def spin_until(self, done: Callable[[], bool], seconds: float) -> bool:
         """Process messages until `done`, for at most `seconds` of wall time; return `done`."""
@@ -304,8 +307,11 @@ def play(
             raise NaoGaitError("gait/support", "nothing", "a running gait with sensors")
         client.states.clear()
         client.ask_for(str(path.resolve()))
-        moving = ("motion", "getting_up")
-        if not client.spin_until(lambda: any(s in moving for s in client.states), ANSWER_TIMEOUT):
+
+        def began() -> bool:
+            return any(state in IN_MOTION for state in client.states)
+
+        if not client.spin_until(began, ANSWER_TIMEOUT):
             raise NaoGaitError(
                 "motion", motion.name, f"one that starts {motion.starts} (the gait is in "
                 f"{client.state}; its log says why)",
@@ -314,13 +320,13 @@ def play(
         held = motion.ends is Posture.SITTING
 
         def over() -> bool:
-            return client.state not in moving
+            return client.state not in IN_MOTION
 
         limit = motion.time if held else PLAY_FACTOR * motion.time + ANSWER_TIMEOUT
         ended = client.spin_until(over, limit)
         if not (ended or held):
             raise NaoGaitError("motion", motion.name, "a motion that ends within its time limit")
-        if client.state == "fallen":
+        if client.state is GaitState.FALLEN:
             raise NaoGaitError("motion", motion.name, "a motion that does not make the robot fall")
         say(f"{motion.name}: done, the gait is in {client.state}")
 

@@ -24,8 +24,6 @@ FULL_SPEED = {"forward": 0.40, "back": 0.33, "side": 0.20, "turn": math.radians(
 LEVELS = 9
 PERIOD = 0.1
 """Wall time between two commands [s]."""
-STOP_COMMANDS = 3
-"""Number of stop commands at the end; DDS sends in the background."""
 
 HELP = """\
    q   w   e      w / s  forward, back        1-9    speed, 9 is full
@@ -142,14 +140,14 @@ class _RobotClient:
     """Commands the robot, resets it, and receives the state of the gait."""
 
     def __init__(self, node: "Node", *, stamped: bool) -> None:
-        from rclpy.qos import DurabilityPolicy, QoSProfile
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
 
+        from nao_lipm_gait.ros.topics import LATCHED
+
         self.velocity = VelocityPublisher(node, stamped=stamped)
         self.state = "not received yet"
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        node.create_subscription(String, "gait/support", self._on_state, latched)
+        node.create_subscription(String, "gait/support", self._on_state, LATCHED)
         self._request = Trigger.Request
         self._reset = node.create_client(Trigger, "sim_bridge/reset")
 
@@ -178,9 +176,7 @@ def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = Fals
         try:
             _drive(node, robot, descriptor, stop)
         finally:
-            for _ in range(STOP_COMMANDS):
-                robot.velocity.publish(STANDSTILL)
-                time.sleep(0.02)
+            robot.velocity.stop()
 
 
 def _drive(node: "Node", robot: _RobotClient, descriptor: int, stop: StopRequest) -> None:

@@ -1,1 +1,1 @@
-"""Faults between a simulated robot and its gait, in lockstep, in one process, without DDS."""
+"""Faults of a gait, of a player in a match, and of a robot's node processes; see `scopes`."""

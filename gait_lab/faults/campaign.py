@@ -62,7 +62,7 @@ class FaultResult:
 
     Attributes:
         run: The run.
-        outcome: One of `OUTCOMES`.
+        outcome: One of the outcomes of its scope.
         violations: Violated invariants as `kind: evidence`.
         explained: Diagnostics above OK.
         fell_at: Time of the fall [s]; None without one.

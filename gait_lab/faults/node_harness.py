@@ -30,7 +30,7 @@ from gait_lab.soccer.ros_match import FIRST_PORT
 from gait_lab.soccer.senses import in_field
 from nao_lipm_gait.ros.process import DomainClaim
 from nao_lipm_gait.ros.topics import LATCHED, publisher, subscription
-from nao_lipm_gait.types import BUSY, GaitState
+from nao_lipm_gait.types import BUSY, GaitState, state_of
 from sim_bridge.scene import load_scene
 
 FACTORS = {Rig.MATCH: 0.25, Rig.LOLA: 1.0}
@@ -73,7 +73,7 @@ class NodeHarness:
         self._executor.add_node(node)
         self._now = 0.0
         self._moved = time.monotonic()
-        self._state = ""
+        self._state: GaitState | None = None
         self._busy_at = self._obeys_at = -LOOK
         self._fell = False
         self._warned: dict[str, None] = {}
@@ -217,9 +217,9 @@ class NodeHarness:
         self._moved = time.monotonic()
 
     def _on_support(self, message: String) -> None:
-        self._state = message.data.split()[0] if message.data else ""
-        self._fell = self._fell or self._state == GaitState.FALLEN.value
-        if self._state in set(BUSY):
+        self._state = state_of(message.data)
+        self._fell = self._fell or self._state is GaitState.FALLEN
+        if self._state in BUSY:
             self._busy_at = self._now
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:

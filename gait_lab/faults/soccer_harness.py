@@ -18,7 +18,6 @@ from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.pitch import RobotPlayer
 from gait_lab.soccer.senses import Eyes
 from nao_lipm_gait.types import STANDSTILL, Point2
-from nao_soccer.behavior.walking import WalkLimits
 from nao_soccer.game_state import Phase
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.world.state import IMAGE_AGE_MAX, SIGHT_AGE_MAX
@@ -103,7 +102,6 @@ class SoccerHarness(Channels):
         self._saw_image = 0.0
         self._moved = 0.0
         self._stands: deque[bool] = deque(maxlen=round(STOP_TIME / 0.2))
-        self._limits = WalkLimits()
         self.match = Match(spec, rendered=fault.rendered, channels=self)
         for robot in self.match.pitch.world.robots[AFFECTED + 1 :]:
             for camera in robot.cameras:

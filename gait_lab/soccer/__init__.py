@@ -1,1 +1,1 @@
-"""Trials of the soccer software: recorded walks, sampled percepts, errors of the world model."""
+"""Matches, challenges and single abilities of simulated players; trials of the world model."""

@@ -36,7 +36,7 @@ def measured(seed: int) -> list[float]:
     half = np.array((field.length, field.width)) / 2.0
     times = []
     for _ in range(SITUATIONS):
-        mind = Mind(1, load_kicks("nao_h21"), field, goals)
+        mind = Mind(load_kicks("nao_h21"), field, goals)
         x, y = random.uniform(-half, half).tolist()
         own = x, y, float(random.uniform(-math.pi, math.pi))
         ball = np.clip(random.normal((x, y), 0.6), -half, half)

@@ -60,9 +60,9 @@ class Frame:
     score: tuple[int, int]
 
 
-def is_turned(heading: float, believed: float) -> bool:
-    """Whether a robot that believes to have a heading [rad] takes one half for the other."""
-    return math.cos(believed - heading) < 0.0
+def is_turned(heading: float, estimated: float) -> bool:
+    """Whether an estimated heading [rad] is nearer to the opposite of the true one."""
+    return math.cos(estimated - heading) < 0.0
 
 
 def wrong_half(goals: Sequence[Goal], frames: Sequence[Frame]) -> int:

@@ -69,9 +69,10 @@ class MatchResult:
         goals: The goals.
         seconds: Simulated time [s].
         falls: Falls by robot.
-        kicks: Number of kicks, which are motions of a standing robot.
+        kicks: Number of kicks, which are motions of a standing robot: of those that the gait
+            accepted, over ROS 2 of those that were requested.
         strokes: Number of strokes of dribbling robots.
-        messages: Team messages that were sent.
+        messages: Team messages that were sent; None if they were not counted.
         one_striker: Share of the playing time in which a team had exactly one striker; NaN if it
             was not watched.
         conflict: Longest time [s] with two strikers in a team; likewise.
@@ -86,7 +87,7 @@ class MatchResult:
     falls: dict[str, int]
     kicks: int
     strokes: int
-    messages: int
+    messages: int | None
     one_striker: float
     conflict: float
     wrong_half: int
@@ -111,7 +112,7 @@ class MatchResult:
             ],
             "own_goals": self.own_goals,
             "wrong_half": self.wrong_half,
-            "crashes": 0,
+            "crashes": 0,  # a match in which a process ends or raises has no result
             "messages": self.messages,
             "one_striker": _rounded(100.0 * self.one_striker),
             "role_conflict_seconds_max": _rounded(self.conflict),
@@ -222,8 +223,8 @@ class Match:
             x, y, heading = (round(each, 3) for each in pose)
             role = player.behavior.role.value
             # From the field of the team into the world is the same turn as back.
-            turned = player.believes is not None and is_turned(
-                heading, in_field(player.believes, robot.team)[2]
+            turned = player.estimated_pose is not None and is_turned(
+                heading, in_field(player.estimated_pose, robot.team)[2]
             )
             robots[robot.name] = RobotFrame(x, y, heading, state, role, doing, turned)
         score = self.referee.score

@@ -28,7 +28,7 @@ def play_or_recall(spec: MatchSpec, file: str) -> MatchResult:
     path = Path(file)
     for line in _lines(path):
         if line.get("match") == _key(spec):
-            return _result(spec, line)
+            return _result(spec, line, file)
     result = play_match(spec)
     text = json.dumps(
         {
@@ -64,12 +64,14 @@ def _lines(path: Path) -> list[dict[str, Any]]:
         return []
     try:
         found = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        if not all(isinstance(line, dict) for line in found):
+            raise ValueError("a line is no object")
     except (OSError, ValueError) as error:
         raise NaoGaitError("keep", str(path), f"a file of finished matches ({error})") from error
     return found
 
 
-def _result(spec: MatchSpec, line: dict[str, Any]) -> MatchResult:
+def _result(spec: MatchSpec, line: dict[str, Any], file: str) -> MatchResult:
     try:
         one, conflict = (
             math.nan if line[name] is None else float(line[name])
@@ -81,4 +83,5 @@ def _result(spec: MatchSpec, line: dict[str, Any]) -> MatchResult:
             line["wrong_half"],
         )  # fmt: skip
     except (KeyError, TypeError) as error:
-        raise NaoGaitError("keep", spec.seed, f"a complete line of a match ({error})") from error
+        allowed = f"lines of finished matches; that of seed {spec.seed} lacks something: {error}"
+        raise NaoGaitError("keep", file, allowed) from error

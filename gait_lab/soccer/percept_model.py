@@ -285,7 +285,7 @@ class PerceptModel:
         return clump
 
     def _anywhere(self, visible: FloatArray) -> Point2:
-        """A place in the visible part, even in the image rather than on the ground."""
+        """A place in the visible part, uniform in the image and not on the ground."""
         u, v = self._random.random(2)
         low, high = (visible[0] * (1 - u) + visible[3] * u, visible[1] * (1 - u) + visible[2] * u)
         near, far = np.hypot(*low), np.hypot(*high)

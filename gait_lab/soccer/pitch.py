@@ -46,7 +46,7 @@ class RobotPlayer(Policy):
 
     Attributes:
         decision: The last one.
-        believes: Its own pose in the field of its team, as it believes.
+        estimated_pose: Its own pose in the field of its team by its world model.
         kicks: Names of the motions that kicked so far.
         runs: The process of the player runs; without it, the gait gets no commands and stands.
     """
@@ -58,7 +58,7 @@ class RobotPlayer(Policy):
         self.senses = senses
         self.gait = gait
         self.decision: Decision | None = None
-        self.believes: Pose2 | None = None
+        self.estimated_pose: Pose2 | None = None
         self.kicks: list[str] = []
         self.runs = True
         self._pitch = pitch
@@ -89,7 +89,7 @@ class RobotPlayer(Policy):
             self.senses.player.world.forget_place()
         state = replace(state, stamp=round(time * 1e9))
         body = Body(tick.status.state)
-        self.believes = state.own.pose
+        self.estimated_pose = state.own.pose
         self.decision = self.behavior.update(state, body)
         action = self.decision.action
         self._walk = action.walk
@@ -99,7 +99,7 @@ class RobotPlayer(Policy):
                 if action.motion.startswith("kick"):
                     self.kicks.append(action.motion)
             except NaoGaitError:
-                pass  # it cannot begin now: it falls
+                pass  # refused by the gait, for example because the robot is falling
         self._motion = action.motion
         self.senses.look(action.head, self.gait)
         data = self.behavior.team_message(time)

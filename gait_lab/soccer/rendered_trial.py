@@ -8,8 +8,8 @@ from gait_lab.soccer.ball_course import BallCourse, BallTruth
 from gait_lab.soccer.walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.world_trial import TraceRows, WorldTrace
 from gait_lab.trials.rendered_frames import footprint_of
-from gait_lab.trials.several import make_gaits
-from gait_lab.trials.trial import CONTROL_PERIOD, WalkerController, run_controller
+from gait_lab.trials.several import make_gaits, make_scene_world
+from gait_lab.trials.trial import WalkerController, run_controller
 from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.types import Pose2
 from nao_soccer.player import Player
@@ -19,8 +19,6 @@ from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode
 from sim_bridge.cameras.camera import CameraSettings
-from sim_bridge.plant import load_plant
-from sim_bridge.world import World
 
 
 def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
@@ -34,13 +32,8 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
         NaoGaitError: The scene has no field, or its images cannot be rendered.
     """
     scene, settings = scene_of(spec), settings_of_scene(spec.scene)
-    with World.of_scene(
-        scene,
-        load_plant(spec.plant),
-        engine=spec.engine,
-        noise_seed=spec.seed,
-        control_period=CONTROL_PERIOD,
-        cameras=CameraSettings(),
+    with make_scene_world(
+        scene, plant=spec.plant, engine=spec.engine, noise_seed=spec.seed, cameras=CameraSettings()
     ) as world:
         robot = world.robot
         (gait,) = make_gaits(world)

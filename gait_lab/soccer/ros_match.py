@@ -20,6 +20,7 @@ from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import yaw_of_quaternion
 from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal
+from nao_lipm_gait.types import state_of
 from nao_soccer.field import TEAMS
 from nao_soccer.referee.rules import Goal, Rules
 from sim_bridge.scene import Scene
@@ -176,9 +177,11 @@ class _Watcher:
         from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
         from nav_msgs.msg import Odometry
         from rclpy.executors import SingleThreadedExecutor
-        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from rclpy.qos import qos_profile_sensor_data
         from rosgraph_msgs.msg import Clock
         from std_msgs.msg import String
+
+        from nao_lipm_gait.ros.topics import LATCHED
 
         self._spec = spec
         self._stop = stop
@@ -197,14 +200,13 @@ class _Watcher:
         self._kicks = 0
         rules = Rules(half=60.0 * spec.minutes)
         self._expected = 2.0 * (rules.ready + rules.set + rules.half) + rules.pause + START
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         sensors = qos_profile_sensor_data
 
         def subscribe(
             kind: Any, topic: str, take: Callable[[Any], None] | None, qos: Any = 10
         ) -> None:
             package = kind.__module__.split(".")[0]
-            writer.add_topic(f"/{topic}", f"{package}/msg/{kind.__name__}", latched=qos is latched)
+            writer.add_topic(f"/{topic}", f"{package}/msg/{kind.__name__}", latched=qos is LATCHED)
             node.create_subscription(
                 kind, topic, partial(self._on_message, kind, f"/{topic}", take), qos, raw=True
             )
@@ -215,7 +217,7 @@ class _Watcher:
         for name in self._robots:
             on = partial(partial, name=name)
             subscribe(Odometry, f"{name}/ground_truth/odom", on(self._on_robot), sensors)
-            subscribe(String, f"{name}/gait/support", on(self._on_support), latched)
+            subscribe(String, f"{name}/gait/support", on(self._on_support), LATCHED)
             subscribe(DiagnosticArray, f"{name}/behavior", on(self._on_behavior))
             subscribe(String, f"{name}/gait/motion", self._on_motion)
             subscribe(PoseWithCovarianceStamped, f"{name}/pose", on(self._on_pose))
@@ -259,7 +261,7 @@ class _Watcher:
             falls,
             self._kicks,
             dribble_strokes(self._frames),
-            0,
+            None,
             float("nan"),
             float("nan"),
             wrong_half(goals, self._frames),
@@ -313,8 +315,8 @@ class _Watcher:
         self._robots[name] = robot._replace(turned=is_turned(robot.heading, believed))
 
     def _on_support(self, message: Any, name: str) -> None:
-        state = message.data.split()[0] if message.data else ""
-        self._robots[name] = self._robots[name]._replace(state=state)
+        state = state_of(message.data)
+        self._robots[name] = self._robots[name]._replace(state="" if state is None else state.value)
 
     def _on_behavior(self, message: Any, name: str) -> None:
         values = _values(message.status)

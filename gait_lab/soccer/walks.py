@@ -4,6 +4,7 @@ The world model does not act on the body. So one walk in the physics serves many
 other percepts, other delays, other faults.
 """
 
+import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
 from nao_lipm_gait.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
+from sim_bridge.plant import Plant, load_plant
 from sim_bridge.scene import Scene, SceneRobot, load_scene
 
 EVERY = 2
@@ -49,7 +51,7 @@ class WalkSpec:
         seconds: Length [s] after the robot may walk.
         urdf: The robot.
         engine: `mujoco` or `pybullet`.
-        plant: Name or file of the plant.
+        plant: The plant, or its name or file.
     """
 
     scene: str = "pitch_small"
@@ -57,7 +59,7 @@ class WalkSpec:
     seconds: float = 60.0
     urdf: str = "nao_h21_v33"
     engine: str = "mujoco"
-    plant: str = "reference"
+    plant: str | Plant = "reference"
 
 
 class Walk(NamedTuple):
@@ -247,5 +249,7 @@ def walks(specs: Sequence[WalkSpec], folder: Path | None = None, **options: obje
 
 
 def _file(folder: Path, spec: WalkSpec) -> Path:
-    name = f"{Path(spec.scene).stem}_{spec.urdf}_{spec.plant}_{spec.engine}"
+    plant = load_plant(spec.plant) if isinstance(spec.plant, str) else spec.plant
+    options = hashlib.sha256(repr(plant).encode()).hexdigest()[:8]
+    name = f"{Path(spec.scene).stem}_{spec.urdf}_{plant.name}_{options}_{spec.engine}"
     return folder / f"{name}_{spec.seed}_{spec.seconds:g}.npz"

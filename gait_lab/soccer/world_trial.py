@@ -65,7 +65,6 @@ class WorldTrialSpec:
         seed: Of percepts, ball and particles.
         delay: [s] From exposure to percept; None = as measured.
         knows_delay: Percepts have the time of their image; False = that of their arrival.
-        start: `pose`: known; `half`: own half; `nowhere`: nothing is known.
         gap: A time without images.
         mate: A team mate tells of the ball.
         head: What the head does.
@@ -78,7 +77,6 @@ class WorldTrialSpec:
     seed: int = 0
     delay: float | None = None
     knows_delay: bool = True
-    start: str = "pose"
     gap: Gap | None = None
     mate: bool = False
     head: HeadMode = HeadMode.AUTO
@@ -265,7 +263,7 @@ def run_trial(
     arrivals: deque[Arrival] = deque()
     period = round(1e9 / RATE / head.camera_count)
     rows, exposures, before, cost = TraceRows(), 0, int(walk.stamp[0]), 0.0
-    _start(player, spec, _pose(walk.truth[0]))
+    player.world.start((_pose(walk.truth[0]),))
     table = zip(
         walk.stamp.tolist(), walk.odometry.tolist(), walk.torso.tolist(), walk.truth.tolist(),
         strict=True,
@@ -323,11 +321,6 @@ class _Mate:
         variance = MATE_ERROR**2
         told = TeamBall((x, y), ball.velocity, (variance, 0.0, variance), 0.0)
         player.world.add_mate(TeamMate(2, stamp, (-1.0, 0.0, 0.0), True, ball=told))
-
-
-def _start(player: Player, spec: WorldTrialSpec, truth: Pose2) -> None:
-    if spec.start == "pose":
-        player.world.start((truth,))
 
 
 def spliced(walk: Walk, other: Walk, time: float, gap: float) -> Walk:

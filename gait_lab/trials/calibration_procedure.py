@@ -10,7 +10,7 @@ from enum import StrEnum
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
-from nao_lipm_gait.types import ON_THE_WAY, STANDSTILL, GaitState, VelocityCommand
+from nao_lipm_gait.types import ON_THE_WAY, STANDSTILL, GaitState, VelocityCommand, state_of
 
 STEP_ON_THE_SPOT = VelocityCommand(1e-4, 0.0, 0.0)
 """Slow enough to stay in place; a command of zero would stand."""
@@ -85,7 +85,10 @@ class Procedure:
 
     def see_state(self, text: str) -> None:
         """Take the state of the gait, as in `gait/support`."""
-        self._state = GaitState(text.split()[0])
+        state = state_of(text)
+        if state is None:
+            raise CalibrationError(f"gait/support says {text!r}: no state of the gait")
+        self._state = state
         if self._state is GaitState.FALLEN:
             raise CalibrationError("the robot has fallen")
         walks = self._state in ON_THE_WAY and self.phase is not Phase.STAND

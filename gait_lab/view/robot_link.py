@@ -66,12 +66,13 @@ class RobotLink:
     def __init__(self, node: "Node", name: str = "", *, stamped: bool = False) -> None:
         from geometry_msgs.msg import WrenchStamped
         from nav_msgs.msg import Odometry
-        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import JointState
         from std_msgs.msg import String
         from visualization_msgs.msg import MarkerArray
 
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        from nao_lipm_gait.ros.topics import LATCHED
+
         below = f"{name}/" if name else ""
         self.state = RobotState()
         self._order: dict[str, deque[int]] = {"truth": deque(), "odometry": deque()}
@@ -84,8 +85,8 @@ class RobotLink:
             (Odometry, "ground_truth/odom", self._on_truth, qos_profile_sensor_data),
             (Odometry, "odom", self._on_odometry, qos_profile_sensor_data),
             (MarkerArray, "gait/footsteps", self._on_footsteps, 10),
-            (String, "gait/support", self._on_support, latched),
-            (String, "robot_description", self._on_description, latched),
+            (String, "gait/support", self._on_support, LATCHED),
+            (String, "robot_description", self._on_description, LATCHED),
         ):
             node.create_subscription(kind, below + topic, callback, qos)
 

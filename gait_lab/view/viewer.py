@@ -208,8 +208,10 @@ class Viewer:
 
     def __init__(self, node: "Node", server: Any, *, stamped: bool = False) -> None:
         from geometry_msgs.msg import PointStamped
-        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+        from rclpy.qos import qos_profile_sensor_data
         from std_msgs.msg import String
+
+        from nao_lipm_gait.ros.topics import LATCHED
 
         self.panel = Panel(server)
         self.robots = [ShownRobot(node, server, stamped=stamped)]
@@ -221,8 +223,7 @@ class Viewer:
         self._followed = (0.0, 0.0)
         server.initial_camera.position = CAMERA
         server.initial_camera.look_at = (0.0, 0.0, 0.25)
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        node.create_subscription(String, "scene_description", self._on_scene, latched)
+        node.create_subscription(String, "scene_description", self._on_scene, LATCHED)
         node.create_subscription(
             PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data
         )

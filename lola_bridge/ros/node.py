@@ -193,7 +193,7 @@ class LolaBridgeNode(Node):
                     start_new_session=True,  # Ctrl-C in a terminal must not reach it
                 )
             time.sleep(0.02)
-        raise NaoGaitError("driver", "ends", "a running node")
+        raise NaoGaitError("lola_bridge", "asked to end before its driver answered", "to run on")
 
     # -- frames ------------------------------------------------------------------------------------
 
@@ -300,7 +300,7 @@ class LolaBridgeNode(Node):
             return
         frame, sensors = last
         self._battery.publish(battery_state(frame.stamp, sensors))
-        # Who joined after the last change gets to know it too.
+        # Late subscribers get the state, too.
         self._touch.publish(self._writer.touch(frame.stamp, sensors))
         for message in temperature_messages(frame.stamp, JOINTS, sensors.temperature):
             self._temperature.publish(message)

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from nao_lipm_gait.geometry import rotate_planar
-from nao_lipm_gait.types import Point2, Pose2, VelocityCommand
+from nao_lipm_gait.types import STAND, Point2, Pose2, VelocityCommand
 from nao_soccer.behavior.situation import Action, Situation
 from nao_soccer.behavior.walking import FACING, Round, turn_by, walk_to
 from nao_soccer.world.state import HeadMode
@@ -146,7 +146,7 @@ def take_place(s: Situation) -> Action:
         place = (-0.3 * length, 0.15 * s.field.width)
     if s.game.goalkeeper:
         place = (-length / 2.0 + 0.3, 0.0)
-    # Nobody looks at the ball, but all robots walk at once: it looks where it walks.
+    # All robots walk at once and none needs the ball: look at landmarks, and ahead in between.
     action = _walk_and_stay(s, (*place, 0.0), Round(s.ball, 0.3, 0.1), facing=FACING)
     return replace(action, head=HeadMode.LOCALIZE)
 
@@ -204,7 +204,7 @@ def _walk_and_stay(
     if s.lost:
         return Action(turn_by(LOST_TURN, s.limits))
     target = s.in_base(pose)
-    stands = s.body.state.value == "stand"
+    stands = s.body.state is STAND
     near, turned = (0.25, 0.5) if stands else (0.1, 0.2)
     if math.hypot(*target[:2]) < near and abs(target[2]) < turned:
         return Action(VelocityCommand())

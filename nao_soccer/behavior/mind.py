@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from nao_lipm_gait.types import STAND, Point2
-from nao_soccer.behavior.ball_plan import BallPlan, Planner, PlanSettings
+from nao_soccer.behavior.ball_plan import BallPlan, Planner
 from nao_soccer.behavior.engine import Activation, Engine
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.options import PLAYER
@@ -47,33 +47,28 @@ class Mind:
     """The behaviour of one player.
 
     Args:
-        number: Number of the player.
         table: The kicks of the robot.
         field: The field.
         goals: The goals.
         limits: Largest speeds.
-        settings: How plans are compared.
         dives: The robot can dive.
         planner: Chooses what to do with the ball; None = the one that plays at the goal.
     """
 
     def __init__(
         self,
-        number: int,
         table: KickTable,
         field: Field,
         goals: Goals,
         limits: WalkLimits | None = None,
-        settings: PlanSettings | None = None,
         *,
         dives: bool = True,
         planner: Planner | None = None,
     ) -> None:
-        self._number = number
         self._field = field
         self._goals = goals
         self._limits = WalkLimits() if limits is None else limits
-        self._planner = planner or Planner(table, self._limits, field, goals, settings)
+        self._planner = planner or Planner(table, self._limits, field, goals)
         self._dives = dives
         self._engine = Engine(PLAYER)
         self._plan: BallPlan | None = None
@@ -124,7 +119,6 @@ class Mind:
             game,
             body,
             role,
-            self._number,
             self._plan,
             self._field,
             self._goals,

@@ -86,7 +86,6 @@ class PlayerBehavior:
         self.role = Role.SUPPORTER
         self.game = GameState(phase=Phase.INITIAL if identity.waits else Phase.PLAYING)
         self._mind = Mind(
-            identity.player,
             kicks_of(robot.motions),
             field,
             goals,
@@ -161,7 +160,7 @@ class PlayerBehavior:
         return self._decision
 
     def _restart(self, time: float) -> None:
-        """The clock has begun again: what waits for a time of the old one would wait for long."""
+        """The clock has begun again: drop everything that waits for a time of the old one."""
         self._mind.reset()
         self._roles = RoleChoice(self.identity.player)
         self.link.reset()

@@ -24,8 +24,8 @@ from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 BALL_DECELERATION = 0.3
 """[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
 PASSING = 0.06
-"""[m] by which the way around a robot leads nearer to it than it is to be kept: the way is left
-before, by the speed."""
+"""[m] by which paths pass nearer to a robot than `kept_apart` allows; the speed limit keeps the
+rest."""
 AT_BALL = 0.4
 """[m] A nearer ball is played."""
 CONTESTED = 0.5
@@ -77,7 +77,6 @@ class Situation:
         game: The state of the game.
         body: What the gait reports.
         role: The own role.
-        number: Number of the player.
         plan: What to do with the ball; None while no ball is known.
         field: The field.
         goals: The goals.
@@ -91,7 +90,6 @@ class Situation:
     game: GameState
     body: Body
     role: Role
-    number: int
     plan: BallPlan | None
     field: Field
     goals: Goals

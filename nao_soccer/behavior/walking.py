@@ -49,8 +49,8 @@ APART = 0.36
 APART_BALL = 0.32
 """[m] the same for robots that face each other, with the ball between their feet."""
 APART_WIDE = 0.5
-"""[m] of a robot that has no business at the ball, and from one that lies, gets up, or is first at
-the ball: it has to be let play, two at one ball fall."""
+"""[m] The same for a robot that does not play the ball, and from a robot that lies, gets up, or is
+nearer to the ball: two robots at one ball fall."""
 APART_FROM = 0.5
 """[m] beyond these, from which on another robot limits the speed."""
 APART_GAIN = 0.5

@@ -226,7 +226,8 @@ def decode(data: bytes) -> ControlMessage:
     """
     where = "control message"
     if data[:4] != _MAGIC or len(data) < 5:
-        raise NaoGaitError(where, data[:4], f"{len(data)} bytes that begin with {_MAGIC!r}")
+        got = f"{len(data)} bytes, {data[:4]!r}"
+        raise NaoGaitError(where, got, f"{_MAGIC!r}, a version and its content")
     version = data[4]
     if version not in VERSIONS:
         raise NaoGaitError(f"{where} version", version, f"one of {VERSIONS}")
@@ -236,8 +237,9 @@ def decode(data: bytes) -> ControlMessage:
     (
         _, _, packet, per_team, _, eighth, _, state, set_play, first, kicking, left, secondary,
     ) = _HEADER.unpack_from(data)  # fmt: skip
-    if state >= len(_PHASES) or (state == 5 and version != 18):
-        raise NaoGaitError(f"{where} state", state, f"0 to {len(_PHASES) - 1}")
+    last = len(_PHASES) - 1 if version == 18 else 4  # standby is one of the SPL
+    if state > last:
+        raise NaoGaitError(f"{where} state", state, f"0 to {last} in version {version}")
     set_plays = _SET_PLAYS[version]
     if set_play >= len(set_plays):
         raise NaoGaitError(f"{where} set play", set_play, f"0 to {len(set_plays) - 1}")
@@ -317,7 +319,7 @@ def decode_return(data: bytes) -> ReturnMessage:
     if magic != _RETURN_MAGIC or version != _RETURN_VERSION:
         raise NaoGaitError(where, (magic, version), f"{_RETURN_MAGIC!r}, version {_RETURN_VERSION}")
     if not all(math.isfinite(each) for each in (x, y, yaw, age, bx, by)):
-        raise NaoGaitError(where, "a number that is not finite", "finite numbers")
+        raise NaoGaitError(where, (x, y, yaw, age, bx, by), "finite numbers")
     return ReturnMessage(
         player,
         team,

@@ -59,7 +59,7 @@ class Rules(Settings):
     )
     penalty: float = number(15.0, 0.0, 120.0, "s", "Duration of a penalty.")
     stuck: float = number(30.0, 5.0, 600.0, "s", "After which a ball that rests is put away.")
-    budget: int = number(1200, 0, 65535, whole=True, meaning="Messages that each team is told.")
+    budget: int = number(1200, 0, 65535, whole=True, meaning="Announced message budget of a team.")
 
 
 class RobotPlace(NamedTuple):
@@ -206,7 +206,7 @@ class Referee:
     def message(self, version: int = 18) -> ControlMessage:
         """What the robots are told now; each call counts as a packet.
 
-        The messages of the teams are not counted: the budget that is told is the whole one.
+        The messages of the teams are not counted: the announced budget stays the initial one.
         """
         self._packet = (self._packet + 1) % 256
         free_in = self._free_at - self._time if self._kicks is not None else 0.0
@@ -373,7 +373,7 @@ class Referee:
         player = self._players[name]
         player.penalty, player.until = penalty, self._time + self.rules.penalty
         if player.lies_since is not None:
-            player.lies_since = player.until  # put back to its start, it has its time again
+            player.lies_since = player.until  # time to get up begins after it
         orders.append(PutRobot(name))
 
     # -- the ball in play --------------------------------------------------------------------------

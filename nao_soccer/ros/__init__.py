@@ -1,1 +1,1 @@
-"""ROS 2 nodes of the mind: nothing but conversion."""
+"""The nodes `vision`, `player` and `referee`: message conversion, parameters and UDP sockets."""

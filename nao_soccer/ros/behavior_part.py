@@ -8,7 +8,7 @@ from std_msgs.msg import String
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.ros.parameters import declare, node_parameter, of_type
-from nao_lipm_gait.ros.topics import LATCHED, Inputs
+from nao_lipm_gait.ros.topics import Inputs
 from nao_lipm_gait.types import GaitState, VelocityCommand
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
@@ -86,7 +86,6 @@ class BehaviorPart:
         self._cmd_vel = node.create_publisher(Twist, "cmd_vel", 10)
         self._motions = node.create_publisher(String, "gait/motion", 10)
         self._report = node.create_publisher(DiagnosticArray, "behavior", 10)
-        inputs.subscribe(String, "gait/support", self._on_support, LATCHED)
 
     def close(self) -> None:
         """Close the sockets."""
@@ -102,6 +101,10 @@ class BehaviorPart:
     def behavior(self) -> PlayerBehavior:
         """What decides."""
         return self._behavior
+
+    def see_state(self, state: GaitState) -> None:
+        """Take the state of the gait."""
+        self._body = Body(state)
 
     def due(self, now: int) -> bool:
         """Whether it is time for a decision; `now` [ns] of the robot's clock."""
@@ -140,11 +143,6 @@ class BehaviorPart:
             self._referee.send(self._behavior.return_message())
             self._report.publish(self._diagnostics(now, decision))
         return self._head
-
-    def _on_support(self, message: String) -> None:
-        words = message.data.split()
-        if words and words[0] in set(GaitState):
-            self._body = Body(GaitState(words[0]))
 
     def _diagnostics(self, now: int, decision: Decision) -> DiagnosticArray:
         behavior = self._behavior

@@ -22,7 +22,7 @@ from nao_lipm_gait.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from nao_lipm_gait.ros.topics import LATCHED, Inputs
-from nao_lipm_gait.types import DOWN, GETTING_UP, Pose2
+from nao_lipm_gait.types import DOWN, GETTING_UP, Pose2, state_of
 from nao_soccer.field import Goals
 from nao_soccer.player import Player
 from nao_soccer.ros import behavior_part
@@ -124,8 +124,11 @@ class PlayerNode(Node):
             self._player.world.add_percepts(percepts)
 
     def _on_support(self, message: String) -> None:
-        state = message.data.split()[0] if message.data else ""
-        self._player.world.set_upright(state not in (*DOWN, GETTING_UP))
+        state = state_of(message.data)
+        if state is None:
+            raise NaoGaitError("gait/support", message.data, "a state of the gait and a foot")
+        self._player.world.set_upright(state not in DOWN and state is not GETTING_UP)
+        self._behavior.see_state(state)
 
     # -- deciding ----------------------------------------------------------------------------------
 

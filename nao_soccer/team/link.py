@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import Point2
 from nao_soccer.field import Field
-from nao_soccer.team.message import SIZE, SIZE_MAX, TeamMessage, decode
+from nao_soccer.team.message import TeamMessage, decode
 from nao_soccer.team.roles import Claim
 from nao_soccer.world.state import TeamBall, TeamMate
 
@@ -164,8 +164,6 @@ class TeamLink:
         if since < period - 1e-6 and not (urgent and since >= soonest):
             return None
         data = make(self.sent % 65536).encode()
-        if len(data) > SIZE_MAX:  # pragma: no cover: the layout is fixed
-            raise NaoGaitError("team message", f"{SIZE} bytes", f"at most {SIZE_MAX} bytes")
         self._last_sent = time
         self.sent += 1
         return data

@@ -24,7 +24,6 @@ class UdpLink:
     Args:
         port: Port to listen on and, unless another one is given, to send to.
         address: Address to listen on: that of a broadcast, or 0.0.0.0 for every network.
-        target: Address to send to; None = `address`.
         target_port: Port to send to; None = `port`.
 
     Raises:
@@ -35,10 +34,9 @@ class UdpLink:
         self,
         port: int,
         address: str = LOCAL,
-        target: str | None = None,
         target_port: int | None = None,
     ) -> None:
-        self._target = (target or address, port if target_port is None else target_port)
+        self._target = (address, port if target_port is None else target_port)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

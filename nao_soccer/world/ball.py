@@ -26,7 +26,7 @@ ACCELERATION = 0.25
 DRIFT = 0.02
 """[m/s/s^0.5] Unknown changes of the place of a resting ball, as a velocity."""
 SYSTEMATIC = 0.01
-"""Share of the distance that is wrong for many images in a row; more images do not mend it."""
+"""Share of the distance that is wrong for many images in a row; more images do not reduce it."""
 NOISE_MIN = 0.01
 """[m] Least deviation of a measurement."""
 GATE = 16.0

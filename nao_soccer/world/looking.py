@@ -152,7 +152,7 @@ def gains(places: FloatArray, prior: FloatArray) -> FloatArray:
     """
     distance, bearing = np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])
     seen = (distance > RANGE[0]) & (distance < RANGE[1]) & (np.abs(bearing) < PAN_MAX)
-    information = _information(places, distance, bearing) * seen[:, None, None]
+    information = _information(distance, bearing) * seen[:, None, None]
     together = (np.abs(bearing[:, None] - bearing) < HALF_VIEW) & seen
     by_view = np.einsum("ij,jkl->ikl", together.astype(float), information)
     after = np.linalg.inv(np.linalg.inv(prior) + by_view)
@@ -162,7 +162,7 @@ def gains(places: FloatArray, prior: FloatArray) -> FloatArray:
     return result
 
 
-def _information(places: FloatArray, distance: FloatArray, bearing: FloatArray) -> FloatArray:
+def _information(distance: FloatArray, bearing: FloatArray) -> FloatArray:
     """(n, 3, 3) H' R^-1 H of a sighting of each landmark, for the pose in its own axes."""
     radial = TILT_ERROR * (CAMERA_HEIGHT**2 + distance**2) / CAMERA_HEIGHT
     across = PAN_ERROR * np.maximum(distance, 0.1)

@@ -129,9 +129,10 @@ class WorldModel:
             allowed = f"at least {(self._time - LATE_MAX) * 1e-9:.3f} s"
             raise NaoGaitError(where, f"{percepts.stamp * 1e-9:.3f} s", allowed)
         usable, refusal = _usable(percepts)
-        refusal = refusal or self._off_field(usable.ball)
-        if refusal is not None and usable.ball is not None and self._off_field(usable.ball):
+        off_field = self._off_field(usable.ball)
+        if off_field is not None:
             usable = replace(usable, ball=None)
+        refusal = refusal or off_field
         self._last_image = max(self._last_image, usable.stamp)
         if usable.ball is not None or usable.objects or len(usable.line_points):
             self._last_sight = max(self._last_sight, usable.stamp)

@@ -130,7 +130,7 @@ class TeamMate:
         number: Of the player.
         stamp: Time [ns] of what it told, on this robot's clock.
         pose: Its pose in `field`.
-        valid: It holds its pose for valid.
+        valid: Its pose estimate is valid.
         fallen: It lies on the ground or gets up.
         ball: The ball that it has seen itself; None if it has not.
     """

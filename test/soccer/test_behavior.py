@@ -283,7 +283,7 @@ def states(mind: Mind, state: WorldState, **more) -> list[str]:
 
 
 def new_mind() -> Mind:
-    return Mind(1, TABLE, SCENE.field, GOALS)
+    return Mind(TABLE, SCENE.field, GOALS)
 
 
 def test_the_referee_is_obeyed_whatever_the_ball_does() -> None:
@@ -370,7 +370,7 @@ def test_of_two_opponents_equally_near_to_the_ball_one_keeps_off(x: float) -> No
         ball = (side * x, 0.0)
         state = world((ball[0] - 0.23, 0.0, 0.0), ball, robots=((ball[0] + 0.2, 0.03),))
         situation = Situation(
-            state, GameState(), Body(), Role.STRIKER, 1, None, SCENE.field, GOALS, LIMITS
+            state, GameState(), Body(), Role.STRIKER, None, SCENE.field, GOALS, LIMITS
         )
         (opponent,) = situation.near_robots()
         kept.append(opponent.radius)
@@ -529,7 +529,7 @@ def test_the_robot_leads_one_foot_to_the_ball_that_it_dribbles(
     start: tuple[float, float, float],
 ) -> None:
     """From any side, ideally walked: at the touch the ball lies before a foot, not between."""
-    mind = Mind(1, KickTable((), TABLE.dribbles), SCENE.field, GOALS)
+    mind = Mind(KickTable((), TABLE.dribbles), SCENE.field, GOALS)
     pose, ball = start, (0.0, 0.1)
     for i in range(600):
         decision = mind.update(world(pose, ball, time=0.05 * i), Body(GaitState.WALK))

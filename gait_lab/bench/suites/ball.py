@@ -71,5 +71,6 @@ SUITE = Suite(
     measure=ball,
     options=WorldOptions,
     takes=("robots", "window"),
+    gait=False,
     quick=({"robots": 2, "window": 30.0, "ablation": False},),
 )

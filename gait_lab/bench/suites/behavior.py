@@ -87,5 +87,6 @@ SUITE = Suite(
     measure=behavior,
     options=Options,
     takes=("robots",),
+    gait=False,
     quick=({"robots": 6},),
 )

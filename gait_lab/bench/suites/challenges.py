@@ -113,5 +113,6 @@ SUITE = Suite(
     measure=challenges,
     options=Options,
     takes=("robots",),
+    gait=False,
     quick=({"robots": 4},),
 )

@@ -15,6 +15,8 @@ from gait_lab.faults.campaign import FELL, VIOLATED, FaultResult, FaultRun
 from gait_lab.faults.scopes import SCOPES, Scope
 from gait_lab.trials.parallel import parallel_map
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.presets import DEFAULT, preset_for
+from nao_lipm_gait.robot import load_robot
 
 _EVIDENCE = 20
 """Violations that are listed one by one."""
@@ -41,6 +43,19 @@ def classes_of(scope: Scope, names: Sequence[str]) -> tuple[str, ...]:
         if name not in scope.all_classes:
             raise NaoGaitError("fault", name, f"one of {', '.join(scope.all_classes)}")
     return tuple(dict.fromkeys(names)) or tuple(scope.classes)
+
+
+def check(options: Options) -> None:
+    """Raise NaoGaitError for what a scope cannot do."""
+    classes_of(SCOPES[options.scope], options.faults)
+    if options.scope != "gait" and options.parameters != preset_for(
+        load_robot(options.urdf), DEFAULT
+    ):
+        allowed = f"those of the robot's own preset in the scope {options.scope}"
+        raise NaoGaitError("parameters of the gait", "--preset or --set", allowed)
+    if options.scope == "robot" and options.plant_options:
+        name, value = options.plant_options[0]
+        raise NaoGaitError("plant-set", f"{name}={value}", "nothing in the scope robot")
 
 
 def runs_of(options: Options) -> list[FaultRun]:
@@ -125,5 +140,5 @@ SUITE = Suite(
     measure=faults,
     options=Options,
     quick=({"runs": 56},),
-    check=lambda options: classes_of(SCOPES[options.scope], options.faults),
+    check=check,
 )

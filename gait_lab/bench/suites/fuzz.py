@@ -98,5 +98,6 @@ SUITE = Suite(
     summary="malformed messages into every input, broken files into every loader",
     measure=fuzz,
     options=Options,
+    gait=False,
     quick=({"ticks": 20_000},),
 )

@@ -107,5 +107,6 @@ SUITE = Suite(
     measure=keeper,
     options=Options,
     takes=("robots",),
+    gait=False,
     quick=({"robots": 4},),
 )

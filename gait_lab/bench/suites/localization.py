@@ -121,5 +121,6 @@ SUITE = Suite(
     measure=localization,
     options=WorldOptions,
     takes=("robots", "window"),
+    gait=False,
     quick=({"robots": 2, "window": 30.0, "ablation": False},),
 )

@@ -118,5 +118,6 @@ SUITE = Suite(
     measure=matches,
     options=Options,
     takes=("robots",),
+    gait=False,
     quick=({"robots": 2, "minutes": 1.0},),
 )

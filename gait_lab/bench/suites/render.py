@@ -131,6 +131,7 @@ SUITE = Suite(
     summary="CPU time of an image of each camera of a scene",
     measure=render,
     options=Options,
+    gait=False,
     quick=({"images": 3},),
     applies=lambda options: options.engine == "pybullet" or bool(opengl_libraries()),
 )

@@ -77,5 +77,6 @@ SUITE = Suite(
     measure=scenes,
     options=Options,
     takes=("robots",),
+    gait=False,
     quick=({"robots": 4},),
 )

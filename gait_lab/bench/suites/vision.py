@@ -168,6 +168,7 @@ SUITE = Suite(
     measure=vision,
     options=Options,
     takes=("robots", "window"),
+    gait=False,
     quick=({"robots": 1, "window": 1.5},),
     applies=lambda options: options.engine == "pybullet" or bool(opengl_libraries()),
 )
