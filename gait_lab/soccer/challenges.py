@@ -35,7 +35,7 @@ from gait_lab.soccer.challenge_rules import (
     WalkReferee,
     Way,
 )
-from gait_lab.soccer.pitch import Pitch, field_of, identity_of
+from gait_lab.soccer.pitch import Pitch, identity_of, parts_of
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import relative
@@ -430,7 +430,7 @@ def _kick(spec: ChallengeSpec, target: Point2) -> ChallengeResult:
 
 
 def _field(spec: ChallengeSpec) -> Field:
-    return field_of(load_scene(spec.scene))[0]
+    return parts_of(load_scene(spec.scene))[0]
 
 
 CHALLENGES: dict[str, Callable[[ChallengeSpec], ChallengeResult]] = {

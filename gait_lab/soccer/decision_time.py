@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from gait_lab.soccer.pitch import field_of
+from gait_lab.soccer.pitch import parts_of
 from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.types import GaitState, Point2, Pose2, PoseCovariance
 from nao_soccer.behavior.kicks import load_kicks
@@ -32,7 +32,7 @@ EXACT = (1e-4, 0.0, 1e-4)
 def measured(seed: int) -> list[float]:
     """CPU times [s] of all updates, in rising order."""
     random = np.random.default_rng(seed)
-    field, goals = field_of(load_scene("pitch_small"))
+    field, goals, _ = parts_of(load_scene("pitch_small"))
     half = np.array((field.length, field.width)) / 2.0
     times = []
     for _ in range(SITUATIONS):

@@ -161,7 +161,7 @@ class Match:
             self.pitch.goals,
             {robot.name: (robot.team, robot.number) for robot in scene.robots},
             Rules(half=60.0 * spec.minutes),
-            0.05 if scene.ball is None else scene.ball.radius,
+            self.pitch.ball_radius,
             dict.fromkeys(spec.goalkeepers, 1),
             kick_off=TEAMS[spec.seed % 2],
         )

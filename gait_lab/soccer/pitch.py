@@ -23,9 +23,10 @@ from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body
 from nao_soccer.field import Field, Goals
 from nao_soccer.referee.rules import TEAM_NUMBERS
+from nao_soccer.world.settings import WorldSettings
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
-from sim_bridge.scene import Scene, SceneRobot
+from sim_bridge.scene import Scene, SceneBall, SceneRobot
 from sim_bridge.world import World
 
 MIND_TICKS = 5
@@ -132,6 +133,7 @@ class Pitch:
         world: The world.
         players: The players, in the order of the scene's robots.
         channels: Ways to the players.
+        ball_radius: [m]
         messages: Number of team messages that were sent.
         count: Control periods so far.
 
@@ -152,7 +154,8 @@ class Pitch:
         channels: Channels | None = None,
     ) -> None:
         self.channels = Channels() if channels is None else channels
-        self.field, self.goals = field_of(scene)
+        self.field, self.goals, ball = parts_of(scene)
+        self.ball_radius = ball.radius
         self.scene = scene
         first = max(seed, 0)  # the nominal robot has the number -1
         self.world = make_scene_world(
@@ -194,7 +197,10 @@ class Pitch:
     ) -> tuple[PlayerBehavior, Senses]:
         """What the process of a player holds."""
         behavior = PlayerBehavior(identity, robot, self.field, self.goals)
-        return behavior, Senses(place.team, self.field, self.goals, eyes, seed, place.pose)
+        settings = WorldSettings(
+            field=self.field, goals=self.goals, poles=self.scene.poles, seed=seed
+        )
+        return behavior, Senses(place.team, settings, eyes, place.pose)
 
     def restart_player(self, index: int) -> None:
         """Start the process of a player anew: it knows nothing but what it is told at a start."""
@@ -208,7 +214,9 @@ class Pitch:
         from gait_lab.soccer.rendered_eyes import RenderedEyes
         from nao_soccer.vision.settings import VisionSettings
 
-        settings = VisionSettings(field=self.field, goals=self.goals, poles=self.scene.poles)
+        settings = VisionSettings(
+            field=self.field, goals=self.goals, poles=self.scene.poles, ball_radius=self.ball_radius
+        )
         deliver = partial(self.channels.image, index)
         return RenderedEyes(self.world.robots[index], gait, settings, deliver)
 
@@ -288,11 +296,11 @@ def is_upright(tick: Tick) -> bool:
     return not (tick.fallen or down)
 
 
-def field_of(scene: Scene) -> tuple[Field, Goals]:
-    """Field and goals of a scene; NaoGaitError if it lacks one of them, or a ball."""
+def parts_of(scene: Scene) -> tuple[Field, Goals, SceneBall]:
+    """Field, goals and ball of a scene; NaoGaitError if it lacks one of them."""
     if scene.field is None or scene.goals is None or scene.ball is None:
         raise NaoGaitError("scene", scene.name, "a scene with field, goals and ball")
-    return scene.field, scene.goals
+    return scene.field, scene.goals, scene.ball
 
 
 def identity_of(robot: SceneRobot, players: int, *, waits: bool, roles: bool = True) -> Identity:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gait_lab.report.page import asset
 from gait_lab.soccer.frames import Frame
-from gait_lab.soccer.pitch import field_of
+from gait_lab.soccer.pitch import parts_of
 from nao_soccer.referee.rules import Goal
 from sim_bridge.scene import Scene
 
@@ -27,7 +27,7 @@ def write_replay(
         goals: The goals.
         subtitle: What was played.
     """
-    field, posts = field_of(scene)
+    field, posts, _ = parts_of(scene)
     data = {
         "carpet": (field.length + 2.0 * field.border, field.width + 2.0 * field.border),
         "markings": [marking.corners() for marking in field.markings()],

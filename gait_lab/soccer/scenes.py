@@ -32,8 +32,6 @@ HEEL_WAIT, HEEL_ERROR = 1.5, 0.005
 """[s] of standing in which it finds its pose and has seen the ball; [m] deviation of that."""
 HEEL_LIMIT = 15.0
 """[s] for the goal."""
-BALL_RADIUS = 0.05
-"""[m]"""
 PAIR_BALL = 0.1, 0.0
 PAIR = (-0.35, 0.0, 0.0), (-0.3, 0.55, -0.9)
 """Two team mates at a ball."""
@@ -96,7 +94,7 @@ def _backheel(spec: SceneSpec) -> SceneResult:
                 player.behavior.game = GameState(phase=Phase.PLAYING)
             elif player.senses.player.state() is not None:
                 _show_ball(player, pitch.world.time, relative((*HEEL_BALL, 0.0), pitch.poses[0]))
-            lies_in = pitch.field.place_of(pitch.ball_position, BALL_RADIUS, pitch.goals)
+            lies_in = pitch.field.place_of(pitch.ball_position, pitch.ball_radius, pitch.goals)
             goal = lies_in is BallPlace.IN_BLUE_GOAL
             if goal or time > HEEL_LIMIT:
                 break

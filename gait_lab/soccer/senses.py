@@ -125,17 +125,13 @@ class Senses:
 
     Args:
         team: Its team, which says where the opponents' goal is.
-        field: The field.
-        goals: The goals.
+        settings: Of its world model.
         eyes: Its cameras and vision.
-        seed: Of the particles.
         start: Pose at which it begins, in the world.
     """
 
-    def __init__(
-        self, team: str, field: Field, goals: Goals, eyes: Eyes, seed: int, start: Pose2
-    ) -> None:
-        self.player = Player(WorldSettings(field=field, goals=goals, seed=seed))
+    def __init__(self, team: str, settings: WorldSettings, eyes: Eyes, start: Pose2) -> None:
+        self.player = Player(settings)
         self._team = team
         self._eyes = eyes
         self._stamp: int | None = None

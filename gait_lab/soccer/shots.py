@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, field_of, identity_of, is_upright
+from gait_lab.soccer.pitch import Pitch, identity_of, is_upright, parts_of
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.types import Point2
 from nao_soccer.behavior.basic import KEEPER_OUT
@@ -86,7 +86,7 @@ class ShotResult:
 def shot(spec: ShotSpec) -> ShotResult:
     """Shoot once."""
     scene = load_scene(spec.scene)
-    field, goals = field_of(scene)
+    field, goals, _ = parts_of(scene)
     keeper = SceneRobot(
         name="red1", team="red", number=1, urdf=spec.urdf or scene.robots[0].urdf,
         pose=(KEEPER_OUT - field.length / 2.0, 0.0, 0.0), seed=spec.seed,
@@ -116,7 +116,7 @@ class _Shot:
         self._spec = spec
         self._pitch = pitch
         self._start = ball, velocity
-        self._radius = 0.05 if pitch.scene.ball is None else pitch.scene.ball.radius
+        self._radius = pitch.ball_radius
         self._motions: list[str] = []
         self._scored = self._fell = False
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, field_of, identity_of, is_upright
+from gait_lab.soccer.pitch import Pitch, identity_of, is_upright, parts_of
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.field import BallPlace
@@ -89,7 +89,7 @@ class _Trial:
     def __init__(self, spec: SoloSpec, pitch: Pitch) -> None:
         self._spec = spec
         self._pitch = pitch
-        self._radius = 0.05 if pitch.scene.ball is None else pitch.scene.ball.radius
+        self._radius = pitch.ball_radius
         self._inside = Rules().inside
         self._outs = self._falls = 0
         self._upright = True
@@ -129,7 +129,7 @@ class _Trial:
 def _start(spec: SoloSpec) -> tuple[Scene, Point2]:
     """The scene with its only robot, and where the ball is put."""
     scene = load_scene(spec.scene)
-    field, _ = field_of(scene)
+    field, _, _ = parts_of(scene)
     random = np.random.default_rng([2323, spec.draw, spec.seed + 1])
     half = np.array((field.length, field.width)) / 2.0 - MARGIN
     while True:
