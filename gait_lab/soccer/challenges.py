@@ -35,7 +35,7 @@ from gait_lab.soccer.challenge_rules import (
     WalkReferee,
     Way,
 )
-from gait_lab.soccer.pitch import Pitch, identity_of, parts_of
+from gait_lab.soccer.pitch import parts_of, practice, with_robots
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import relative
@@ -52,7 +52,7 @@ from nao_soccer.game_state import GameState, Phase
 from nao_soccer.world.state import HeadMode, WorldState
 from sim_bridge.engines.backend import BALL
 from sim_bridge.plant import Plant
-from sim_bridge.scene import SceneRobot, load_scene
+from sim_bridge.scene import load_scene
 
 STAND = 3.0
 """[s] of standing and looking around before the start."""
@@ -267,25 +267,12 @@ class _Attempt:
         ball: Point2,
         obstacles: Sequence[Point2] = (),
     ) -> None:
-        scene = load_scene(spec.scene)
-        urdf = spec.urdf or scene.robots[0].urdf
-        places = [("red", 1, start)]
-        places += [
-            ("blue", number, (*place, math.pi))
-            for number, place in enumerate(obstacles, start=1)
-        ]
-        robots = tuple(
-            SceneRobot(
-                name=f"{team}{number}", team=team, number=number, urdf=urdf, pose=pose,
-                seed=spec.seed + index,
-            )
-            for index, (team, number, pose) in enumerate(places)
-        )  # fmt: skip
+        others = [(x, y, math.pi) for x, y in obstacles]
+        scene = with_robots(
+            load_scene(spec.scene), [start], others, urdf=spec.urdf, seed=spec.seed
+        )
         self.spec = spec
-        self.pitch = Pitch(
-            scene.replace(robots=robots), spec.seed, spec.engine, spec.plant,
-            lambda robot: identity_of(robot, 1, waits=False),
-        )  # fmt: skip
+        self.pitch = practice(scene, spec.seed, spec.engine, spec.plant)
         self.pitch.world.put_ball(*ball)
         self.player = self.pitch.players[0]
         for other in self.pitch.players[1:]:

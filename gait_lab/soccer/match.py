@@ -140,17 +140,13 @@ class Match:
         if channels is None and spec.silence is not None:
             channels = SilentReferee(*spec.silence)
         self.spec = spec
-        team_size = {team: sum(each.team == team for each in scene.robots) for team in TEAMS}
         self.pitch = Pitch(
             scene,
             spec.seed,
             spec.engine,
             spec.plant,
             lambda robot: identity_of(
-                robot,
-                team_size[robot.team],
-                waits=True,
-                roles=robot.team not in spec.without_roles,
+                robot, scene, waits=True, roles=robot.team not in spec.without_roles
             ),
             spec.loss,
             rendered=rendered,

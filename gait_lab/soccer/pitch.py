@@ -303,6 +303,46 @@ def parts_of(scene: Scene) -> tuple[Field, Goals, SceneBall]:
     return scene.field, scene.goals, scene.ball
 
 
-def identity_of(robot: SceneRobot, players: int, *, waits: bool, roles: bool = True) -> Identity:
+def identity_of(robot: SceneRobot, scene: Scene, *, waits: bool, roles: bool = True) -> Identity:
     """Who a robot of a scene is."""
+    players = sum(each.team == robot.team for each in scene.robots)
     return Identity(TEAM_NUMBERS[robot.team], robot.number, players, waits, roles)
+
+
+def with_robots(
+    scene: Scene,
+    red: Sequence[Pose2],
+    blue: Sequence[Pose2] = (),
+    *,
+    urdf: str | None = None,
+    seed: int = 0,
+) -> Scene:
+    """A scene with other robots.
+
+    Args:
+        scene: The scene.
+        red: Poses of the robots of team red, who have the numbers from 1 on.
+        blue: The same of team blue.
+        urdf: What all robots are; None = what the first one of the scene is.
+        seed: The individual of the first robot; the next ones have the seeds after it.
+    """
+    places = [("red", *each) for each in enumerate(red, start=1)]
+    places += [("blue", *each) for each in enumerate(blue, start=1)]
+    robots = tuple(
+        SceneRobot(
+            name=f"{team}{number}", team=team, number=number, pose=pose, seed=seed + index,
+            urdf=urdf or scene.robots[0].urdf,
+        )
+        for index, (team, number, pose) in enumerate(places)
+    )  # fmt: skip
+    return scene.replace(robots=robots)
+
+
+def practice(
+    scene: Scene, seed: int, engine: str, plant: str | Plant, *, rendered: bool = False
+) -> Pitch:
+    """A pitch without a referee: the players play at once. See `Pitch`."""
+    return Pitch(
+        scene, seed, engine, plant, lambda robot: identity_of(robot, scene, waits=False),
+        rendered=rendered,
+    )  # fmt: skip

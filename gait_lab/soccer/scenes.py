@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, RobotPlayer, identity_of
+from gait_lab.soccer.pitch import Pitch, RobotPlayer, practice, with_robots
 from gait_lab.trials.trial import CONTROL_PERIOD
 from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.types import Pose2
@@ -22,7 +22,7 @@ from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from sim_bridge.plant import Plant
-from sim_bridge.scene import SceneRobot, load_scene
+from sim_bridge.scene import load_scene
 
 HEEL_BALL = 1.85, -0.06
 """[m] Ball before the opponents' goal on the small pitch."""
@@ -115,19 +115,8 @@ def _show_ball(player: RobotPlayer, now: int, place: Pose2) -> None:
 
 def _pitch(spec: SceneSpec, name: str, *poses: Pose2) -> Pitch:
     """The field of a scene with robots of one team."""
-    scene = load_scene(name)
-    urdf = spec.urdf or scene.robots[0].urdf
-    robots = tuple(
-        SceneRobot(
-            name=f"red{number}", team="red", number=number, urdf=urdf, pose=pose,
-            seed=spec.seed + number - 1,
-        )
-        for number, pose in enumerate(poses, start=1)
-    )  # fmt: skip
-    return Pitch(
-        scene.replace(robots=robots), spec.seed, spec.engine, spec.plant,
-        lambda robot: identity_of(robot, len(poses), waits=False),
-    )  # fmt: skip
+    scene = with_robots(load_scene(name), poses, urdf=spec.urdf, seed=spec.seed)
+    return practice(scene, spec.seed, spec.engine, spec.plant)
 
 
 def _two_at_ball(spec: SceneSpec) -> SceneResult:

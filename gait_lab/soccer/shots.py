@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, identity_of, is_upright, parts_of
+from gait_lab.soccer.pitch import Pitch, is_upright, parts_of, practice, with_robots
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.types import Point2
 from nao_soccer.behavior.basic import KEEPER_OUT
 from nao_soccer.field import BallPlace
 from nao_soccer.game_state import GameState
 from sim_bridge.plant import Plant
-from sim_bridge.scene import SceneRobot, load_scene
+from sim_bridge.scene import load_scene
 
 DISTANCE = 2.0
 """[m] from the goal line to the ball before the shot."""
@@ -87,10 +87,8 @@ def shot(spec: ShotSpec) -> ShotResult:
     """Shoot once."""
     scene = load_scene(spec.scene)
     field, goals, _ = parts_of(scene)
-    keeper = SceneRobot(
-        name="red1", team="red", number=1, urdf=spec.urdf or scene.robots[0].urdf,
-        pose=(KEEPER_OUT - field.length / 2.0, 0.0, 0.0), seed=spec.seed,
-    )  # fmt: skip
+    start = (KEEPER_OUT - field.length / 2.0, 0.0, 0.0)
+    scene = with_robots(scene, [start], urdf=spec.urdf, seed=spec.seed)
     random = np.random.default_rng([4646, spec.draw, TARGETS.index(spec.target), spec.seed + 1])
     ball = (DISTANCE - field.length / 2.0, float(random.uniform(-ACROSS, ACROSS)))
     speed = float(random.uniform(*SPEEDS))
@@ -100,10 +98,7 @@ def shot(spec: ShotSpec) -> ShotResult:
     way = (-DISTANCE, side * across - ball[1])
     launch = SLIDING * speed / math.hypot(*way)
     velocity = (launch * way[0], launch * way[1])
-    with Pitch(
-        scene.replace(robots=(keeper,)), spec.seed, spec.engine, spec.plant,
-        lambda robot: identity_of(robot, 1, waits=False),
-    ) as pitch:  # fmt: skip
+    with practice(scene, spec.seed, spec.engine, spec.plant) as pitch:
         pitch.players[0].behavior.game = GameState(goalkeeper=True)
         pitch.world.put_ball(*ball)
         return _Shot(spec, pitch, ball, velocity).run(speed)

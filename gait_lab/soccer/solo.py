@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, identity_of, is_upright, parts_of
+from gait_lab.soccer.pitch import Pitch, is_upright, parts_of, practice, with_robots
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.field import BallPlace
 from nao_soccer.referee.rules import Rules
 from sim_bridge.plant import Plant
-from sim_bridge.scene import Scene, SceneRobot, load_scene
+from sim_bridge.scene import Scene, load_scene
 
 LIMIT = 120.0
 """[s] after which a trial ends."""
@@ -75,10 +75,7 @@ class SoloResult:
 def solo(spec: SoloSpec) -> SoloResult:
     """Run one trial."""
     scene, ball = _start(spec)
-    with Pitch(
-        scene, spec.seed, spec.engine, spec.plant,
-        lambda robot: identity_of(robot, 1, waits=False), rendered=spec.rendered,
-    ) as pitch:  # fmt: skip
+    with practice(scene, spec.seed, spec.engine, spec.plant, rendered=spec.rendered) as pitch:
         pitch.world.put_ball(*ball)
         return _Trial(spec, pitch).run()
 
@@ -137,9 +134,6 @@ def _start(spec: SoloSpec) -> tuple[Scene, Point2]:
         if np.hypot(*(place - ball)) > APART:
             break
     drawn = (float(place[0]), float(place[1]), float(random.uniform(-math.pi, math.pi)))
-    robot = SceneRobot(
-        name="red1", team="red", number=1, urdf=spec.urdf or scene.robots[0].urdf,
-        pose=spec.start or drawn, seed=spec.seed,
-    )  # fmt: skip
+    scene = with_robots(scene, [spec.start or drawn], urdf=spec.urdf, seed=spec.seed)
     x, y = ball.tolist()
-    return scene.replace(robots=(robot,)), spec.ball or (x, y)
+    return scene, spec.ball or (x, y)

@@ -11,7 +11,7 @@ from gait_lab.soccer import match_store
 from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
-from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
+from gait_lab.soccer.pitch import is_upright, practice
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.scenes import SceneSpec, play_scene
 from gait_lab.soccer.solo import SoloSpec, solo
@@ -56,10 +56,7 @@ def test_a_fallen_robot_that_is_put_back_stands_at_once() -> None:
     """It does not get up once more where it already stands on its feet."""
     scene = load_scene("pitch_small")
     (first, *_) = scene.robots
-    with Pitch(
-        scene.replace(robots=(first,)), 1, "mujoco", "reference",
-        lambda robot: identity_of(robot, 1, waits=False),
-    ) as pitch:  # fmt: skip
+    with practice(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
         (player,) = pitch.players
         states = []
         for ticks in pitch.run(lambda _: None):
