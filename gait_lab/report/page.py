@@ -3,7 +3,7 @@
 import base64
 import html
 import json
-from collections.abc import Sequence, Sized
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any
@@ -292,8 +292,6 @@ def page(
         "figures": [figure.as_dict() for figure in figures],
         "arrays": store.packed,
     }
-    # Only "</" can end a script element early.
-    packed = json.dumps(everything, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
     links = "".join(
         f'<a href="#s-{identity}">{escape(SHORT.get(identity, name))}</a>'
         for identity, name, _ in blocks
@@ -305,15 +303,25 @@ def page(
         "NAVIGATION": links,
         "TOP": top,
         "BLOCKS": "".join(block for _, _, block in blocks),
-        "DATA": packed,
+        "DATA": script_json(everything),
         "PLOTLY": get_plotlyjs() if figures else "",
         "SCRIPT": asset("report.js") + (asset("replay.js") if data.get("replay") else ""),
     }
-    text = asset("report.html")
+    return filled(asset("report.html"), parts)
+
+
+def script_json(data: object) -> str:
+    """JSON that may stand in a script element."""
+    # Only "</" can end the element early.
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+
+
+def filled(template: str, parts: Mapping[str, str]) -> str:
+    """A template whose marks `{{NAME}}` are replaced by the parts of these names."""
     pieces = []
     # One pass, not one replacement per mark: an inserted text may hold another mark.
-    while "{{" in text:
-        before, _, rest = text.partition("{{")
-        name, _, text = rest.partition("}}")
+    while "{{" in template:
+        before, _, rest = template.partition("{{")
+        name, _, template = rest.partition("}}")
         pieces += [before, parts[name]]
-    return "".join([*pieces, text])
+    return "".join([*pieces, template])

@@ -29,7 +29,9 @@ def run(options: MatchOptions, say: Callable[[str], None]) -> int:
         if options.real_time:
             raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
         with Progress() as progress:
-            result = play_match(spec, lambda frame, referee: progress.show(frame, referee.duration))
+            result = play_match(
+                spec, lambda frame, referee: progress.show(frame, referee.rules.duration)
+            )
     finish(options, result, clock.monotonic() - began, say)
     return status
 

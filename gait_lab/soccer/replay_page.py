@@ -1,10 +1,10 @@
 """A match as a page: the pitch from above, the goals on the time line, each robot's state."""
 
-import json
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 
-from gait_lab.report.page import asset
+from gait_lab.report.page import asset, filled, script_json
 from gait_lab.soccer.frames import Frame
 from gait_lab.soccer.pitch import parts_of
 from nao_soccer.referee.rules import Goal
@@ -48,13 +48,9 @@ def write_replay(
     score = frames[-1].score
     parts = {
         "TITLE": f"Match: red {score[0]} : {score[1]} blue",
-        "SUBTITLE": subtitle,
+        "SUBTITLE": escape(subtitle),
         "STYLE": asset("report.css"),
         "SCRIPT": asset("match.js"),
-        # `</` would end the script element.
-        "DATA": json.dumps(data, separators=(",", ":")).replace("</", "<\\/"),
+        "DATA": script_json(data),
     }
-    text = asset("match.html")
-    for key, value in parts.items():
-        text = text.replace("{{" + key + "}}", value)
-    path.write_text(text, encoding="utf-8")
+    path.write_text(filled(asset("match.html"), parts), encoding="utf-8")

@@ -198,8 +198,7 @@ class _Watcher:
         self._game: dict[str, str] = {}
         self._frames: list[Frame] = []
         self._kicks = 0
-        rules = Rules(half=60.0 * spec.minutes)
-        self._expected = 2.0 * (rules.ready + rules.set + rules.half) + rules.pause + START
+        self._expected = Rules(half=60.0 * spec.minutes).duration + START
         sensors = qos_profile_sensor_data
 
         def subscribe(

@@ -61,6 +61,11 @@ class Rules(Settings):
     stuck: float = number(30.0, 5.0, 600.0, "s", "After which a ball that rests is put away.")
     budget: int = number(1200, 0, 65535, whole=True, meaning="Announced message budget of a team.")
 
+    @property
+    def duration(self) -> float:
+        """[s] of a match with one kick-off in each half; goals do not make it longer."""
+        return 2.0 * (self.ready + self.set + self.half) + self.pause
+
 
 class RobotPlace(NamedTuple):
     """Where a robot is.
@@ -192,12 +197,6 @@ class Referee:
     def score(self) -> dict[str, int]:
         """Goals by team."""
         return {team: sum(goal.team == team for goal in self.goals_scored) for team in TEAMS}
-
-    @property
-    def duration(self) -> float:
-        """[s] of a match with one kick-off in each half; goals do not make it longer."""
-        rules = self.rules
-        return 2.0 * (rules.ready + rules.set + rules.half) + rules.pause
 
     def penalized(self, name: str) -> bool:
         """Whether a robot may not play."""

@@ -75,7 +75,7 @@ def test_a_match_goes_through_its_phases_and_ends_in_time() -> None:
             phases.append(game.referee.phase)
     half = [Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED]
     assert phases == half + half
-    assert game.time == pytest.approx(game.referee.duration, abs=1.0)
+    assert game.time == pytest.approx(game.referee.rules.duration, abs=1.0)
 
 
 def test_the_second_half_begins_where_the_pause_ends() -> None:
