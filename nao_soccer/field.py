@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import attrs
+import numpy as np
 
 from nao_lipm_gait.schema import Choice, Sequence, Settings, field, number
-from nao_lipm_gait.types import Point2, Point3
+from nao_lipm_gait.types import FloatArray, Point2, Point3, Pose2
 
 TEAMS = ("red", "blue")
 """The teams; the goal of the first one is at negative x."""
@@ -271,3 +272,11 @@ def faults(field: Field, goals: Goals | None) -> Iterable[tuple[str, float, str]
         yield "field.circle_diameter", field.circle_diameter, "less than the field's width"
     if goals is not None and goals.width + 2.0 * goals.post_diameter >= across:
         yield "goals.width", goals.width, f"less than the field's width, {across:g} m"
+
+
+def seen_from(pose: Pose2, places: FloatArray) -> FloatArray:
+    """Places (n, 2) [m] of the field in a frame at a pose [m, rad], such as base_footprint."""
+    x, y, yaw = pose
+    c, s = math.cos(yaw), math.sin(yaw)
+    result: FloatArray = (places - (x, y)) @ np.array(((c, -s), (s, c)))
+    return result

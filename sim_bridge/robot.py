@@ -136,6 +136,14 @@ class GroundTruth(NamedTuple):
     joint_torque: FloatArray
     torque_saturated: int
 
+    @property
+    def base_footprint(self) -> Pose2:
+        """Pose of base_footprint in the world: between the soles, with their mean heading."""
+        left, right = self.soles
+        x, y, _ = (0.5 * (left.position + right.position)).tolist()
+        forward = left.rotation[:, 0] + right.rotation[:, 0]
+        return x, y, math.atan2(forward[1], forward[0])
+
 
 class SimulatedRobot:
     """One individual robot. `World` steps it; users command it and read its sensors.

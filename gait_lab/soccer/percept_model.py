@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gait_lab.vision.percept_errors import LINE_POINT, ROBOT, PerceptErrors
 from nao_lipm_gait.robot.camera import CameraView
 from nao_lipm_gait.types import FloatArray, Point2, Pose2
-from nao_soccer.field import Field, Goals
+from nao_soccer.field import Field, Goals, seen_from
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.near_robots import (
     FEET_MIN,
@@ -129,10 +129,10 @@ class PerceptModel:
         common = np.array((tilt, pan, *shift))
         geometry = ImageGeometry(view)
         standing = np.array([not each.lies for each in robots], dtype=bool)
-        others = _seen_from(footprint, np.array([each.place for each in robots]))
+        others = seen_from(footprint, np.array([each.place for each in robots]).reshape(-1, 2))
         hiding = others[standing]
         places = self._fixed if ball is None else np.concatenate((self._fixed, [ball]))
-        fixed = _seen_from(footprint, places)  # and the ball, last
+        fixed = seen_from(footprint, places)  # and the ball, last
         in_sight = _in_image(_pixels(fixed, (0.0,), view), view)[:, 0]
         in_sight[in_sight] = ~_hidden(fixed[in_sight], hiding)
 
@@ -334,11 +334,3 @@ def _in_image(pixels: FloatArray, view: CameraView) -> NDArray[np.bool_]:
     width, height = view.intrinsics.width, view.intrinsics.height
     inside: NDArray[np.bool_] = (u > EDGE) & (u < width - EDGE) & (v > EDGE) & (v < height - EDGE)
     return inside
-
-
-def _seen_from(footprint: Pose2, places: FloatArray) -> FloatArray:
-    """Places (n, 2) of the field in base_footprint."""
-    x, y, yaw = footprint
-    c, s = math.cos(yaw), math.sin(yaw)
-    result: FloatArray = (places.reshape(-1, 2) - (x, y)) @ np.array(((c, -s), (s, c)))
-    return result

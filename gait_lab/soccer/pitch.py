@@ -10,7 +10,6 @@ import numpy as np
 from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, Senses
-from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.trials.several import make_gaits, make_scene_world, run_several
 from gait_lab.trials.trial import Action, Policy, Tick
 from gait_lab.vision.percept_errors import load_percept_errors
@@ -264,7 +263,7 @@ class Pitch:
         """
 
         def disturb(_: World, ticks: Sequence[Tick]) -> None:
-            self._poses = [footprint_of(tick.truth) for tick in ticks]
+            self._poses = [tick.truth.base_footprint for tick in ticks]
             self._seen = [
                 _seen_as(robot, pose, tick)
                 for robot, pose, tick in zip(self.scene.robots, self._poses, ticks, strict=True)

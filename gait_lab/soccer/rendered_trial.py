@@ -7,7 +7,6 @@ import numpy as np
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
 from gait_lab.soccer.walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.world_trial import TraceRows, WorldTrace
-from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.trials.several import make_gaits, make_scene_world
 from gait_lab.trials.trial import WalkerController, run_controller
 from nao_lipm_gait.geometry import rotation_from_rpy
@@ -45,7 +44,7 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
                 field=settings.field, goals=settings.goals, poles=settings.poles, seed=spec.seed
             )
         )
-        player.world.start((footprint_of(robot.truth()),))
+        player.world.start((robot.truth().base_footprint,))
         half = half_of(scene)
         course = BallCourse((half[0] + 0.2, half[1] + 0.2), spec.seed)
         policy = RandomWalk(half, spec.seed, gait, spec.seconds)
@@ -55,7 +54,7 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
         seen: dict[str, int] = {}
         rows = TraceRows()
         for tick in run_controller(world, controller, lambda *_: None, past_falls=True):
-            place = footprint_of(tick.truth)
+            place = tick.truth.base_footprint
             ball = course.at(world.time * 1e-9, place)
             world.put_ball(*ball.position, ball.velocity)
             truths[world.time] = place, ball

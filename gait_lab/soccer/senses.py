@@ -9,7 +9,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
-from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.vision.percept_errors import PerceptErrors
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
@@ -102,7 +101,7 @@ class ModelEyes:
         if now >= self._next_image:
             self._next_image = now + self._period
             self._camera = (self._camera + 1) % len(self._cameras)
-            footprint = footprint_of(truth)
+            footprint = truth.base_footprint
             percepts = self._model.see(
                 now,
                 _view(self._cameras[self._camera], truth, footprint),

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.trials.several import make_gaits, make_scene_world
 from gait_lab.trials.trial import Action, Policy, Tick, WalkerController, run_controller
 from nao_lipm_gait.errors import NaoGaitError
@@ -134,7 +133,7 @@ class RandomWalk(Policy):
             self._end = time + self._seconds
         if time >= self._end:
             return None
-        x, y, yaw = footprint_of(tick.truth)
+        x, y, yaw = tick.truth.base_footprint
         ahead = x + 0.2 * math.cos(yaw), y + 0.2 * math.sin(yaw)
         if any(abs(a) > limit for a, limit in zip(ahead, self._inner, strict=True)):
             return self._inwards((x, y, yaw))
@@ -199,7 +198,7 @@ def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> Walk:
         controller = WalkerController(world, world.robot, gait, policy)
         ticks = run_controller(world, controller, lambda *_: None, past_falls=True)
         for count, tick in enumerate(ticks):
-            truths[tick.truth.stamp] = footprint_of(tick.truth)
+            truths[tick.truth.stamp] = tick.truth.base_footprint
             status = tick.status
             if status is None or count % EVERY or status.stamp not in truths:
                 continue

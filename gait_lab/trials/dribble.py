@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.trials.rendered_frames import footprint_of
 from gait_lab.trials.trial import (
     CONTROL_PERIOD,
     HeldCommand,
@@ -101,14 +100,14 @@ def _attempt(
     for _ in range(round(BIAS_WAIT / CONTROL_PERIOD)):
         tick = advance()
     random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed])
-    start = footprint_of(tick.truth)
+    start = tick.truth.base_footprint
     line = compose(start, (0.0, spec.across, 0.0))
     ahead, beside = float(random.uniform(*RUN_UP)), float(random.normal(0.0, PLACEMENT))
     lay = compose(line, (ahead, beside, 0.0))
     world.put_ball(*lay[:2])
     place, way, fastest = start, np.zeros(2), 0.0
     for _ in range(round(LIMIT / CONTROL_PERIOD)):
-        place = footprint_of(tick.truth)
+        place = tick.truth.base_footprint
         _, y, yaw = relative(place, start)
         aside = min(max(-STEER * y, -SIDE), SIDE)
         policy.action = VelocityCommand(spec.speed, aside, -TURN * math.remainder(yaw, math.tau))

@@ -6,7 +6,6 @@
 import argparse
 import dataclasses
 import json
-import math
 import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -27,7 +26,7 @@ from nao_lipm_gait.robot.camera import CameraView, Intrinsics, RgbImage
 from nao_lipm_gait.types import STANDSTILL, FloatArray, Point2, Pose2, Pose6, VelocityCommand
 from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
 from sim_bridge.plant import PlantOption, load_plant, with_options
-from sim_bridge.robot import GroundTruth, SimulatedRobot
+from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import Scene, load_scene
 from sim_bridge.world import World
 
@@ -303,14 +302,14 @@ def _truth(
     truth = robot.truth()
     ball = world.ball
     others = {
-        each.name: footprint_of(each.truth())
+        each.name: each.truth().base_footprint
         for number, each in enumerate(world.robots)
         if number != index
     }
     return {
         camera.name: FrameTruth(
             camera.view(robot.state),
-            footprint_of(truth),
+            truth.base_footprint,
             truth.torso_position,
             rotation_matrix(truth.torso_quaternion),
             None if ball is None else ball.position,
@@ -318,13 +317,6 @@ def _truth(
         )
         for camera in cameras
     }
-
-
-def footprint_of(truth: GroundTruth) -> Pose2:
-    """base_footprint in the world: between the soles, with their mean heading."""
-    x, y, _ = (0.5 * (truth.soles[0].position + truth.soles[1].position)).tolist()
-    forward = truth.soles[0].rotation[:, 0] + truth.soles[1].rotation[:, 0]
-    return x, y, math.atan2(forward[1], forward[0])
 
 
 # -- files -----------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ import numpy as np
 from gait_lab.trials.rendered_frames import FrameTruth
 from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.types import FloatArray, Point2
+from nao_soccer.field import seen_from
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.vision.settings import VisionSettings
 
@@ -134,7 +135,8 @@ class View:
     def on_ground(self, pixels: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where pixels (n, 2) truly are, and the nearest points of lines: (n, 2) each, [m]."""
         places = self._camera.on_plane(pixels)[:, :2]
-        return self._in_footprint(places), self._in_footprint(self._on_lines(places))
+        footprint = self._truth.footprint
+        return seen_from(footprint, places), seen_from(footprint, self._on_lines(places))
 
     def _on_lines(self, places: FloatArray) -> FloatArray:
         """The nearest point on a line or mark of places (n, 2), in the frame of the field."""
@@ -148,11 +150,6 @@ class View:
         on = np.concatenate((on, (radius * places / away)[:, None]), axis=1)
         nearest = ((places[:, None] - on) ** 2).sum(axis=2).argmin(axis=1)
         return np.asarray(on[np.arange(len(places)), nearest])
-
-    def _in_footprint(self, places: FloatArray) -> FloatArray:
-        x, y, heading = self._truth.footprint
-        c, s = math.cos(heading), math.sin(heading)
-        return np.asarray((places - (x, y)) @ np.array(((c, -s), (s, c))))
 
     def _expected(
         self, kind: Kind, place: Point2, due: bool, half_width: float, *, skip: str = ""

@@ -10,6 +10,7 @@ import numpy as np
 from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.head.goals import Follow, Frame, Goal, LookAt, Search
 from nao_lipm_gait.types import FloatArray, Point3, PoseCovariance
+from nao_soccer.field import seen_from
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.state import BallEstimate, HeadMode, PoseEstimate, WorldState
 
@@ -126,7 +127,7 @@ class Looking:
         """The landmark that improves the pose most; None if none is near or the pose unknown."""
         if not own.valid:
             return None
-        places = in_footprint(self._landmarks, own)
+        places = seen_from(own.pose, self._landmarks)
         gain = gains(places, turned(own))
         best = int(np.argmax(gain))
         if gain[best] <= 0.0:
@@ -172,14 +173,6 @@ def _information(distance: FloatArray, bearing: FloatArray) -> FloatArray:
     rows = np.array(((-c, -s, zero), (s, -c, -distance))).transpose(2, 0, 1)
     weights = np.array((1.0 / radial**2, 1.0 / across**2)).T
     result: FloatArray = np.einsum("nik,ni,nil->nkl", rows, weights, rows)
-    return result
-
-
-def in_footprint(places: FloatArray, own: PoseEstimate) -> FloatArray:
-    """Places (n, 2) of `field` in base_footprint."""
-    x, y, yaw = own.pose
-    c, s = math.cos(yaw), math.sin(yaw)
-    result: FloatArray = (places - (x, y)) @ np.array(((c, -s), (s, c)))
     return result
 
 
