@@ -31,9 +31,11 @@ class LevelFrame:
         self.left = left
         self.up = up
 
-    def level_components(self, vector: Point3) -> tuple[float, float]:
-        """The components of a vector of the torso frame along x and y of this frame."""
-        return dot(vector, self.forward), dot(vector, self.left)
+    def components(self, vector: Point3) -> Point3:
+        """A vector of the torso frame in this frame."""
+        x, y, z = vector
+        (fx, fy, fz), (lx, ly, lz), (ux, uy, uz) = self.forward, self.left, self.up
+        return fx * x + fy * y + fz * z, lx * x + ly * y + lz * z, ux * x + uy * y + uz * z
 
     def coordinates(self, point: Point3) -> Point3:
         """A point [m] of the torso frame in this frame."""
@@ -45,7 +47,7 @@ class LevelFrame:
     def pose_of(self, sole: SolePose) -> Pose2:
         """The planar pose of another sole in this frame."""
         x, y, _ = self.coordinates(sole.position)
-        forward, left = self.level_components(sole.forward)
+        forward, left, _ = self.components(sole.forward)
         return x, y, atan2(left, forward)
 
     @property
@@ -67,31 +69,27 @@ def level_frame(sole: SolePose, up: Point3) -> LevelFrame:
     return LevelFrame(sole.position, forward, cross(up, forward), up)
 
 
-def measured_com_in_q(com_in_torso: Point3, sole: LevelFrame, sole_in_q: Pose2) -> Point3:
+def measured_com_in_q(com_in_sole: Point3, sole_in_q: Pose2) -> Point3:
     """The measured CoM x_m of eq (11) [m] in Q.
 
     Args:
-        com_in_torso: CoM [m] in the torso frame, by the joint angles.
-        sole: Level frame of the support sole.
+        com_in_sole: CoM [m] in the level frame of the support sole, by the joint angles.
         sole_in_q: Pose of the support sole in Q, by the walk.
 
     Returns:
         x, y in Q and z above the sole [m].
     """
-    x, y, z = sole.coordinates(com_in_torso)
+    x, y, z = com_in_sole
     x, y, _ = compose(sole_in_q, (x, y, 0.0))
     return x, y, z
 
 
-def measured_acceleration_in_q(
-    specific_force: Point3, sole: LevelFrame, sole_in_q: Pose2
-) -> tuple[float, float]:
+def measured_acceleration_in_q(force_in_sole: Point3, sole_in_q: Pose2) -> tuple[float, float]:
     """The torso's acceleration [m/s^2] along x and y of Q; gravity has no level component.
 
     Args:
-        specific_force: Accelerometer [m/s^2] in the torso frame.
-        sole: Level frame of the support sole.
+        force_in_sole: Accelerometer [m/s^2] in the level frame of the support sole.
         sole_in_q: Pose of the support sole in Q, by the walk.
     """
-    forward, left = sole.level_components(specific_force)
+    forward, left, _ = force_in_sole
     return rotate_planar(forward, left, sole_in_q[2])

@@ -23,8 +23,7 @@ from collections.abc import Sequence
 from math import hypot, remainder, sqrt, tau
 from typing import final
 
-from nao_lipm_gait.estimation.com_measurement import LevelFrame
-from nao_lipm_gait.geometry import cross, dot
+from nao_lipm_gait.geometry import cross
 from nao_lipm_gait.rate_limiter import limited_step
 from nao_lipm_gait.types import GRAVITY, LEFT, Point2, Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
@@ -266,9 +265,9 @@ class SoleLevelling:
         support: int,
         sole: SolePose,
         com_in_sole: Point3,
-        level: LevelFrame,
+        force_in_sole: Point3,
+        torso_yaw: float,
         angular_velocity: Point3,
-        specific_force: Point3,
         velocity: Point3,
         dt: float,
     ) -> None:
@@ -278,14 +277,14 @@ class SoleLevelling:
             support: Support leg, `LEFT` or `RIGHT`.
             sole: Support sole in the torso frame, by the joint angles.
             com_in_sole: CoM in the level frame of that sole [m].
-            level: The level frame.
+            force_in_sole: Accelerometer [m/s^2] in the level frame.
+            torso_yaw: Yaw [rad] of the torso in the level frame.
             angular_velocity: Gyro [rad/s] in the torso frame; its yaw rate is not used.
-            specific_force: Accelerometer [m/s^2] in the torso frame.
             velocity: Velocity of the robot by odometry [m/s, m/s, rad/s].
             dt: Time [s] since the last tick.
         """
         roll_rate, pitch_rate, _ = angular_velocity
-        yaw_before, self._yaw = self._yaw, level.torso_yaw
+        yaw_before, self._yaw = self._yaw, torso_yaw
         if support == self._support:
             self._yaw_rate = remainder(self._yaw - yaw_before, tau) / dt
         nx, ny, _ = sole.normal
@@ -300,10 +299,9 @@ class SoleLevelling:
             self._ticks.clear()
             ux, uy, uz = self._up
         x, y, z = com_in_sole
-        ax, ay = level.level_components(specific_force)
-        load = dot(specific_force, level.up) / GRAVITY
+        ax, ay, az = force_in_sole
         zmp_x, zmp_y = x - z * ax / GRAVITY, y - z * ay / GRAVITY
-        self._ticks.append(_Tick(ny - uy, ux - nx, zmp_x, zmp_y, load))
+        self._ticks.append(_Tick(ny - uy, ux - nx, zmp_x, zmp_y, az / GRAVITY))
         step = APPLY_RATE * dt
         self.applied_pitch = limited_step(self.applied_pitch, self._pitch.value, step)
         self.applied_roll = limited_step(self.applied_roll, self._roll.value, step)

@@ -178,9 +178,10 @@ class StateEstimator:
             if state is WALK and self._p.feedback and self._flat_stance:
                 self._find_bias_jump(sole.normal, force, gyro_dt)
         level = level_frame(sole, self.orientation.up_in_torso)
-        self.com_in_q = measured_com_in_q(com, level, expected.sole_in_q)
+        com_in_sole, force_in_sole = level.coordinates(com), level.components(force)
+        self.com_in_q = measured_com_in_q(com_in_sole, expected.sole_in_q)
         self.acceleration_in_q = (
-            measured_acceleration_in_q(force, level, expected.sole_in_q)
+            measured_acceleration_in_q(force_in_sole, expected.sole_in_q)
             if self._p.push_acceleration
             else None
         )
@@ -191,7 +192,7 @@ class StateEstimator:
             self._alignment.restart()
         if state is WALK and self._p.level_soles and self._p.feedback:
             self._levelling.update(
-                support, sole, level.coordinates(com), level, rate, force,
+                support, sole, com_in_sole, force_in_sole, level.torso_yaw, rate,
                 self.odometry.velocity, gyro_dt,
             )  # fmt: skip
         else:

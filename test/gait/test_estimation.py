@@ -47,7 +47,9 @@ def test_measured_com_undoes_the_torsos_rotation(
 
 def test_measured_com_is_relative_to_the_soles_pose_in_q() -> None:
     sole = LevelFrame((0.0, 0.0, -0.25), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), LEVEL)
-    x, y, z = measured_com_in_q((0.02, -0.03, 0.0), sole, (0.1, 0.05, math.pi / 2))
+    x, y, z = measured_com_in_q(
+        sole.coordinates((0.02, -0.03, 0.0)), (0.1, 0.05, math.pi / 2)
+    )
     assert (x, y, z) == pytest.approx((0.1 + 0.03, 0.05 + 0.02, 0.25))
 
 
@@ -64,7 +66,9 @@ def test_measured_acceleration_contains_no_gravity(
     )
     up = tuple(torso_in_world.inv().apply([0.0, 0.0, 1.0]))
     level = level_frame(sole, up)
-    measured = measured_acceleration_in_q(tuple(force), level, (0.0, 0.05, yaw_in_q))
+    measured = measured_acceleration_in_q(
+        level.components(tuple(force)), (0.0, 0.05, yaw_in_q)
+    )
     assert measured == pytest.approx(tuple(in_q[:2]), abs=1e-9)
 
 

@@ -100,10 +100,9 @@ class SteppingTorso:
         level = level_frame(sole, _sole(roll, pitch).normal)
         noise = self._noise.normal(0.0, 0.005, 2)
         gyro = (rate[0] + self._bias[0] + noise[0], rate[1] + self._bias[1] + noise[1], 0.0)
-        up = level.up
         self.levelling.update(
-            support, sole, (zmp_x, zmp_y, HEIGHT), level, gyro,
-            (GRAVITY * up[0], GRAVITY * up[1], GRAVITY * up[2]), (0.0, 0.0, 0.0), DT,
+            support, sole, (zmp_x, zmp_y, HEIGHT), (0.0, 0.0, GRAVITY), level.torso_yaw, gyro,
+            (0.0, 0.0, 0.0), DT,
         )  # fmt: skip
 
 
