@@ -41,11 +41,11 @@ class Suite:
         options: Class of its options: its defaults, and the options that only it has.
         takes: Shared options that it accepts (`robots`, `tasks`, `window`, `open_loop`, `phases`,
             `control_period`), besides `EVERY_SUITE`; others are refused.
-        gait: Whether a preset and parameters of the gait may be given; without, each robot walks
-            with its own preset.
         quick: Its runs in `all`: field -> value of each where it differs from the default.
         check: Raises NaoGaitError, before any work, for what the suite cannot do.
         applies: Whether `all` runs it with these options.
+        gait: Whether a preset and parameters of the gait may be given; without, each robot walks
+            with its own preset.
     """
 
     name: str
@@ -54,10 +54,10 @@ class Suite:
     measure: Callable[[Any], SuiteResult]
     options: type[BenchOptions] = BenchOptions
     takes: tuple[str, ...] = ()
-    gait: bool = True
     quick: tuple[Mapping[str, Any], ...] = ({},)
     check: Callable[[Any], object] = lambda options: None
     applies: Callable[[Any], bool] = lambda options: True
+    gait: bool = True
 
     def __post_init__(self) -> None:
         fields = declared(self.options)
