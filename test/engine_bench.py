@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import TASKS
+from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.types import FloatArray
@@ -120,6 +120,6 @@ class UrdfModel:
 
 def walked(task: str, engine: str, plant: str = "reference", robot: int = 0) -> float:
     """[m/s] in the commanded direction, over 3 s at full command; NaN after a fall."""
-    spec = RolloutSpec(TASKS[task].lasting(3.0), robot_seed=robot, engine=engine, plant=plant)
+    spec = RolloutSpec(find_task(task).lasting(3.0), robot_seed=robot, engine=engine, plant=plant)
     metrics = rollout(spec).metrics
     return math.nan if metrics.fell else math.copysign(1.0, spec.task.asked) * metrics.speed_x

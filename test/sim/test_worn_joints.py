@@ -243,5 +243,7 @@ def test_the_worn_plant_stands(robot: RobotDescription) -> None:
 
 
 @pytest.mark.usefixtures("mujoco_only")
-def test_the_walk_bears_the_worn_plant() -> None:
-    assert walked("forward", "mujoco", "worn") > 0.2
+@pytest.mark.parametrize("number", range(3))
+def test_the_walk_bears_the_worn_plant(number: int) -> None:
+    """At the full speed of worn joints; at that of sound ones some robots fall on them."""
+    assert walked("forward=33", "mujoco", "worn", number) > 0.3
