@@ -2,9 +2,9 @@
 
 Every preset but `nao_v6` walks a short course of commands with a push, and every motion of a robot
 that begins from a stand, the front or the back runs once, in each engine; in MuJoCo, every fault of
-the gait disturbs one walk. Hashed are the motion itself (joints,
-torso, motor torques) and the gait's own estimates (odometry, CoM), so that a refactoring can show
-that it changed nothing, and a figure can say which walk it was measured on.
+the gait disturbs one walk. Hashed are the motion itself (joints, torso, motor torques) and the
+gait's own estimates (odometry, CoM), so that a refactoring can show that it changed nothing, and a
+figure can say which walk it was measured on.
 """
 
 import hashlib

@@ -24,8 +24,8 @@ from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 BALL_DECELERATION = 0.3
 """[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
 PASSING = 0.06
-"""[m] by which paths pass nearer to a robot than `kept_apart` allows; the speed limit keeps the
-rest."""
+"""[m] by which a path may pass nearer to a robot than `kept_apart` allows; the speed limit then
+keeps the robot off."""
 AT_BALL = 0.4
 """[m] A nearer ball is played."""
 CONTESTED = 0.5

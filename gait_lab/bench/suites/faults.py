@@ -52,7 +52,7 @@ def check(options: Options) -> None:
         load_robot(options.urdf), DEFAULT
     ):
         allowed = f"those of the robot's own preset in the scope {options.scope}"
-        raise NaoGaitError("parameters of the gait", "--preset or --set", allowed)
+        raise NaoGaitError("preset or set", "other parameters", allowed)
     if options.scope == "robot" and options.plant_options:
         name, value = options.plant_options[0]
         raise NaoGaitError("plant-set", f"{name}={value}", "nothing in the scope robot")
