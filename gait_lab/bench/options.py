@@ -128,6 +128,12 @@ def option(
     return dataclasses.field(default=default, metadata={_KEY: made})
 
 
+def keep_option() -> Any:
+    """A field for the file of finished runs (`gait_lab.trials.kept`)."""
+    text = "file of finished runs: those in it are not run again, others are added"
+    return option("", text, "FILE", flags=("--keep",))
+
+
 @dataclass(frozen=True)
 class BenchOptions:
     """What a suite runs on. The text of each option is its meaning.

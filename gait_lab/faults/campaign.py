@@ -1,6 +1,7 @@
 """Fault campaign: runs of one fault on one robot each, and their outcomes."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -75,6 +76,13 @@ class FaultResult:
     explained: tuple[str, ...]
     fell_at: float | None
     down_known: bool
+
+    @classmethod
+    def restored(
+        cls, run: FaultRun, violations: list[str], explained: list[str], **values: Any
+    ) -> "FaultResult":
+        """The result with these fields, as JSON keeps them; raises TypeError."""
+        return cls(run, violations=tuple(violations), explained=tuple(explained), **values)
 
 
 def run_fault(run: FaultRun) -> FaultResult:

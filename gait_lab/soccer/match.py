@@ -4,6 +4,7 @@ import contextlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from gait_lab.soccer.channels import Channels, SilentReferee
 from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
@@ -92,6 +93,11 @@ class MatchResult:
     conflict: float
     wrong_half: int
     frames: list[Frame] = field(default_factory=list)
+
+    @classmethod
+    def restored(cls, spec: MatchSpec, goals: list[list[Any]], **values: Any) -> "MatchResult":
+        """The result with these fields, as JSON keeps them; raises TypeError."""
+        return cls(spec, goals=[Goal(*goal) for goal in goals], **values)
 
     @property
     def own_goals(self) -> int:

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from gait_lab.trials.kept import KeptResults
 from nao_lipm_gait.errors import NaoGaitError
 
 
@@ -28,6 +29,7 @@ def parallel_map(
     label: str = "rollouts",
     show: bool = True,
     note: Callable[[Any], str] | None = None,
+    kept: KeptResults | None = None,
 ) -> list[Any]:
     """Call `function` with every item, over all cores, with a progress bar.
 
@@ -40,6 +42,7 @@ def parallel_map(
         label: Label of the progress bar.
         show: Show the progress bar on a terminal.
         note: A short text about a result, for the progress bar.
+        kept: File of finished results: what is in it is not run again, others are added.
 
     Returns:
         The results in the order of the items.
@@ -48,18 +51,24 @@ def parallel_map(
     from tqdm import tqdm
 
     items = list(items)
-    processes = min(workers(jobs), max(1, len(items)))
+    results = [kept.result(item) if kept else None for item in items]
+    open_items = [place for place, result in enumerate(results) if result is None]
+    processes = min(workers(jobs), max(1, len(open_items)))
     done: Iterable[Any]
     if processes == 1:
-        done = map(function, items)
+        done = (function(items[place]) for place in open_items)
     else:
         # Not unordered: joblib has that from 1.4 on, Ubuntu 24.04 ships 1.3.
         parallel = Parallel(n_jobs=processes, return_as="generator")
-        done = parallel(delayed(function)(item) for item in items)
-    results = []
-    with tqdm(total=len(items), desc=label, disable=None if show else True, leave=False) as bar:
-        for result in done:
-            results.append(result)
+        done = parallel(delayed(function)(items[place]) for place in open_items)
+    finished = len(items) - len(open_items)
+    with tqdm(
+        total=len(items), initial=finished, desc=label, disable=None if show else True, leave=False
+    ) as bar:
+        for place, result in zip(open_items, done, strict=True):
+            results[place] = result
+            if kept is not None:
+                kept.add(items[place], result)
             if note is not None:
                 bar.set_postfix_str(note(result), refresh=False)
             bar.update()

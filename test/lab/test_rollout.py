@@ -2,16 +2,19 @@
 
 import dataclasses
 import itertools
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gait_lab.analysis.trace import Recorder, Trace
+from gait_lab.trials.kept import KeptResults
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout, run_all
 from gait_lab.trials.tasks import Task, find_task, walk
 from gait_lab.trials.trial import Push, TimedCommands, run
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_lipm_gait.types import (
@@ -139,6 +142,48 @@ def _square(value: int) -> int:
 
 def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
     assert parallel_map(_square, range(7), jobs=2, show=False) == [n * n for n in range(7)]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Squared:
+    number: int
+    square: int
+
+
+_RUN: list[int] = []
+
+
+def _squared(number: int) -> _Squared:
+    _RUN.append(number)
+    return _Squared(number, number * number)
+
+
+def test_a_finished_run_is_not_run_again(tmp_path: Path) -> None:
+    file = tmp_path / "runs.jsonl"
+    _RUN.clear()
+    for last in (3, 5):
+        kept = KeptResults(str(file), _Squared)
+        found = parallel_map(_squared, range(last), jobs=1, show=False, kept=kept)
+        assert found == [_Squared(n, n * n) for n in range(last)]
+    assert _RUN == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("text", ["nonsense", "[]", '{"square": 4}'])
+def test_a_file_that_holds_no_finished_runs_is_refused_in_one_line(
+    tmp_path: Path, text: str
+) -> None:
+    file = tmp_path / "runs.jsonl"
+    file.write_text(text + "\n")
+    with pytest.raises(NaoGaitError, match="finished runs") as error:
+        KeptResults(str(file), _Squared)
+    assert "\n" not in str(error.value)
+
+
+def test_a_finished_run_of_another_kind_is_refused(tmp_path: Path) -> None:
+    file = str(tmp_path / "runs.jsonl")
+    KeptResults(file, _Squared).add(2, _Squared(2, 4))
+    with pytest.raises(NaoGaitError, match="keep"):
+        KeptResults(file, GaitStatus).result(2)
     task = dataclasses.replace(SHORT, start=3.0, end=3.5)
     specs = [RolloutSpec(task, robot_seed=seed) for seed in (0, 1)]
     together = run_all(specs, jobs=2, show=False)

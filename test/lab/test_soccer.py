@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from gait_lab.soccer import match_store
 from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
@@ -16,6 +15,7 @@ from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.scenes import SceneSpec, play_scene
 from gait_lab.soccer.solo import SoloSpec, solo
 from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
+from gait_lab.trials.kept import KeptResults
 from gait_lab.trials.kick import KickResult, KickSpec
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import GETTING_UP
@@ -135,29 +135,18 @@ def test_the_written_table_of_kicks_can_be_read(tmp_path: Path) -> None:
     assert (left.direction, right.direction) == (0.02, -0.02)
 
 
-def test_a_finished_match_is_not_played_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    played = []
-
-    def play(spec: MatchSpec) -> MatchResult:
-        played.append(spec.seed)
-        goals = [Goal(40.5, "red", "red2", False), Goal(80.0, "blue", "red1", True)]
-        score = {"red": 1, "blue": 1}
-        return MatchResult(spec, score, goals, 300.0, {"red1": 2}, 3, 25, 900, 0.98, 0.4, 0)
-
-    monkeypatch.setattr(match_store, "play_match", play)
-    file = str(tmp_path / "matches.jsonl")
+def test_a_finished_match_is_not_played_again(tmp_path: Path) -> None:
+    goals = [Goal(40.5, "red", "red2", False), Goal(80.0, "blue", "red1", True)]
     spec = MatchSpec(seed=3, frames=False)
-    first = match_store.play_or_recall(spec, file)
-    assert match_store.play_or_recall(spec, file) == first
-    match_store.play_or_recall(replace(spec, seed=4), file)
-    match_store.play_or_recall(replace(spec, loss=0.3), file)
-    assert played == [3, 4, 3]
-    Path(file).write_text("nonsense\n")
-    with pytest.raises(NaoGaitError, match="finished matches") as error:
-        match_store.play_or_recall(spec, file)
-    assert "\n" not in str(error.value)
+    result = MatchResult(
+        spec, {"red": 1, "blue": 1}, goals, 300.0, {"red1": 2}, 3, 25, 900, 0.98, 0.4, 0
+    )
+    file = str(tmp_path / "matches.jsonl")
+    KeptResults(file, MatchResult.restored).add(spec, result)
+    kept = KeptResults(file, MatchResult.restored)
+    assert kept.result(spec) == result
+    assert kept.result(replace(spec, seed=4)) is None
+    assert kept.result(replace(spec, loss=0.3)) is None
 
 
 def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_others() -> None:

@@ -7,12 +7,13 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.options import BenchOptions, keep_option, option
 from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.faults.campaign import FELL, VIOLATED, FaultResult, FaultRun
 from gait_lab.faults.scopes import SCOPES, Scope
+from gait_lab.trials.kept import KeptResults
 from gait_lab.trials.parallel import parallel_map
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import DEFAULT, preset_for
@@ -35,6 +36,7 @@ class Options(BenchOptions):
     faults: tuple[str, ...] = option(
         (), "only this class, e.g. imu_outage", "NAME", flags=("--fault",)
     )
+    keep: str = keep_option()
 
 
 def classes_of(scope: Scope, names: Sequence[str]) -> tuple[str, ...]:
@@ -82,6 +84,7 @@ def faults(options: Options) -> SuiteResult:
     verdicts = parallel_map(
         scope.run, runs_of(options), jobs=options.jobs, show=options.show, label="faults",
         note=lambda verdict: f"{verdict.run.fault}: {verdict.outcome}",
+        kept=KeptResults(options.keep, FaultResult.restored) if options.keep else None,
     )  # fmt: skip
     by_class: dict[str, list[FaultResult]] = {}
     for verdict in verdicts:

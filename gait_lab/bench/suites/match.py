@@ -2,13 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from functools import partial
 
-from gait_lab.bench.options import BenchOptions, option
+from gait_lab.bench.options import BenchOptions, keep_option, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.soccer.match import MatchResult, MatchSpec, play_match
-from gait_lab.soccer.match_store import play_or_recall
+from gait_lab.trials.kept import KeptResults
 from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
 
@@ -28,9 +27,7 @@ class Options(BenchOptions):
         0.0, "the referee is not heard for this time [s] of the first half", "T", minimum=0.0
     )
     red_alone: bool = option(False, "team red plays without roles")
-    keep: str = option(
-        "", "file of finished matches: those in it are not played again, others are added", "FILE"
-    )
+    keep: str = keep_option()
 
 
 def matches(options: Options) -> SuiteResult:
@@ -50,10 +47,10 @@ def matches(options: Options) -> SuiteResult:
         )
         for seed in options.seeds
     ]
-    play = partial(play_or_recall, file=options.keep) if options.keep else play_match
     results: list[MatchResult] = parallel_map(
-        play, specs, jobs=options.jobs, label="matches", show=options.show, note=_note
-    )
+        play_match, specs, jobs=options.jobs, label="matches", show=options.show, note=_note,
+        kept=KeptResults(options.keep, MatchResult.restored) if options.keep else None,
+    )  # fmt: skip
     count = len(results)
     minutes = sum(result.seconds for result in results) / 60.0
     robots = len(results[0].falls)

@@ -1,0 +1,76 @@
+"""Finished runs in a file, so that a long series can be done in several goes.
+
+One line of JSON for each run: the hash of what it depends on, and what came of it. Lines are only
+added, so files of several machines can be joined. The file does not know the code: begin a new one
+when behaviour has changed.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from nao_lipm_gait.errors import NaoGaitError
+
+_KEY = "run"
+
+
+class KeptResults:
+    """The file of finished runs.
+
+    Args:
+        path: The file; it need not exist.
+        restore: Makes the result of a run, `restore(item, **values)`. The values are the fields of
+            the result but its first, which is the run itself, as JSON keeps them.
+
+    Raises:
+        NaoGaitError: The file cannot be read.
+    """
+
+    def __init__(self, path: str, restore: Callable[..., Any]) -> None:
+        self._path = Path(path)
+        self._restore = restore
+        self._lines: dict[str, Mapping[str, Any]] = {}
+        if not self._path.exists():
+            return
+        try:
+            for line in self._path.read_text(encoding="utf-8").splitlines():
+                values = json.loads(line)
+                self._lines[values.pop(_KEY)] = values
+        except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
+            allowed = f"a file of finished runs ({type(error).__name__}: {error})"
+            raise NaoGaitError("keep", path, allowed) from error
+
+    def result(self, item: Any) -> Any:
+        """The result of a run; None if it is not finished. Raises NaoGaitError."""
+        values = self._lines.get(_key(item))
+        if values is None:
+            return None
+        try:
+            return self._restore(item, **values)
+        except TypeError as error:
+            allowed = f"a file of finished runs like the ones asked for ({error})"
+            raise NaoGaitError("keep", str(self._path), allowed) from error
+
+    def add(self, item: Any, result: Any) -> None:
+        """Write the result of a run, a dataclass whose first field is the run itself.
+
+        Raises:
+            NaoGaitError: The file cannot be written.
+        """
+        values = {each.name: getattr(result, each.name) for each in fields(result)[1:]}
+        text = json.dumps({_KEY: _key(item), **values})
+        try:
+            with self._path.open("ab", buffering=0) as out:  # one write: lines do not mix
+                out.write(text.encode() + os.linesep.encode())
+        except OSError as error:
+            raise NaoGaitError(
+                "keep", str(self._path), f"a file that can be written ({error})"
+            ) from error
+
+
+def _key(item: Any) -> str:
+    return hashlib.sha256(repr(item).encode()).hexdigest()[:16]
