@@ -55,10 +55,12 @@ ROLL_ERROR_AHEAD, ROLL_ERROR_BACK, ROLL_ERROR_SIDEWAYS = 0.08, 0.04, 0.1
 """Additional systematic error of the roll per speed squared [rad s^2/m^2], ..."""
 ROLL_ERROR_IN_TURNS = 0.002
 """... and per turning rate [rad s/rad]."""
-BETTER, BETTER_IN_TURNS, FAST_TURN = 0.25, 1.0, 1.0
+BETTER, BETTER_ON_EDGES = 0.25, 1.0
 """Deviation of a value as a share of a measurement's constant error below which the measurement
-does not correct it; the second one above the turning rate [rad/s], where soles stand on their edges
-and the measured tilt follows the one that is applied."""
+does not correct it; the second one where soles stand on their edges, so that the measured tilt
+follows the one that is applied: ..."""
+FAST_TURN, FAST_SIDEWAYS = 1.0, 0.1
+"""... above this turning rate [rad/s], and for the roll also above this speed sideways [m/s]."""
 LASTING = 0.7
 """Deviation as a share of that error below which no measurement brings it: learning never ends."""
 KNOWN_SIGMA = 0.012
@@ -337,7 +339,7 @@ class SoleLevelling:
         moved_x = springs.pitch * (zmp_x - last_zmp[0])
         moved_y = springs.roll * (zmp_y - last_zmp[1] - 2.0 * side * springs.center_y)
         self._measurements += 1
-        better = BETTER_IN_TURNS if abs(turn) > FAST_TURN else BETTER
+        better = BETTER_ON_EDGES if abs(turn) > FAST_TURN else BETTER
         # An error of the softness is the same in every step.
         softer = sqrt(softness.variance)
         left = self._pitch.value - self.applied_pitch
@@ -350,6 +352,8 @@ class SoleLevelling:
         error += (ROLL_ERROR_AHEAD if vx > 0.0 else ROLL_ERROR_BACK) * vx * vx
         error += ROLL_ERROR_SIDEWAYS * vy * vy
         error += ROLL_ERROR_IN_TURNS * abs(turn)
+        if abs(vy) > FAST_SIDEWAYS:
+            better = BETTER_ON_EDGES
         self._roll.correct(tick.roll - expected, side, _variance(left), error, better)
 
     def _learn_softness(self, ticks: Sequence[_Tick], dt: float) -> None:

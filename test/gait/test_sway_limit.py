@@ -19,8 +19,11 @@ LIMIT = 0.002
 FAST = VelocityCommand(0.4, 0.0, 0.0)
 
 
-def swaying(limit: SwayLimit, deviation: float, seconds: float, offset: float = 0.0) -> None:
+def swaying(
+    limit: SwayLimit, deviation: float, seconds: float, offset: float = 0.0, forward: float = 1.0
+) -> None:
     """A sway of 2.5 Hz, as that of the steps; its standard deviation and its mean [m]."""
+    limit.watch(forward)
     for tick in range(round(seconds / DT)):
         swing = math.sqrt(2.0) * deviation * math.sin(math.tau * 2.5 * tick * DT)
         limit.update(offset + swing, DT)
@@ -58,6 +61,30 @@ def test_the_first_steps_do_not_count() -> None:
     assert limit.share == 1.0
 
 
+def test_the_sway_of_steps_that_are_short_forward_does_not_count() -> None:
+    limit = SwayLimit(LIMIT)
+    swaying(limit, 5.0 * LIMIT, 4.0, forward=0.0)
+    assert limit.share == 1.0
+    swaying(limit, 5.0 * LIMIT, START_TIME - 2 * DT)  # nor do the first long ones after them
+    assert limit.share == 1.0
+    swaying(limit, 5.0 * LIMIT, 1.0)
+    assert limit.share < 1.0
+
+
+def test_a_share_is_taken_back_while_strides_are_short() -> None:
+    limit = SwayLimit(LIMIT)
+    swaying(limit, 5.0 * LIMIT, 4.0)
+    swaying(limit, 5.0 * LIMIT, 8.0, forward=0.0)
+    assert limit.share == pytest.approx(SHARE_MIN + 8.0 / RECOVERY_TIME, abs=0.01)
+
+
+def test_strides_that_were_shortened_most_are_still_watched() -> None:
+    limit = SwayLimit(LIMIT)
+    swaying(limit, 5.0 * LIMIT, 4.0)
+    swaying(limit, 5.0 * LIMIT, 4.0, forward=SHARE_MIN)
+    assert limit.share == SHARE_MIN
+
+
 def test_off_is_off() -> None:
     limit = SwayLimit(0.0)
     swaying(limit, 0.1, 4.0)
@@ -92,3 +119,17 @@ def test_a_walk_that_sways_takes_shorter_steps() -> None:
 def test_steps_to_the_side_and_turns_are_not_limited() -> None:
     for command in (VelocityCommand(0.0, 0.2, 0.0), VelocityCommand(0.0, 0.0, 1.5)):
         assert walked(0.008, command).reserve < walked(0.0, command).reserve + 0.05
+
+
+def test_a_walk_that_swayed_to_the_side_walks_fast_forward_afterwards() -> None:
+    def forward_after(sway: float) -> float:
+        walk = LipmWalk(GaitParameters(), DT)
+        walk.start(VelocityCommand(0.0, 0.2, 0.0))
+        for tick in range(1200):
+            x, y = walk.expect().com_in_q
+            beside = tick < 600
+            walk.observe(x, y + (sway * math.sin(math.tau * 1.25 * tick * DT) if beside else 0.0))
+            walk.plan(VelocityCommand(0.0, 0.2, 0.0) if beside else FAST)
+        return walk.step_size[0]
+
+    assert forward_after(0.008) == pytest.approx(forward_after(0.0), rel=0.02)

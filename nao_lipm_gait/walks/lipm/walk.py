@@ -297,6 +297,8 @@ class LipmWalk:
         if forward_share > self._sway.share:
             wanted = wanted.scaled(self._sway.share / forward_share)
         self._stride = approach(self._stride, wanted, p)
+        forward_share, _, _ = self._stride.used_shares(p)
+        self._sway.watch(forward_share)
         self._wanted_step = None
         self._reserve = 1.0 - limit_share(self._stride, p)
         self._passing = passing_speed(self._stride, p)

@@ -3,7 +3,8 @@
 A walk that is about to fall often sways to the sides for a second or two before: on a hard floor,
 or on soles that are not level, long steps make more sway than the next steps take out. The sway
 shows in the innovation of the CoM to the side, which varies by a millimetre in a calm walk. The
-walk then uses less of its step limit forward, and takes it back slowly.
+walk then uses less of its step limit forward, and takes it back slowly. Steps to the side and turns
+sway more, and shorter strides forward would not change that: only long strides forward are watched.
 """
 
 from math import sqrt
@@ -11,9 +12,11 @@ from math import sqrt
 SWAY_TIME = 0.5
 """Averaging time [s] of the sway, about two steps."""
 START_TIME = 1.0
-"""[s] The first steps from a stand always sway."""
+"""[s] The first steps from a stand, or after another direction, always sway."""
 SHARE_MIN = 0.4
 """Smallest share of the step limit."""
+WATCHED_SHARE = 0.35
+"""Share of the step limit from which on strides are watched: below the smallest one that is left."""
 GAIN = 0.6
 """Share that is given up per relative excess of the sway."""
 RECOVERY_TIME = 40.0
@@ -32,6 +35,7 @@ class SwayLimit:
 
     def __init__(self, limit: float) -> None:
         self.share = 1.0
+        self._watched = False
         self.set_limit(limit)
         self.begin()
 
@@ -45,6 +49,13 @@ class SwayLimit:
         """Begin a walk; the share that was found stays."""
         self._mean = self._square = self._time = 0.0
 
+    def watch(self, forward_share: float) -> None:
+        """A step begins that uses this share of the step limit forward."""
+        watched = forward_share > WATCHED_SHARE
+        if watched and not self._watched:
+            self.begin()
+        self._watched = watched
+
     def update(self, innovation: float, dt: float) -> None:
         """One tick.
 
@@ -54,6 +65,10 @@ class SwayLimit:
         """
         if self._limit <= 0.0:
             return
+        taken_back = min(1.0, self.share + dt / RECOVERY_TIME)
+        if not self._watched:
+            self.share = taken_back
+            return
         self._time += dt
         part = dt / min(self._time, SWAY_TIME)
         self._mean += part * (innovation - self._mean)
@@ -62,4 +77,4 @@ class SwayLimit:
             return
         sway = sqrt(max(0.0, self._square - self._mean * self._mean))
         allowed = max(SHARE_MIN, 1.0 - GAIN * max(0.0, sway / self._limit - 1.0))
-        self.share = min(allowed, self.share + dt / RECOVERY_TIME)
+        self.share = min(allowed, taken_back)
