@@ -16,7 +16,7 @@ START_TIME = 1.0
 SHARE_MIN = 0.4
 """Smallest share of the step limit."""
 WATCHED_SHARE = 0.35
-"""Share of the step limit from which on strides are watched: below the smallest one that is left."""
+"""Share of the step limit from which on strides are watched; below the smallest that is left."""
 GAIN = 0.6
 """Share that is given up per relative excess of the sway."""
 RECOVERY_TIME = 40.0
