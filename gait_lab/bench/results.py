@@ -2,8 +2,8 @@
 
 A section is one run of a suite. Its file holds the commit, the command, the rows, the tables and
 the fingerprints of the walks that the figures depend on. A finished section of the same commit,
-command and fingerprints is not run again, so an interrupted run continues where it stopped. The
-page is written from the files alone.
+command and fingerprints is not run again, and a campaign keeps its finished runs in `KEPT`, so an
+interrupted run continues where it stopped. The page is written from the files alone.
 """
 
 import hashlib
@@ -11,13 +11,14 @@ import json
 import subprocess
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import gait_lab
 from gait_lab.bench.figures import crossing_figure, delay_figure, push_figure, speed_figure
 from gait_lab.bench.fingerprint import Fingerprint, fingerprints_of
+from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.published import PUBLISHED_NOTE
 from gait_lab.bench.result import Column, Table
 from gait_lab.bench.suite import Run, find_suite, plan
@@ -30,6 +31,8 @@ from nao_lipm_gait.presets import preset_for
 ROOT = Path(gait_lab.__file__).resolve().parents[1]
 CODE = ("config", "gait_lab", "lola_bridge", "nao_lipm_gait", "nao_soccer", "sim_bridge", "urdf")
 """What the figures depend on; other files may change without making a result old."""
+KEPT = ROOT / "build" / "results"
+"""Finished runs of the campaigns."""
 REPORTED = {"robots": 20, "seed": 40, "engine": "mujoco"}
 """Robots 40 to 59. The parameters were chosen on robots 0 to 39."""
 WALK = "mujoco/walk/default"
@@ -282,11 +285,12 @@ def measure(options: ResultsOptions, out: Callable[[str], None] = print) -> None
             continue
         out(f"{label}: {command}")
         began = time.monotonic()
-        result = run.suite.measure(run.options)
+        result = run.suite.measure(_resumed(run, head))
         took = time.monotonic() - began
         times.append((section.name, took))
         content = {
-            **head, "title_of_run": result.title, "of_this_machine": section.of_this_machine,
+            **head, "took": round(took, 1), "title_of_run": result.title,
+            "of_this_machine": section.of_this_machine,
             "tables": [table.as_dict() for table in result.tables], "notes": list(result.notes),
             "rows": result.as_rows(run.suite.name, run.options),
         }  # fmt: skip
@@ -301,6 +305,18 @@ def measure(options: ResultsOptions, out: Callable[[str], None] = print) -> None
         rows = [*times, ("all", sum(took for _, took in times))]
         out(Table((Column("section"), Column("took", "s", 0)), rows).text())
     out(f"wrote {options.docs / 'results.md'}")
+
+
+def _resumed(run: Run, head: Mapping[str, Any]) -> BenchOptions:
+    """The options of a run, with the file of its finished runs if it is a campaign."""
+    if "keep" not in run.suite.taken:
+        return run.options
+    parts = (head["commit"], head["changes"], head["command"], head["fingerprints"])
+    name = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:12]
+    KEPT.mkdir(parents=True, exist_ok=True)
+    file = KEPT / f"{head['section']}-{name}.jsonl"
+    options: BenchOptions = replace(run.options, keep=str(file))  # type: ignore[call-arg]
+    return options
 
 
 def _is_finished(file: Path, head: Mapping[str, Any], found: Mapping[str, Fingerprint]) -> bool:
@@ -380,6 +396,7 @@ def write_page(docs: Path) -> Path:
     for section in SECTIONS:
         if section.name in contents:
             parts += _section(section, contents[section.name], docs, commits[:1])
+    parts += _took(contents.values())
     page = docs / "results.md"
     page.parent.mkdir(parents=True, exist_ok=True)
     page.write_text("\n".join(parts), encoding="utf-8")
@@ -410,6 +427,16 @@ def _section(
     parts += [f"- {note.replace('<', '&lt;')}" for note in notes]
     parts.append(f"\n```\n{content['command']}\n```\n")
     return parts
+
+
+def _took(contents: Iterable[Mapping[str, Any]]) -> list[str]:
+    rows = [(content["title"], content["took"]) for content in contents if "took" in content]
+    if not rows:
+        return []
+    rows.append(("all of these", sum(took for _, took in rows)))
+    table = Table((Column("section"), Column("took", "s", 0)), rows)
+    text = "Seconds on the machine that measured it.\n"
+    return ["## What took how long\n", text, table.text(markdown=True) + "\n"]
 
 
 def _images(docs: Path) -> Path:

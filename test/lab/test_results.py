@@ -127,6 +127,7 @@ def test_each_file_and_the_page_say_how_they_came_about(bench: Bench, tmp_path: 
     assert "| 40.0 |" in " ".join(page.split())
     assert "- |a| &lt; b" in page
     assert page.index("## One") < page.index("nao_gait bench one") < page.index("## Two")
+    assert page.index("## Two") < page.index("## What took how long")
 
 
 def test_a_finished_section_is_not_run_again(bench: Bench, tmp_path: Path) -> None:
@@ -139,6 +140,25 @@ def test_a_finished_section_is_not_run_again(bench: Bench, tmp_path: Path) -> No
     assert bench.ran == ["two", "one", "one"]
     page = (tmp_path / "results.md").read_text()
     assert "Measured at commit `aaaaaaaaaaaa`" in page, "two is still of the other commit"
+
+
+def test_an_interrupted_campaign_goes_on_with_its_finished_runs(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mujoco")
+    campaign = Section("faults", "Faults", "faults", {"runs": 2, "faults": ("silence",)})
+    monkeypatch.setattr(results, "SECTIONS", (campaign,))
+    monkeypatch.setattr(results, "KEPT", tmp_path / "kept")
+    run(tmp_path, jobs=1)
+    content = json.loads((tmp_path / "results" / "faults.json").read_text())
+    assert "--keep" not in content["command"]
+    (tmp_path / "results" / "faults.json").unlink()
+    monkeypatch.setattr("gait_lab.faults.campaign.make_pair", None)  # a run would fail
+    run(tmp_path, jobs=1)
+    assert json.loads((tmp_path / "results" / "faults.json").read_text())["rows"] == content["rows"]
+    bench.code = replace(CODE, commit="b" * 40)
+    with pytest.raises(TypeError):  # of another commit: nothing is taken from before
+        run(tmp_path, jobs=1)
 
 
 def test_another_walk_makes_results_old_until_they_are_marked(bench: Bench, tmp_path: Path) -> None:
