@@ -1,15 +1,19 @@
-"""One player: what it perceives becomes a world state and a direction for its head.
+"""One player: what it perceives becomes a world state, a decision and a direction for its head.
 
-Behaviour stands between two calls: it reads the state and chooses a `HeadMode`.
-
-    player = Player(settings)
-    player.world.add_odometry(stamp, pose)
-    player.world.add_percepts(percepts)
-    state = player.state()
-    goal = player.look(HeadMode.AUTO)
+player = Player(settings, start)
+player.world.add_odometry(stamp, pose)
+player.world.add_percepts(percepts)
+decision = player.decide(behavior, body, now)
+goal = player.look(decision.action.head)
 """
 
+from dataclasses import replace
+
 from nao_lipm_gait.head.goals import Goal
+from nao_lipm_gait.types import Pose2
+from nao_soccer.behavior.mind import Decision
+from nao_soccer.behavior.player_behavior import PlayerBehavior
+from nao_soccer.behavior.situation import Body
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
@@ -21,23 +25,57 @@ class Player:
 
     Args:
         settings: Of the world model.
+        start: Pose in the field of its team at which it begins, and to which the referee puts it
+            with a penalty; None = not known.
 
     Attributes:
         world: Takes percepts, odometry, falls and team messages.
+        last_state: The last state of the world; None before the first odometry.
     """
 
-    def __init__(self, settings: WorldSettings) -> None:
+    def __init__(self, settings: WorldSettings, start: Pose2 | None = None) -> None:
         self.world = WorldModel(settings)
+        self.last_state: WorldState | None = None
         self._looking = Looking(self.world.map)
-        self._state: WorldState | None = None
+        self._start = start
+        self._was_penalized = False
+        self._begin_at_start()
 
     def state(self) -> WorldState | None:
         """The world at the time of the last odometry; None before the first."""
-        self._state = self.world.state()
-        return self._state
+        self.last_state = self.world.state()
+        return self.last_state
+
+    def decide(self, behavior: PlayerBehavior, body: Body, now: int) -> Decision | None:
+        """Decide by what the robot and its team mates see.
+
+        Args:
+            behavior: What decides; it has heard the referee and the team mates.
+            body: The robot's body.
+            now: Time [ns] of the robot's clock.
+
+        Returns:
+            The decision; None before the first odometry.
+        """
+        if behavior.take_late_start():
+            self.world.forget_place()
+        penalized = behavior.game.penalized
+        if self._was_penalized and not penalized:
+            self._begin_at_start()  # there the referee has put the robot
+        self._was_penalized = penalized
+        for mate in behavior.link.mates(now * 1e-9):
+            self.world.add_mate(mate)
+        state = self.state()
+        if state is None:
+            return None
+        return behavior.update(replace(state, stamp=now), body)
 
     def look(self, mode: HeadMode) -> Goal | None:
         """Where the head looks, by the last state; None leaves it to the gait."""
-        if self._state is None or not self._state.upright:
+        if self.last_state is None or not self.last_state.upright:
             return None
-        return self._looking.goal(mode, self._state)
+        return self._looking.goal(mode, self.last_state)
+
+    def _begin_at_start(self) -> None:
+        if self._start is not None:
+            self.world.start((self._start,))

@@ -211,7 +211,7 @@ class Match:
                     self.pitch.world.reset_robot(name)
                 except NaoGaitError:
                     return  # somebody stands there: it stays where it is
-                player.put_back(robot.pose)
+                player.put_back()
 
     def _frame(self, ticks: Sequence[Tick]) -> Frame:
         robots: dict[str, RobotFrame] = {}

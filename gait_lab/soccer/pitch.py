@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -82,16 +81,13 @@ class RobotPlayer(Policy):
 
     def _decide(self, time: float, tick: Tick) -> None:
         assert tick.status is not None
-        state = self.senses.state(self.behavior.link.mates(time))
-        if state is None:
+        player = self.senses.player
+        decision = player.decide(self.behavior, Body(tick.status.state), round(time * 1e9))
+        if decision is None or player.last_state is None:
             return
-        if self.behavior.take_late_start():
-            self.senses.player.world.forget_place()
-        state = replace(state, stamp=round(time * 1e9))
-        body = Body(tick.status.state)
-        self.estimated_pose = state.own.pose
-        self.decision = self.behavior.update(state, body)
-        action = self.decision.action
+        self.estimated_pose = player.last_state.own.pose
+        self.decision = decision
+        action = decision.action
         self._walk = action.walk
         if action.motion and action.motion != self._motion:
             try:
@@ -106,12 +102,11 @@ class RobotPlayer(Policy):
         if data is not None:
             self._pitch.tell(self._index, data, time)
 
-    def put_back(self, start: Pose2) -> None:
+    def put_back(self) -> None:
         """The referee has put the robot back to its start."""
         self.gait.reset()
         self.gait.request_stand()
         self._motion = ""
-        self.senses.restart(start)
 
 
 class Pitch:

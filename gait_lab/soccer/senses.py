@@ -20,7 +20,7 @@ from nao_soccer.field import Field, Goals
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind, Percepts
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import HeadMode, TeamMate, WorldState
+from nao_soccer.world.state import HeadMode
 from sim_bridge.robot import GroundTruth
 
 IMAGE_SIZE = (320, 240)
@@ -130,15 +130,9 @@ class Senses:
     """
 
     def __init__(self, team: str, settings: WorldSettings, eyes: Eyes, start: Pose2) -> None:
-        self.player = Player(settings)
-        self._team = team
+        self.player = Player(settings, in_field(start, team))
         self._eyes = eyes
         self._stamp: int | None = None
-        self.restart(start)
-
-    def restart(self, start: Pose2) -> None:
-        """The robot has been put to a pose of the world."""
-        self.player.world.start((in_field(start, self._team),))
 
     def step(
         self,
@@ -158,12 +152,6 @@ class Senses:
         for percepts in self._eyes.arrived(now, truth, ball, others):
             with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
                 world.add_percepts(percepts)
-
-    def state(self, mates: Sequence[TeamMate]) -> WorldState | None:
-        """The world model now; None before the first odometry."""
-        for mate in mates:
-            self.player.world.add_mate(mate)
-        return self.player.state()
 
     def look(self, mode: HeadMode, gait: Gait) -> None:
         """Turn the head."""

@@ -19,7 +19,6 @@ from nao_soccer.referee.rules import TEAM_NUMBERS
 from nao_soccer.ros.status_message import status_message
 from nao_soccer.team.message import PORT_BASE
 from nao_soccer.team.udp import LOCAL, UdpLink
-from nao_soccer.world.state import HeadMode, WorldState
 
 TEAM = node_parameter("team", "red", "the robot's team", choices=TEAMS)
 NUMBER = node_parameter("number", 1, "number of the player", minimum=1, maximum=20)
@@ -82,7 +81,6 @@ class BehaviorPart:
         self._decided: int | None = None
         self._returned = 0
         self._inputs = inputs
-        self._head = HeadMode.AUTO
         self._cmd_vel = node.create_publisher(Twist, "cmd_vel", 10)
         self._motions = node.create_publisher(String, "gait/motion", 10)
         self._report = node.create_publisher(DiagnosticArray, "behavior", 10)
@@ -93,9 +91,9 @@ class BehaviorPart:
         self._referee.close()
 
     @property
-    def penalized(self) -> bool:
-        """The referee makes the robot stand still; it may be put to another place meanwhile."""
-        return self._behavior.game.penalized
+    def body(self) -> Body:
+        """The body, by the last state of the gait."""
+        return self._body
 
     @property
     def behavior(self) -> PlayerBehavior:
@@ -124,13 +122,10 @@ class BehaviorPart:
                     text = f"{sender}: {error}; ignored"
                     self._inputs.warn(f"{sender} {error.field}", text)
 
-    def step(self, state: WorldState) -> HeadMode:
-        """Decide, command the gait, tell team mates and referee; what the head looks for."""
-        now = state.stamp
+    def act(self, decision: Decision, now: int) -> None:
+        """Command the gait, tell team mates and referee; `now` [ns] of the robot's clock."""
         self._decided = now
-        decision = self._behavior.update(state, self._body)
         action = decision.action
-        self._head = action.head
         self._cmd_vel.publish(_twist(action.walk))
         if action.motion and action.motion != self._motion:
             self._motions.publish(String(data=action.motion))
@@ -142,7 +137,6 @@ class BehaviorPart:
             self._returned = now
             self._referee.send(self._behavior.return_message())
             self._report.publish(self._diagnostics(now, decision))
-        return self._head
 
     def _diagnostics(self, now: int, decision: Decision) -> DiagnosticArray:
         behavior = self._behavior

@@ -54,22 +54,20 @@ class PlayerNode(Node):
         text = partial(of_type, kind=str)
         robot = used_as(URDF, load_robot, text(declare(self, URDF)))
         settings = used_as(SCENE, settings_of_scene, text(declare(self, SCENE)))
-        self._start = used_as(START, _pose, text(declare(self, START)))
+        start = used_as(START, _pose, text(declare(self, START)))
         seed = of_type(declare(self, SEED), int)
         goals = settings.goals or Goals()
         self._radius = settings.ball_radius
         self._player = Player(
             WorldSettings(
                 field=settings.field, goals=settings.goals, poles=settings.poles, seed=seed
-            )
+            ),
+            start,
         )
-        if self._start is not None:
-            self._player.world.start((self._start,))
         self._inputs = Inputs(self, burst=1)
         self._behavior = BehaviorPart(self, self._inputs, robot, settings.field, goals)
         self._images = convert.PerceptBuffer()
         self._reported = 0
-        self._was_penalized = False
         self._head: type[Goal] | None = None
         self._searched = 0
         self._make_publishers()
@@ -133,27 +131,17 @@ class PlayerNode(Node):
     # -- deciding ----------------------------------------------------------------------------------
 
     def _decide(self, now: int) -> None:
-        behavior = self._behavior
-        behavior.hear(now)
-        if behavior.behavior.take_late_start():
-            self._player.world.forget_place()
-        self._watch_penalty()
-        for mate in behavior.behavior.link.mates(now * 1e-9):
-            self._player.world.add_mate(mate)
-        state = self._player.state()
-        if state is None:
+        part = self._behavior
+        part.hear(now)
+        decision = self._player.decide(part.behavior, part.body, now)
+        state = self._player.last_state
+        if decision is None or state is None:
             return
-        self._turn_head(behavior.step(state), now)
+        part.act(decision, now)
+        self._turn_head(decision.action.head, now)
         if not 0 <= now - self._reported < REPORT_PERIOD:
             self._reported = now
             self._publish(state)
-
-    def _watch_penalty(self) -> None:
-        """A penalty ends at the start: there the referee has put the robot."""
-        penalized = self._behavior.penalized
-        if self._was_penalized and not penalized and self._start is not None:
-            self._player.world.start((self._start,))
-        self._was_penalized = penalized
 
     def _turn_head(self, mode: HeadMode, now: int) -> None:
         goal = self._player.look(mode)

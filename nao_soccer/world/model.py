@@ -168,7 +168,10 @@ class WorldModel:
         self._team.add(mate)
 
     def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
-        """The robot was put to one of these poses in `field`; see `Localization.start`."""
+        """The robot now is at one of these poses in `field`; see `Localization.start`."""
+        if (now := self._odometry.newest) is not None:
+            self._advance(now)  # or its way until now would count from there
+            self._waiting.clear()
         self.localization.start(poses, place, heading)
 
     def forget_place(self) -> None:

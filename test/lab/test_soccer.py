@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from gait_lab.soccer.abilities import AbilitySpec, play_ability
 from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.pitch import is_upright, practice
 from gait_lab.soccer.replay_page import write_replay
-from gait_lab.soccer.scenes import SceneSpec, play_scene
 from gait_lab.soccer.solo import SoloSpec, solo
 from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
 from gait_lab.trials.kept import KeptResults
@@ -48,7 +48,7 @@ def test_a_ball_before_a_foot_of_a_walking_robot_goes_straight_ahead(side: float
 
 def test_with_the_goal_behind_it_the_robot_scores_by_a_kick_backwards() -> None:
     """Fig. 10 of Friedmann et al.: it does not see the goal, but knows where it is."""
-    result = play_scene(SceneSpec(name="backheel", seed=3))
+    result = play_ability(AbilitySpec(name="backheel", seed=3))
     assert result.done, result.doing
 
 
@@ -66,7 +66,7 @@ def test_a_fallen_robot_that_is_put_back_stands_at_once() -> None:
                 assert ticks[0].status is not None
                 assert ticks[0].status.state is GETTING_UP
                 pitch.world.reset_robot(first.name)
-                player.put_back(first.pose)
+                player.put_back()
             if pitch.count > 560:
                 states.append(is_upright(ticks[0]))
             if pitch.count >= 700:
@@ -94,7 +94,7 @@ def test_a_match_begins_and_each_team_has_one_striker() -> None:
 
 def test_of_two_robots_at_the_ball_the_nearer_goes_on_and_the_other_steps_back() -> None:
     """Fig. 11 of Friedmann et al."""
-    result = play_scene(SceneSpec(name="two at the ball", seed=4))
+    result = play_ability(AbilitySpec(name="two at the ball", seed=4))
     assert result.done, result.doing
 
 

@@ -13,7 +13,7 @@ from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.motion.library import MotionLibrary, shipped_library
 from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import GaitState, PoseCovariance, VelocityCommand
+from nao_lipm_gait.types import GaitState, Pose2, PoseCovariance, VelocityCommand
 from nao_soccer.behavior import player_behavior
 from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.kicks import KickTable, load_kicks
@@ -32,10 +32,12 @@ from nao_soccer.behavior.walking import (
 )
 from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
-from nao_soccer.referee.protocol import ControlMessage, PlayerInfo, TeamInfo
+from nao_soccer.player import Player
+from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo
 from nao_soccer.team.message import NEVER, TeamMessage, decode
 from nao_soccer.team.role import Role
 from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import BallEstimate, HeadMode, Obstacle, PoseEstimate, WorldState
 
 SCENE = settings_of_scene("pitch_small")
@@ -575,9 +577,9 @@ def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> Non
 # -- what is missing -------------------------------------------------------------------------------
 
 
-def control(phase: Phase, packet: int = 1) -> bytes:
-    """A message of the referee."""
-    players = (PlayerInfo(), PlayerInfo())
+def control(phase: Phase, packet: int = 1, penalty: Penalty = Penalty.NONE) -> bytes:
+    """A message of the referee; the penalty is that of player 1 of team 1."""
+    players = (PlayerInfo(penalty), PlayerInfo())
     teams = (TeamInfo(1, 0, 0, 1200, 1, 1, players), TeamInfo(2, 0, 0, 1200, 0, 0, players))
     return ControlMessage(teams, phase, packet=packet).encode()
 
@@ -676,3 +678,29 @@ def test_only_who_begins_in_the_middle_of_a_half_does_not_know_its_place(
     assert not player.take_late_start(), "told once"
     player.hear_referee(control(Phase.PLAYING, packet=2), 1.0)
     assert not player.take_late_start()
+
+
+def test_a_player_takes_its_start_for_its_place_after_a_penalty() -> None:
+    start = (-1.5, 1.0, -1.5)
+    settings = WorldSettings(field=SCENE.field, goals=GOALS)
+    player, behavior = Player(settings, start), new_player(players=1)
+    stamp = 0
+
+    def place(*messages: bytes) -> Pose2:
+        nonlocal stamp
+        for data in messages:
+            behavior.hear_referee(data, stamp * 1e-9)
+        if player.last_state is not None:
+            player.decide(behavior, Body(), stamp)
+        for _ in range(50):
+            stamp += 10_000_000
+            player.world.add_odometry(stamp, (2e-9 * stamp, 0.0, 0.0))
+        assert player.decide(behavior, Body(), stamp) is not None
+        assert player.last_state is not None
+        return player.last_state.own.pose
+
+    assert math.dist(place(control(Phase.READY))[:2], start[:2]) == pytest.approx(1.0, abs=0.2)
+    away = place(control(Phase.PLAYING, 2), control(Phase.PLAYING, 3, Penalty.INCAPABLE))
+    assert math.dist(away[:2], start[:2]) == pytest.approx(2.0, abs=0.3)
+    back = place(control(Phase.PLAYING, 4))
+    assert math.dist(back[:2], start[:2]) == pytest.approx(1.0, abs=0.2), "one meter since then"

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.soccer.scenes import SCENES, SceneResult, SceneSpec, play_scene
+from gait_lab.soccer.abilities import ABILITIES, AbilityResult, AbilitySpec, play_ability
 from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
 
-NAMES = tuple(SCENES)
+NAMES = tuple(ABILITIES)
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Options(BenchOptions):
 def scenes(options: Options) -> SuiteResult:
     """Each robot plays each scene once."""
     specs = [
-        SceneSpec(
+        AbilitySpec(
             name=name,
             seed=seed,
             urdf=options.urdf,
@@ -36,8 +36,8 @@ def scenes(options: Options) -> SuiteResult:
         for name in options.scenes
         for seed in options.seeds
     ]
-    results: list[SceneResult] = parallel_map(
-        play_scene, specs, jobs=options.jobs, label="scenes", show=options.show, note=_note
+    results: list[AbilityResult] = parallel_map(
+        play_ability, specs, jobs=options.jobs, label="scenes", show=options.show, note=_note
     )
     rows: list[Measurement] = []
     lines = []
@@ -64,7 +64,7 @@ def scenes(options: Options) -> SuiteResult:
     return SuiteResult(tuple(rows), f"Scenes; {options.title}", (Table(columns, lines),), notes)
 
 
-def _note(result: SceneResult) -> str:
+def _note(result: AbilityResult) -> str:
     end = "done" if result.done else "not done"
     took = "" if result.seconds is None else f", {result.seconds:.1f} s"
     return f"{result.spec.name}, robot {result.spec.seed}: {end}{took}; {result.doing}"

@@ -1,4 +1,4 @@
-"""Scenes that show one ability each, alone or with a team mate, with percepts by the model.
+"""Abilities, one in each trial, alone or with a team mate, with percepts by the model.
 
 - `backheel`, Fig. 10 of Friedmann et al.: the goal is behind the robot, the ball at its heel. It
   sees neither, but knows its pose and has seen the ball. It scores by a kick backwards.
@@ -43,11 +43,11 @@ PAIR_PUSHED, PAIR_APART = 0.3, 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SceneSpec:
-    """One trial of a scene.
+class AbilitySpec:
+    """One trial of an ability.
 
     Attributes:
-        name: One of `SCENES`.
+        name: One of `ABILITIES`.
         seed: The individual and its percepts.
         urdf: The robot; None = the first one of the scene.
         engine: Physics engine.
@@ -61,28 +61,28 @@ class SceneSpec:
     plant: str | Plant = "reference"
 
 
-class SceneResult(NamedTuple):
+class AbilityResult(NamedTuple):
     """What came of it.
 
     Attributes:
         spec: The specification.
-        done: The robots did what the scene is about.
+        done: The robots did what the ability is.
         seconds: [s] that it took; None if they did not.
         doing: What they did, for reports.
     """
 
-    spec: SceneSpec
+    spec: AbilitySpec
     done: bool
     seconds: float | None
     doing: str
 
 
-def play_scene(spec: SceneSpec) -> SceneResult:
+def play_ability(spec: AbilitySpec) -> AbilityResult:
     """Run one trial."""
-    return SCENES[spec.name](spec)
+    return ABILITIES[spec.name](spec)
 
 
-def _backheel(spec: SceneSpec) -> SceneResult:
+def _backheel(spec: AbilitySpec) -> AbilityResult:
     with _pitch(spec, "pitch_small", HEEL_START) as pitch:
         pitch.world.put_ball(*HEEL_BALL)
         player = pitch.players[0]
@@ -102,7 +102,7 @@ def _backheel(spec: SceneSpec) -> SceneResult:
         path = () if player.decision is None else player.decision.path
     done = goal and len(kicks) == 1 and "backheel" in kicks[0]
     doing = ", ".join(kicks) or " > ".join(map(str, path))
-    return SceneResult(spec, done, time - HEEL_WAIT if goal else None, doing)
+    return AbilityResult(spec, done, time - HEEL_WAIT if goal else None, doing)
 
 
 def _show_ball(player: RobotPlayer, now: int, place: Pose2) -> None:
@@ -113,13 +113,13 @@ def _show_ball(player: RobotPlayer, now: int, place: Pose2) -> None:
     player.senses.player.world.add_percepts(percepts)
 
 
-def _pitch(spec: SceneSpec, name: str, *poses: Pose2) -> Pitch:
+def _pitch(spec: AbilitySpec, name: str, *poses: Pose2) -> Pitch:
     """The field of a scene with robots of one team."""
     scene = with_robots(load_scene(name), poses, urdf=spec.urdf, seed=spec.seed)
     return practice(scene, spec.seed, spec.engine, spec.plant)
 
 
-def _two_at_ball(spec: SceneSpec) -> SceneResult:
+def _two_at_ball(spec: AbilitySpec) -> AbilityResult:
     with _pitch(spec, "pitch_small", *PAIR) as pitch:
         pitch.world.put_ball(*PAIR_BALL)
         for _ in pitch.run(lambda _: None):
@@ -130,11 +130,11 @@ def _two_at_ball(spec: SceneSpec) -> SceneResult:
         roles = [player.behavior.role for player in pitch.players]
     done = roles == [Role.STRIKER, Role.SUPPORTER] and moved > PAIR_PUSHED and apart > PAIR_APART
     doing = f"{', '.join(roles)}; ball moved {moved:.2f} m, the other one at {apart:.2f} m"
-    return SceneResult(spec, done, time if done else None, doing)
+    return AbilityResult(spec, done, time if done else None, doing)
 
 
-SCENES: dict[str, Callable[[SceneSpec], SceneResult]] = {
+ABILITIES: dict[str, Callable[[AbilitySpec], AbilityResult]] = {
     "backheel": _backheel,
     "two at the ball": _two_at_ball,
 }
-"""The scenes by their names."""
+"""The abilities by their names."""
