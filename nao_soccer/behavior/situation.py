@@ -19,10 +19,9 @@ from nao_soccer.behavior.walking import (
 from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
+from nao_soccer.world.settings import BALL_DECELERATION
 from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 
-BALL_DECELERATION = 0.3
-"""[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
 PASSING = 0.06
 """[m] by which a path may pass nearer to a robot than `kept_apart` allows; the speed limit then
 keeps the robot off."""

@@ -6,6 +6,9 @@ from nao_lipm_gait import schema
 from nao_lipm_gait.schema import Settings, group, number
 from nao_soccer.field import Field, Goals, Pole
 
+BALL_DECELERATION = 0.3
+"""[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
+
 
 @attrs.frozen
 class WorldSettings(Settings):
@@ -24,4 +27,6 @@ class WorldSettings(Settings):
     heading_noise: float = number(
         0.06, 0.0, 1.0, "rad/m^0.5", "Deviation of the odometry's heading by the way."
     )
-    slowdown: float = number(0.3, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball.")
+    slowdown: float = number(
+        BALL_DECELERATION, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball."
+    )
