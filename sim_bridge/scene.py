@@ -68,7 +68,7 @@ class SceneRobot(Settings):
     name: str = schema.field(NAME, meaning="Name, under which its topics are.")
     team: str = schema.choice(TEAMS, "Team.", default=schema.REQUIRED)
     number: int = schema.number(
-        minimum=1, maximum=99, whole=True, meaning="Number of the player, unique in its team."
+        minimum=1, maximum=20, whole=True, meaning="Number of the player, unique in its team."
     )
     urdf: str = schema.text(
         meaning="Shipped name or file of the robot; a file may be beside the scene."
