@@ -161,7 +161,10 @@ INTRODUCTION = """\
 # Results
 
 Written by `nao_gait results` from the files in [results/](results). Each table is followed by the
-command that measures it again. {form}
+command that measures it again; `make bench ARGS="speed ..."` runs it with the compiled gait, which
+walks as the Python code does, to the bit. Physics and noise have seeds: the same walk gives the
+same figures. Results of earlier commits are kept while the reference walks are the same
+(`nao_gait fingerprint`). {form}
 
 - A *robot* is an individual drawn from the plant: joint zero errors, sensor biases, masses,
   friction, motor strength ([plants.md](plants.md)). Worst and median are over the robots. The
@@ -387,11 +390,12 @@ def write_page(docs: Path) -> Path:
     form += " is of commit {}."
     commits = [_commit(content) for content in contents.values() if not content["stale"]]
     form = form.format(f"`{commits[0]}`") if commits else ""
-    quick = [name for name, content in contents.items() if content["quick"]]
-    full = [name for name in contents if name not in quick]
+    quick = [content["title"] for content in contents.values() if content["quick"]]
+    full = [content["title"] for content in contents.values() if not content["quick"]]
     if quick:
-        scope = f"All but {', '.join(full)} are" if full else "This is"
+        scope = "All but these sections are" if full else "This is"
         form += f" {scope} the quick form: few robots, short windows."
+        form += f" In full: {', '.join(full)}." if full else ""
     parts = [INTRODUCTION.format(form=form.strip(), published=PUBLISHED_NOTE)]
     for section in SECTIONS:
         if section.name in contents:
@@ -435,7 +439,7 @@ def _took(contents: Iterable[Mapping[str, Any]]) -> list[str]:
         return []
     rows.append(("all of these", sum(took for _, took in rows)))
     table = Table((Column("section"), Column("took", "s", 0)), rows)
-    text = "Seconds on the machine that measured it.\n"
+    text = "Seconds of wall time, on the machine that measured it, with its other load.\n"
     return ["## What took how long\n", text, table.text(markdown=True) + "\n"]
 
 
