@@ -371,12 +371,12 @@ class GaitController:
             if self._gait.state in ON_THE_WAY:
                 self._gait.request_stand()
         else:
+            self._guard.restart()  # the robot may be anywhere
             self._restart_gait()
 
     def _restart_gait(self) -> None:
-        """Restart the gait; its next targets may be anywhere, and so may the robot be."""
+        """Restart the gait; its first targets may be anywhere, the guard leads there."""
         self._gait.restart()
-        self._guard.restart()
         self._gate.restart()
 
     # -- the tick ----------------------------------------------------------------------------------

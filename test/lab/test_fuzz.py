@@ -162,3 +162,8 @@ def test_lola_messages_change_no_limit() -> None:
     found = LolaFuzzer(0).run(1500)
     assert found.violations == ()
     assert 300 < found.refused < 1500
+
+
+def test_a_gait_that_starts_again_goes_on_from_its_last_targets() -> None:
+    """Parameters that need a restart, and a wrong angle of a joint in the next message."""
+    assert Fuzzer(124).run(2010).violations == ()
