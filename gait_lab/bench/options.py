@@ -131,7 +131,7 @@ def option(
 def keep_option() -> Any:
     """A field for the file of finished runs (`gait_lab.trials.kept`)."""
     text = "file of finished runs: those in it are not run again, others are added"
-    return option("", text, "FILE", flags=("--keep",))
+    return option("", text, "FILE")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Abilities, one in each trial, alone or with a team mate, with percepts by the model.
+"""Trials of one ability each, alone or with a team mate, with percepts by the model.
 
 - `backheel`, Fig. 10 of Friedmann et al.: the goal is behind the robot, the ball at its heel. It
   sees neither, but knows its pose and has seen the ball. It scores by a kick backwards.
@@ -66,7 +66,7 @@ class AbilityResult(NamedTuple):
 
     Attributes:
         spec: The specification.
-        done: The robots did what the ability is.
+        done: The robots showed the ability.
         seconds: [s] that it took; None if they did not.
         doing: What they did, for reports.
     """

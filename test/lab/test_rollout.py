@@ -142,6 +142,11 @@ def _square(value: int) -> int:
 
 def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
     assert parallel_map(_square, range(7), jobs=2, show=False) == [n * n for n in range(7)]
+    task = dataclasses.replace(SHORT, start=3.0, end=3.5)
+    specs = [RolloutSpec(task, robot_seed=seed) for seed in (0, 1)]
+    together = run_all(specs, jobs=2, show=False)
+    assert [result.spec.robot_seed for result in together] == [0, 1]
+    assert [result.metrics for result in together] == [rollout(spec).metrics for spec in specs]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -184,11 +189,6 @@ def test_a_finished_run_of_another_kind_is_refused(tmp_path: Path) -> None:
     KeptResults(file, _Squared).add(2, _Squared(2, 4))
     with pytest.raises(NaoGaitError, match="keep"):
         KeptResults(file, GaitStatus).result(2)
-    task = dataclasses.replace(SHORT, start=3.0, end=3.5)
-    specs = [RolloutSpec(task, robot_seed=seed) for seed in (0, 1)]
-    together = run_all(specs, jobs=2, show=False)
-    assert [result.spec.robot_seed for result in together] == [0, 1]
-    assert [result.metrics for result in together] == [rollout(spec).metrics for spec in specs]
 
 
 def test_the_ideal_plant_walks_with_the_preset_made_for_it() -> None:
