@@ -122,7 +122,7 @@ SECTIONS = (
             {**_FEW, "tasks": ("forward=20",), **_ONE_LOOP}),
     Section("loss", "Lost messages", "loss", quick={"robots": 3, "window": 10.0},
             walks=(WALK, "mujoco/fault/loss")),
-    Section("faults", "Faults in the middle of a walk", "faults", {"runs": 2000},
+    Section("faults", "Faults in the middle of a walk", "faults", {"runs": 10_000},
             {"runs": 56}, (WALK, "mujoco/fault/imu_outage", "mujoco/fault/frozen")),
     Section("faults_soccer", "Faults in the middle of a match", "faults", {"scope": "soccer"},
             {"runs": 4}),
