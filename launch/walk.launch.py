@@ -59,6 +59,7 @@ ARGUMENTS = (
     ("bias_wait", float, ("gait",), "longest stand until the gyro's bias is known [s] (20.0)"),
     ("hot_speed", float, ("gait",), "factor on the velocity while a motor is hot (1.0)"),
     ("sensor_age", bool, ("gait",), "measure the age of the sensors, not in lockstep (false)"),
+    ("coast", bool, ("gait",), "walk on while single messages are lost, not in lockstep (false)"),
     ("cmd_vel_timeout", float, ("gait",), "an older velocity command means stop [s] (0.5)"),
 )  # fmt: skip
 

@@ -74,13 +74,21 @@ class SensorCorrection:
     def sensed(self, frame: SensorFrame) -> SensorFrame:
         """The frame without the constant errors."""
         rate, force = frame.angular_velocity, frame.linear_acceleration
+        mean_rate = frame.mean_angular_velocity
         if self._imu is not None:
-            rate = np.array(rotate(self._imu, as_point(rate - self._gyro_bias)))
-            force = np.array(rotate(self._imu, as_point(force)))
+            rate = self._rotated(rate - self._gyro_bias)
+            force = self._rotated(force)
+            if mean_rate is not None:
+                mean_rate = self._rotated(mean_rate - self._gyro_bias)
         position = frame.joint_position + self._offset
         return SensorFrame(
-            frame.stamp, position, frame.joint_velocity, rate, force, frame.late, frame.lifted
-        )
+            frame.stamp, position, frame.joint_velocity, rate, force, frame.late, frame.lifted,
+            mean_rate,
+        )  # fmt: skip
+
+    def _rotated(self, vector: FloatArray) -> FloatArray:
+        """A vector (3,) of the IMU in the torso frame."""
+        return vector if self._imu is None else np.array(rotate(self._imu, as_point(vector)))
 
     def for_motors(self, position: FloatArray) -> FloatArray:
         """Joint targets (n,) [rad] as the motors take them."""

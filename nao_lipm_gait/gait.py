@@ -137,9 +137,10 @@ class Gait:
         self._head.rest()
         self._last_command = STANDSTILL
         self._last_position: FloatArray | None = None
-        self._sent: FloatArray | None = None
+        self._sent: FloatArray = self.robot.stand_pose
         self._targets: BodyTargets | None = None
         self._stamp: int | None = None
+        self._ahead = 0
         self._residual = 0.0
         self._clipped = 0
 
@@ -159,16 +160,19 @@ class Gait:
         # Constant errors of the sensors.
         frame = self._correction.sensed(frame)
 
-        # Control periods without a command: the robot moved on while frames were lost or late, and
-        # so does the pendulum. Frames that come early get no plan of their own.
+        # Control periods without a frame: the robot moved on while frames were lost or late, and so
+        # does the pendulum. Periods that `coast` has planned, and frames that come early, get no
+        # plan of their own.
         missed = self._missed_ticks(frame)
-        plans = self._due_plans(frame.late, missed + 1)
+        due, ahead = self._due_plans(frame.late, missed + 1), self._ahead
+        plans, self._ahead = max(0, due - ahead), max(0, ahead - due)
         for tick in range(max(missed, plans - 1)):
             if tick < missed:
                 self._walk.expect()
             if tick < plans - 1:
                 self._walk.plan(self._last_command, sent=tick < missed)
-        dt = self._elapsed = (missed + 1) * self._dt
+        dt = (missed + 1) * self._dt
+        self._elapsed = max(1, missed + 1 - ahead) * self._dt
 
         # Expectation: support leg, sole and CoM at the time of the measurement.
         expected = self._walk.expect()
@@ -200,11 +204,40 @@ class Gait:
         x, y, _ = self._estimator.com_in_q
         self._walk.observe(x, y, self._estimator.acceleration_in_q)
 
-        # Plan: prediction by the delay (21), pendulum (15)-(20), support change, steps (3)-(9).
         walking = state in ON_THE_WAY and not self._modes.must_stop
+        self._last_command = self._corrected(command, dt) if walking else STANDSTILL
+        return JointTargets(frame.stamp, self._next_pose(walking, moves_on=plans > 0))
+
+    def coast(self) -> JointTargets | None:
+        """Joint targets for a control period whose frame has not arrived in time.
+
+        The walk plans one period more, without a measurement. The next frame then has that period
+        to expect, but no longer to plan, whether it is the next one or the one that was late.
+
+        Returns:
+            Joint targets inside the joint limits, with the stamp of the frame that is missing; None
+            if the robot does not walk and can wait for it.
+        """
+        if self._stamp is None or self._modes.state not in ON_THE_WAY:
+            return None
+        self._ahead += 1
+        self._elapsed = self._dt
+        walking = not self._modes.must_stop
+        stamp = self._stamp + self._ahead * self._period
+        return JointTargets(stamp, self._next_pose(walking, moves_on=True))
+
+    def _next_pose(self, walking: bool, moves_on: bool) -> FloatArray:
+        """The second half of the tick: from the plan to joint targets (n,) [rad] of the motors.
+
+        Args:
+            walking: The robot follows its command.
+            moves_on: The walk plans one control period more; else the last one again.
+        """
+        state, dt = self._modes.state, self._elapsed
+
+        # Plan: prediction by the delay (21), pendulum (15)-(20), support change, steps (3)-(9).
         support_before = self._walk.predicted.support
-        self._last_command = self._corrected(command) if walking else STANDSTILL
-        planned = self._walk.plan(self._last_command) if plans > 0 else self._walk.replan()
+        planned = self._walk.plan(self._last_command) if moves_on else self._walk.replan()
 
         # Targets of CoM, soles and torso.
         targets = self._limited(planned, walking)
@@ -235,7 +268,7 @@ class Gait:
 
         # Head, joint limits.
         self._turn_head(position)
-        return JointTargets(frame.stamp, self._for_motors(position, frame))
+        return self._for_motors(position)
 
     # -- parts of the tick -------------------------------------------------------------------------
 
@@ -249,6 +282,7 @@ class Gait:
             self.reset()
             self._stamp = frame.stamp
         self._begin_stand(frame.late, frame.joint_position)
+        self._sent = self._correction.for_motors(self._measured_position(frame))
         self._modes.begin(lies=self._estimator.begin(frame))
         if self._modes.state is MOTION:
             self._estimator.reset_lying_side()
@@ -325,17 +359,17 @@ class Gait:
         )
         self._estimator.reset_lying_side()
 
-    def _corrected(self, command: VelocityCommand) -> VelocityCommand:
+    def _corrected(self, command: VelocityCommand, dt: float) -> VelocityCommand:
         """The command with the corrections that hold speed and heading."""
         p, odometry = self._parameters, self._estimator.odometry
         if p.feedback and p.speed_time > 0.0:
             command = self._speed_hold.correct(
-                command, odometry.velocity, self._walk.reserve, p.speed_time, self._elapsed
+                command, odometry.velocity, self._walk.reserve, p.speed_time, dt
             )
         # Also called without feedback, which releases the heading held until then.
         gain = p.heading_gain if p.feedback else 0.0
         heading = odometry.base_footprint_in_odom[2]
-        return self._heading_hold.correct(command, heading, gain, self._elapsed)
+        return self._heading_hold.correct(command, heading, gain, dt)
 
     def _limited(self, planned: BodyTargets, walking: bool) -> BodyTargets:
         """The planned targets with CoM height and torso pitch limited in rate.
@@ -355,12 +389,10 @@ class Gait:
         if not self._head.is_free:
             self._head.apply(position, self._estimator.torso_place, self._elapsed)
 
-    def _for_motors(self, position: FloatArray, frame: SensorFrame) -> FloatArray:
+    def _for_motors(self, position: FloatArray) -> FloatArray:
         """Joint targets (n,) [rad] of the motors: with their offsets, inside the joint limits."""
         targets = self._correction.for_motors(position)
         self._clipped = self._limits.cut(targets)
-        if self._sent is None:
-            self._sent = self._correction.for_motors(self._measured_position(frame))
         self._limits.slow_down(targets, self._sent, self._elapsed)
         self._sent = targets
         self._last_position = self._correction.for_model(targets)
@@ -375,7 +407,7 @@ class Gait:
         else:
             self._turn_head(targets.position)
         self._residual = 0.0
-        position = self._for_motors(targets.position, frame)
+        position = self._for_motors(targets.position)
         lowest = float(np.min(targets.stiffness))
         uniform = lowest == float(np.max(targets.stiffness))
         return JointTargets(frame.stamp, position, lowest, None if uniform else targets.stiffness)

@@ -40,6 +40,8 @@ class SensorFrame(NamedTuple):
         late: Control periods by which the frame is older on arrival than the walk is set to; below
             0 fresher.
         lifted: Something else than its soles carries the robot.
+        mean_angular_velocity: Mean (3,) [rad/s] since the last frame, in the torso frame, where
+            samples were lost; None = `angular_velocity`.
     """
 
     stamp: int
@@ -49,6 +51,7 @@ class SensorFrame(NamedTuple):
     linear_acceleration: FloatArray
     late: int = 0
     lifted: bool = False
+    mean_angular_velocity: FloatArray | None = None
 
 
 class VelocityCommand(NamedTuple):

@@ -8,7 +8,7 @@ from gait_lab.faults.channel import Message
 from gait_lab.faults.invariants import Invariants
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.controller import GaitController, Settings
+from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.inputs import JointInput
 from nao_lipm_gait.types import JointTargets
 
@@ -42,6 +42,7 @@ class GaitProcess:
         self._invariants = invariants
         self._seconds = seconds
         self.controller = GaitController(robot, parameters, settings, seconds)
+        self._answered = False
         self._commands: list[JointTargets] = []
 
     def take_commands(self) -> list[JointTargets]:
@@ -57,6 +58,16 @@ class GaitProcess:
             content = replace(content, arrived=round(self._seconds() * 1e9))
         output = self.controller.receive(message.topic, lambda: content)
         self._invariants.check_duration(message.topic, time.thread_time() - before)
+        self._keep(output)
+
+    def end_period(self) -> None:
+        """Nothing more arrives in this control period: without an answer, the gait walks on."""
+        if not self._answered:
+            self._keep(self.controller.overdue())
+        self._answered = False
+
+    def _keep(self, output: Output) -> None:
+        self._answered |= bool(output.answers)
         for targets, status in output.answers:
             state = self.controller.state if status is None else status.state
             self._invariants.check_command(self.name, state, targets)

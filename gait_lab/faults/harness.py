@@ -78,6 +78,10 @@ class Fault:
         """Whether a warning explains a stop by this fault."""
         return any(part in warning for part in self.says)
 
+    def gaits_run(self, harness: Timed) -> bool:
+        """Whether the gaits get processor time in this tick; by default they do."""
+        return True
+
     def before_physics(self, harness: "Harness") -> None:
         """Disturb the robot or the processes before the physics of a tick."""
 
@@ -246,6 +250,8 @@ class Harness:
             for gait in tuple(self.gaits):
                 gait.receive(message)
         for gait in self.gaits:
+            if self.fault.gaits_run(self):
+                gait.end_period()
             for targets in gait.take_commands():
                 for delay, command in self.fault.on_command(self, Command(gait.name, targets)):
                     self._to_robot.send(self.tick + delay, command)

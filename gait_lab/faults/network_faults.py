@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from gait_lab.faults.channel import Command, Delivery, Message
-from gait_lab.faults.harness import Fault, Harness, TemporaryFault
+from gait_lab.faults.harness import Fault, Harness, TemporaryFault, Timed
 
 
 class Loss(Fault):
@@ -156,12 +156,20 @@ class StarvedProcessor(TemporaryFault):
         super().__init__(random)
         self._apart = float(random.uniform(0.4, 1.5)) + self.duration
 
+    def _left(self, harness: Timed) -> float:
+        """Time [s] until the gait runs again; 0 or less while it runs."""
+        since = harness.seconds() - self.begin
+        return self.duration - since % self._apart if since >= 0.0 else 0.0
+
+    def gaits_run(self, harness: Timed) -> bool:
+        """Not while the gait gets no processor time."""
+        return self._left(harness) <= 0.0
+
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
         """Drop or delay what arrives while the gait does not run."""
-        since = harness.seconds() - self.begin
-        left = self.duration - since % self._apart
+        left = self._left(harness)
         # A best-effort queue of depth 5 drops what is older than 50 ms.
-        if since < 0.0 or left <= 0.0:
+        if left <= 0.0:
             yield Delivery(0, message)
         elif left <= 0.05:
             yield Delivery(round(left * 100.0), message)

@@ -4,7 +4,8 @@ The estimated vertical follows the gyro and, slowly, the stance sole and the acc
 average of a step both differ from it by an angle that stays the same (joint zeros, IMU mounting).
 After a jump of the bias by b the vertical drifts away with b, and both differences grow alike. What
 they grow beyond a deadband is taken as the bias, so that an intact gyro is not touched. Another
-walk leans and sways otherwise, so the deadband is wider while the velocity changes.
+walk leans and sways otherwise, so the deadband is wider while the velocity changes. It is wider too
+while samples of the gyro are lost: what is interpolated lets the vertical drift without any bias.
 """
 
 from math import copysign
@@ -18,6 +19,8 @@ DEADBAND = 0.03
 """[rad] Growth of the difference that does not count in a steady walk."""
 CHANGE_SHARE = 0.1
 """[rad s/m] Growth that does not count either, per change of the velocity within `SLOW_TIME`."""
+LOSS_SHARE = 0.2
+"""[rad] Growth that does not count either, per share of the ticks after lost samples."""
 LEVER = 0.15
 """[m] What a change of the yaw rate counts as a change of the velocity."""
 GAIN, RETURN_GAIN = 6.0, 3.0
@@ -101,9 +104,16 @@ class GyroBiasJump:
         self._along_x, self._along_y = _Axis(), _Axis()
         self._age = 0.0
         self._usual_velocity: Pose2 = (0.0, 0.0, 0.0)
+        self._lost = 0.0
 
     def update(
-        self, sole: tuple[float, float], force: tuple[float, float], velocity: Pose2, dt: float
+        self,
+        sole: tuple[float, float],
+        force: tuple[float, float],
+        velocity: Pose2,
+        dt: float,
+        *,
+        after_loss: bool,
     ) -> None:
         """One tick.
 
@@ -113,9 +123,13 @@ class GyroBiasJump:
             force: The same of the specific force over gravity.
             velocity: Of the robot, averaged over a step [m/s, m/s, rad/s].
             dt: Time [s] since the last tick.
+            after_loss: Samples of the gyro since the last tick were lost.
         """
         self._age += dt
-        tick = _Tick(DEADBAND + CHANGE_SHARE * self._change(velocity, dt), self._age, dt)
+        self._lost += dt / SLOW_TIME * (after_loss - self._lost)
+        change = self._change(velocity, dt)
+        deadband = DEADBAND + CHANGE_SHARE * change + LOSS_SHARE * self._lost
+        tick = _Tick(deadband, self._age, dt)
         # From du/dt = u x w: a roll bias moves the vertical along y, a pitch bias along -x.
         along_x = self._along_x.rate(sole[0], force[0], tick)
         along_y = self._along_y.rate(sole[1], force[1], tick)

@@ -160,7 +160,7 @@ class StateEstimator:
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support == LEFT else (other, sole)
         force = as_point(frame.linear_acceleration)
-        rate = self._mean_rate(self._without_bias(as_point(frame.angular_velocity)))
+        rate = self._mean_rate(frame)
         roll_rate, pitch_rate, _ = rate
         self._lifted = state is LIFTED
         feet_free = state in IN_MOTION or state in DOWN or self._lifted
@@ -176,7 +176,8 @@ class StateEstimator:
             turning = (roll_rate, pitch_rate, self.odometry.velocity[2])
             self.orientation.update(turning, force, sole.normal, gyro_dt)
             if state is WALK and self._p.feedback and self._flat_stance:
-                self._find_bias_jump(sole.normal, force, gyro_dt)
+                after_loss = frame.mean_angular_velocity is not None or dt > self._period
+                self._find_bias_jump(sole.normal, force, gyro_dt, after_loss)
         level = level_frame(sole, self.orientation.up_in_torso)
         com_in_sole, force_in_sole = level.coordinates(com), level.components(force)
         self.com_in_q = measured_com_in_q(com_in_sole, expected.sole_in_q)
@@ -256,9 +257,12 @@ class StateEstimator:
             return sigma
         return sigma / max(sin(p.torso_pitch + p.heading_lean), LEAN_SIGMA)
 
-    def _mean_rate(self, rate: Point3) -> Point3:
-        """Gyro [rad/s] since the last frame; the mean of both ends if frames were lost."""
+    def _mean_rate(self, frame: SensorFrame) -> Point3:
+        """Gyro [rad/s] since the last frame; if nothing else is known, the mean of both ends."""
+        rate = self._without_bias(as_point(frame.angular_velocity))
         last, self.angular_velocity = self.angular_velocity, rate
+        if frame.mean_angular_velocity is not None:
+            return self._without_bias(as_point(frame.mean_angular_velocity))
         if self._dt <= self._period:
             return rate
         return 0.5 * (last[0] + rate[0]), 0.5 * (last[1] + rate[1]), 0.5 * (last[2] + rate[2])
@@ -267,11 +271,14 @@ class StateEstimator:
         roll, pitch = self._bias_jump.rate
         return rate if roll == pitch == 0.0 else (rate[0] - roll, rate[1] - pitch, rate[2])
 
-    def _find_bias_jump(self, normal: Point3, force: Point3, dt: float) -> None:
+    def _find_bias_jump(
+        self, normal: Point3, force: Point3, dt: float, after_loss: bool
+    ) -> None:
         x, y, _ = self.orientation.up_in_torso
         force_x, force_y = force[0] / GRAVITY - x, force[1] / GRAVITY - y
         sole = normal[0] - x, normal[1] - y
-        self._bias_jump.update(sole, (force_x, force_y), self.odometry.velocity, dt)
+        velocity = self.odometry.velocity
+        self._bias_jump.update(sole, (force_x, force_y), velocity, dt, after_loss=after_loss)
 
     @property
     def tilt(self) -> float:

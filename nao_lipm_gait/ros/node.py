@@ -39,6 +39,7 @@ from nao_lipm_gait.ros.messages import (
     temperature_input,
     twist_input,
 )
+from nao_lipm_gait.ros.overdue_timer import OverdueTimer
 from nao_lipm_gait.ros.parameters import (
     accepted,
     as_mapping,
@@ -94,9 +95,13 @@ SENSOR_AGE = node_parameter(
     "sensor_age", False,
     "measure the age of the sensors by the clock of this node; not where a simulator waits for it",
 )
+COAST = node_parameter(
+    "coast", False,
+    "walk on for a few control periods whose sensors are lost; not where a simulator waits for it",
+)
 NODE_PARAMETERS = (
     URDF, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
-    HOT_SPEED, SENSOR_AGE,
+    HOT_SPEED, SENSOR_AGE, COAST,
 )  # fmt: skip
 
 WATCHDOG_PERIOD = 0.25
@@ -124,6 +129,7 @@ class GaitNode(Node):
         bias_wait = of_type(declare(self, BIAS_WAIT), float)
         hot_speed = of_type(declare(self, HOT_SPEED), float)
         self._measures_age = of_type(declare(self, SENSOR_AGE), bool)
+        coasts = of_type(declare(self, COAST), bool)
         interface = text(declare(self, INTERFACE))
         parameters = self._declare_gait_parameters(preset)
         warm_up(self._robot, parameters, Settings(period, timeout))
@@ -144,6 +150,7 @@ class GaitNode(Node):
         self._stamped = stamped
         self._make_subscriptions()
         self._make_services()
+        self._overdue = OverdueTimer(self, period, self._walk_on) if coasts else None
         warn_of_unknown_overrides(self, {p.name for p in NODE_PARAMETERS} | set(BY_NAME))
         self.get_logger().info(
             f"{self._robot.name} from {self._robot.urdf_path}; waiting for joint_states, imu/data"
@@ -253,6 +260,9 @@ class GaitNode(Node):
         self._receive("joint_states", read)
         self._load_group.count()
 
+    def _walk_on(self) -> None:
+        self._publish(self._controller.overdue())
+
     def _subscribe_to_soles(self, wanted: bool) -> None:
         """Sample the sole wrenches while they are needed."""
         while self._loads:
@@ -267,6 +277,8 @@ class GaitNode(Node):
             ]  # fmt: skip
 
     def _publish(self, output: Output) -> None:
+        if output.answers and self._overdue is not None:
+            self._overdue.restart()
         for answer in output.answers:
             self._command.publish(self._command_writer.write(answer.targets))
             if answer.status is not None:

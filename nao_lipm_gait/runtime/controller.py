@@ -48,7 +48,7 @@ from nao_lipm_gait.runtime.sole_loads import LOAD_AGE, SoleLoads
 from nao_lipm_gait.runtime.stamp_monitor import NEW_TIME, StampMonitor, Step
 from nao_lipm_gait.runtime.stamp_reports import StampReports
 from nao_lipm_gait.runtime.state_log import StateLog
-from nao_lipm_gait.runtime.target_guard import TargetGuard
+from nao_lipm_gait.runtime.target_guard import GuardedTargets, TargetGuard
 from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
 from nao_lipm_gait.runtime.velocity_gate import VelocityGate
@@ -70,6 +70,8 @@ STEADY_ANGLE = 0.3
 """[rad] Largest change of a joint of a robot that has not been moved meanwhile."""
 HELD_MAX = 5
 """Ticks in a row without usable targets, after which the gait restarts."""
+COAST_MAX = 3
+"""Control periods in a row for which the robot walks on without sensors."""
 LOAD_ABSURD = 1e5
 """[N]"""
 TEMPERATURE_ABSURD = 500.0
@@ -166,7 +168,7 @@ class GaitController:
             self._stamps, self._diagnostics, settings.control_period
         )
         self._validation = SensorValidation(robot, self._diagnostics)
-        self._sync = FrameSync(self._acceleration_at_rest)
+        self._sync = FrameSync(self._acceleration_at_rest, self._period)
         self._gait = Gait(robot, parameters, settings.control_period, motions, calibration)
         self._guard = TargetGuard(self._gait, robot, settings.control_period)
         self._age = SensorAge(settings.control_period)
@@ -189,7 +191,7 @@ class GaitController:
         self._answers: list[Answer] = []
         self._last_targets: JointTargets | None = None
         self._last_position: FloatArray | None = None
-        self._held = 0
+        self._held = self._coasted = 0
         self._sensors_at: float | None = None
         self._arrived_at = -math.inf
         self._continued_at = self._started_at = clock()
@@ -379,9 +381,32 @@ class GaitController:
         self._gait.restart()
         self._gate.restart()
 
+    # -- without sensors ---------------------------------------------------------------------------
+
+    def overdue(self) -> Output:
+        """Walk on for one control period whose joint state or IMU sample has not arrived in time.
+
+        For a robot in real time, which does not wait for its answers. To be called once for each
+        control period without an answer; after `COAST_MAX` of them the robot holds its targets.
+        """
+        return self.run("joint_states", self._walk_on)
+
+    def _walk_on(self) -> None:
+        frame = self._sync.overdue()
+        if frame is not None:
+            self._tick(frame)
+            return
+        guarded = self._guard.coast() if self._coasted < COAST_MAX else None
+        if guarded is not None:
+            self._coasted += 1
+            self._note_fault(guarded)
+            self._validation.sent(guarded.targets)
+            self._answers.append(Answer(guarded.targets))
+
     # -- the tick ----------------------------------------------------------------------------------
 
     def _tick(self, frame: SensorFrame) -> None:
+        self._coasted = 0
         self._heat.update(frame.stamp * 1e-9)
         command = self._gate.command(
             frame.stamp,
@@ -399,10 +424,7 @@ class GaitController:
         self._ticks.add(begin, self._clock())
         self._last_targets = guarded.targets
         self._validation.sent(guarded.targets)
-        if guarded.fault is not None:
-            self.faults += 1
-            text = f"targets held or clipped: {guarded.fault}"
-            self._diagnostics.event(WALK, Level.ERROR, "tick", text)
+        self._note_fault(guarded)
         if guarded.held:
             self._answers.append(Answer(guarded.targets))
             self._count_held(str(guarded.fault))
@@ -413,6 +435,12 @@ class GaitController:
             self._state_log.update(status)
             self._motions.follow(status)
         self._state_log.update_command(timed_out=self._velocity.timed_out)
+
+    def _note_fault(self, guarded: GuardedTargets) -> None:
+        if guarded.fault is not None:
+            self.faults += 1
+            text = f"targets held or clipped: {guarded.fault}"
+            self._diagnostics.event(WALK, Level.ERROR, "tick", text)
 
     def _count_held(self, fault: str) -> None:
         if len(self.crashes) < _CRASHES_MAX:

@@ -18,6 +18,8 @@ REPEATS = 2
 overtaken an IMU sample that is repeated too."""
 OVERTAKEN = 100_000_000
 """[ns] An IMU sample this little behind the newest one was overtaken; more is a new time base."""
+GAP_MAX = 50_000_000
+"""[ns] Longest gap over which lost IMU samples are interpolated: half a sway of the walk."""
 _NO_ROTATION = np.zeros(3)
 
 
@@ -32,6 +34,7 @@ class FrameSync:
     Args:
         acceleration_at_rest: Gives the specific force (3,) [m/s^2] in the torso frame for a blind
             frame.
+        period: Control period [ns].
 
     Attributes:
         imu_behind: Time [ns] from the newest IMU sample to the joints, if one arrived since the
@@ -39,7 +42,9 @@ class FrameSync:
         blind_since: Stamp of the first of the blind frames in a row [ns].
     """
 
-    def __init__(self, acceleration_at_rest: Callable[[], FloatArray]) -> None:
+    def __init__(
+        self, acceleration_at_rest: Callable[[], FloatArray], period: int = 10_000_000
+    ) -> None:
         self._acceleration_at_rest = acceleration_at_rest
         self.imu_behind: int | None = None
         self.blind_since: int | None = None
@@ -49,12 +54,15 @@ class FrameSync:
         self._repeats = 0
         self._has_imu = self._imu_arrived = False
         self._last: JointSample | None = None
+        self._period = period
+        self._complete: ImuSample | None = None
+        self._turned = np.zeros(3)
 
     def restart(self, stamp: int) -> None:
         """Begin a new time base at `stamp` [ns]; its own IMU sample may have arrived before."""
         self._imu = deque((s for s in self._imu if s.stamp <= stamp), maxlen=self._imu.maxlen)
         self._waiting = None
-        self._last = None
+        self._last = self._complete = None
         self.blind_since = None
 
     def add_imu(self, sample: ImuSample) -> SensorFrame | None:
@@ -110,12 +118,19 @@ class FrameSync:
         if joints is None or joints.stamp != stamp:
             return None
         self._repeats += 1
-        if self._repeats < REPEATS:
+        return None if self._repeats < REPEATS else self.overdue()
+
+    def overdue(self) -> SensorFrame | None:
+        """The frame that waits for its IMU sample, which has not arrived in time; None without one.
+
+        Raises:
+            NaoGaitError: As `add_joints`.
+        """
+        joints, self._waiting = self._waiting, None
+        if joints is None:
             return None
-        frame = self._join(joints, self._nearest(stamp))
-        self._waiting = None
         self._misses += 1
-        return frame
+        return self._join(joints, self._nearest(joints.stamp))
 
     def _nearest(self, stamp: int) -> ImuSample | None:
         """The IMU sample that is next to `stamp` [ns]; None if none is near enough."""
@@ -126,10 +141,10 @@ class FrameSync:
 
     def _join(self, joints: JointSample, imu: ImuSample | None) -> SensorFrame:
         velocity, last = joints.velocity, self._last
+        elapsed = 0.0 if last is None else (joints.stamp - last.stamp) * 1e-9
         if velocity is None:
             velocity = np.zeros_like(joints.position)
-            if last is not None and joints.stamp > last.stamp:
-                elapsed = (joints.stamp - last.stamp) * 1e-9
+            if last is not None and elapsed > 0.0:
                 velocity = (joints.position - last.position) / elapsed
         self._last = joints
         if imu is None:
@@ -140,10 +155,43 @@ class FrameSync:
         else:
             self.blind_since = None
             rotation, force = imu.angular_velocity, imu.linear_acceleration
+        mean_rotation = None
+        if imu is not None and imu.stamp == joints.stamp:
+            mean_rotation = self._mean_rotation(imu, elapsed)
+            self._complete, self._turned = imu, np.zeros(3)
+        elif self._complete is not None:
+            self._turned = self._turned + elapsed * rotation
         return SensorFrame(
             stamp=joints.stamp,
             joint_position=joints.position,
             joint_velocity=velocity,
             angular_velocity=rotation,
             linear_acceleration=force,
+            mean_angular_velocity=mean_rotation,
         )
+
+    def _mean_rotation(self, imu: ImuSample, elapsed: float) -> FloatArray | None:
+        """Mean angular velocity (3,) [rad/s] since the last frame; None if it is that of `imu`.
+
+        Each sample stands for the control period before it, those that were lost are interpolated.
+        What incomplete frames took for the rotation until now is made up for.
+
+        Args:
+            imu: The IMU sample of this frame.
+            elapsed: Time since the last frame [s].
+        """
+        complete = self._complete
+        if complete is None or elapsed <= 0.0:
+            return None
+        since = imu.stamp - complete.stamp
+        periods = round(since / self._period)
+        if periods < 2 or since > GAP_MAX:
+            return None
+        known = [s for s in self._imu if complete.stamp <= s.stamp <= imu.stamp]
+        known.sort(key=lambda sample: sample.stamp)
+        stamps = [s.stamp - complete.stamp for s in known]
+        rates = np.array([s.angular_velocity for s in known])
+        ends = since * np.arange(1, periods + 1) / periods
+        mean = [np.interp(ends, stamps, rates[:, axis]).mean() for axis in range(3)]
+        rotation: FloatArray = since * 1e-9 * np.array(mean) - self._turned
+        return rotation / elapsed

@@ -21,6 +21,9 @@ class Stepper(Protocol):
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         """One control tick."""
 
+    def coast(self) -> JointTargets | None:
+        """Targets for a control period without a frame; None if there are none."""
+
 
 @dataclass(frozen=True, slots=True)
 class GuardedTargets:
@@ -76,17 +79,42 @@ class TargetGuard:
         try:
             targets = self._gait.step(frame, command)
         except Exception as error:
-            return self._hold(frame, f"Gait.step raised {type(error).__name__}: {error}")
+            reason = f"Gait.step raised {type(error).__name__}: {error}"
+            return self._hold(frame.stamp, frame.joint_position, reason)
+        return self._checked(targets, frame.stamp, frame.joint_position)
+
+    def coast(self) -> GuardedTargets | None:
+        """Targets for a control period without a frame; None if there are none. Never raises."""
+        good = self._good
+        if good is None or not self._was_stiff:
+            return None
+        try:
+            targets = self._gait.coast()
+        except Exception as error:
+            reason = f"Gait.coast raised {type(error).__name__}: {error}"
+            return self._hold(good.stamp, good.position, reason)
+        return None if targets is None else self._checked(targets, targets.stamp, good.position)
+
+    def _checked(
+        self, targets: JointTargets, stamp: int, measured: FloatArray
+    ) -> GuardedTargets:
+        """The targets if they can be sent, else the last good ones.
+
+        Args:
+            targets: Targets of the gait.
+            stamp: Stamp of the frame [ns].
+            measured: Its joint angles (n,) [rad].
+        """
         position = np.asarray(targets.position, dtype=float)
         if position.shape != self._lower.shape:
-            return self._hold(frame, f"targets of shape {position.shape}")
+            return self._hold(stamp, measured, f"targets of shape {position.shape}")
         finite = np.isfinite(position)
         if not finite.all():
             bad = int(np.argmin(finite))
-            return self._hold(frame, f"target {position[bad]} for {self._names[bad]}")
+            return self._hold(stamp, measured, f"target {position[bad]} for {self._names[bad]}")
         stiffness = targets.stiffness
         if not 0.0 <= stiffness <= 1.0:
-            return self._hold(frame, f"stiffness {stiffness}")
+            return self._hold(stamp, measured, f"stiffness {stiffness}")
         fault = None
         inside = np.clip(position, self._lower, self._upper)
         beyond = np.abs(position - inside)
@@ -100,19 +128,21 @@ class TargetGuard:
         if each is not None and (
             each.shape != inside.shape or not ((each >= 0.0) & (each <= 1.0)).all()
         ):
-            return self._hold(frame, f"stiffness {each.tolist()}")
+            return self._hold(stamp, measured, f"stiffness {each.tolist()}")
         stiff = stiffness if each is None else float(np.max(each))
         if stiff > 0.0:
-            inside, too_fast = self._slowed(frame, inside)
+            inside, too_fast = self._slowed(stamp, measured, inside)
             fault = fault or too_fast
-        self._good = JointTargets(frame.stamp, inside, stiffness, each)
+        self._good = JointTargets(stamp, inside, stiffness, each)
         self._was_stiff = stiff > 0.0
         return GuardedTargets(self._good, held=False, fault=fault)
 
-    def _slowed(self, frame: SensorFrame, position: FloatArray) -> tuple[FloatArray, str | None]:
+    def _slowed(
+        self, stamp: int, measured: FloatArray, position: FloatArray
+    ) -> tuple[FloatArray, str | None]:
         """The targets (n,) [rad], no faster than allowed, and a description of one that was."""
         good = self._good
-        start = np.asarray(frame.joint_position, dtype=float)
+        start = np.asarray(measured, dtype=float)
         ticks = 1
         if good is not None:
             if self._was_stiff:
@@ -121,7 +151,7 @@ class TargetGuard:
                 # Joints without torque may be beyond the limits, at which their targets are.
                 nearer = np.abs(position - good.position) < np.abs(position - start)
                 start = np.where(nearer, good.position, start)
-            ticks = max(1, min(_TICKS_MAX, round((frame.stamp - good.stamp) / self._period)))
+            ticks = max(1, min(_TICKS_MAX, round((stamp - good.stamp) / self._period)))
         else:
             start = np.clip(start, self._lower, self._upper)
         stride = ticks * self._stride
@@ -135,13 +165,11 @@ class TargetGuard:
             f"allowed: {stride[worst]:.3g} rad, {SPEED_SHARE:g} times its speed limit; clipped"
         )
 
-    def _hold(self, frame: SensorFrame, reason: str) -> GuardedTargets:
+    def _hold(self, stamp: int, measured: FloatArray, reason: str) -> GuardedTargets:
         good = self._good
         if good is None:
-            targets = JointTargets(
-                frame.stamp, np.clip(frame.joint_position, self._lower, self._upper)
-            )
+            targets = JointTargets(stamp, np.clip(measured, self._lower, self._upper))
         else:
-            targets = good._replace(stamp=frame.stamp)
-        fault = f"{reason}; frame {frame.stamp * 1e-9:.3f} s; the last good targets are held"
+            targets = good._replace(stamp=stamp)
+        fault = f"{reason}; frame {stamp * 1e-9:.3f} s; the last good targets are held"
         return GuardedTargets(targets, held=True, fault=fault)

@@ -244,8 +244,8 @@ class CommandHistory:
 
     def add(self, targets: JointTargets) -> None:
         """Keep targets that were sent."""
-        if self._sent and targets.stamp <= self._sent[-1].stamp:
-            self._sent.clear()  # the time base has changed
+        while self._sent and targets.stamp <= self._sent[-1].stamp:
+            self._sent.pop()
         self._sent.append(targets)
 
     def position_at(self, stamp: int, delay: int) -> FloatArray | None:

@@ -38,7 +38,8 @@ def vertical_errors(
         x -= DT * (pitch - jump.rate[1] + x / TIME)
         y += DT * (roll - jump.rate[0] - y / TIME)
         sway = 0.05 * math.sin(2.0 * math.pi * tick * DT / 0.5)
-        jump.update((0.02 - x, sway - y), (0.5 * sway - x, 2.0 * sway - y), STEADY, DT)
+        sole, force = (0.02 - x, sway - y), (0.5 * sway - x, 2.0 * sway - y)
+        jump.update(sole, force, STEADY, DT, after_loss=False)
         errors.append((x, y))
     return errors
 
@@ -62,8 +63,19 @@ def test_a_jump_is_found_and_the_vertical_returns(bias: tuple[float, float]) -> 
 def test_a_sole_that_tilts_without_the_torso_is_no_bias() -> None:
     jump = GyroBiasJump()
     for tick in range(1000):
-        jump.update((0.0 if tick < 300 else 0.2, 0.0), (-0.001, 0.0), STEADY, DT)
+        jump.update((0.0 if tick < 300 else 0.2, 0.0), (-0.001, 0.0), STEADY, DT, after_loss=False)
     assert jump.rate == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("every", [None, 4])
+def test_what_lost_samples_let_drift_is_no_bias(every: int | None) -> None:
+    """The vertical wanders by 3 deg, which is a bias only of a gyro that loses no samples."""
+    jump = GyroBiasJump()
+    for tick in range(2000):
+        drift = 0.055 * math.sin(2.0 * math.pi * tick * DT / 5.0)
+        after_loss = every is not None and tick % every == 0
+        jump.update((drift, 0.0), (drift, 0.0), STEADY, DT, after_loss=after_loss)
+    assert (jump.rate == (0.0, 0.0)) == (every is not None)
 
 
 def test_what_another_walk_leans_is_no_bias() -> None:
@@ -74,7 +86,7 @@ def test_what_another_walk_leans_is_no_bias() -> None:
         wanted = 1.8 if tick % 800 < 400 else -0.7
         turn += DT / 0.5 * (wanted - turn)
         lean = 0.02 * turn
-        jump.update((lean, 0.0), (lean, 0.0), (0.1, 0.0, turn), DT)
+        jump.update((lean, 0.0), (lean, 0.0), (0.1, 0.0, turn), DT, after_loss=False)
     assert jump.rate == (0.0, 0.0)
 
 
