@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gait_lab.faults.fuzz_messages import LOLA, FuzzRun
 from lola_bridge.codec import (
     COMMAND_BYTES,
     LolaCommand,
@@ -36,12 +37,12 @@ class LolaFuzzResult:
     """Result of a run.
 
     Attributes:
-        frames: Messages each way.
+        run: The run; each tick has a message each way.
         refused: Messages that were refused.
         violations: Commands beyond a limit or the size, and exceptions; the first 20.
     """
 
-    frames: int
+    run: FuzzRun
     refused: int
     violations: tuple[str, ...]
 
@@ -54,6 +55,7 @@ class LolaFuzzer:
     """
 
     def __init__(self, seed: int) -> None:
+        self._seed = seed
         self.random = random.Random(seed)
         robot = load_robot("nao_v6")
         joints = JointMap(robot)
@@ -77,7 +79,8 @@ class LolaFuzzer:
                 self._to_robot()
             except Exception as error:
                 self._violation(f"message {index}: {type(error).__name__}: {error}")
-        return LolaFuzzResult(frames, self._refused, tuple(self._violations))
+        run = FuzzRun(LOLA, self._seed, frames)
+        return LolaFuzzResult(run, self._refused, tuple(self._violations))
 
     def _violation(self, text: str) -> None:
         if len(self._violations) < _EVIDENCE:

@@ -43,8 +43,25 @@ NANOSECONDS = (0, 1, 999_999_999, 1_000_000_000, 2**32 - 1)
 NAMES = ("", "Tail", "LKneePitch", "x" * 1000, "\u0000", "%s%n", "../../etc", "\U0001f916")
 MOTION_FILES = ("x.yaml", "/.yaml", "\u0000.yaml", f"{'x' * 5000}.yaml")
 """Motions that are files, none of which can be read."""
+GAIT, LOLA = "gait", "LoLA"
+"""What is fuzzed."""
 BAD_SHARE = 0.3
 """Share of the messages with invalid content."""
+
+
+@dataclass(frozen=True, slots=True)
+class FuzzRun:
+    """A run of the fuzzer.
+
+    Attributes:
+        target: What it fuzzes.
+        seed: Seed of all random choices.
+        ticks: Number of control ticks.
+    """
+
+    target: str
+    seed: int
+    ticks: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +69,13 @@ class FuzzResult:
     """Result of a fuzzing run.
 
     Attributes:
-        ticks: Number of control ticks.
+        run: The run.
         answers: Joint commands that the gait sent.
         refused: Messages, parameters and commands that were refused.
         violations: Violated invariants, the first 20.
     """
 
-    ticks: int
+    run: FuzzRun
     answers: int
     refused: int
     violations: tuple[str, ...]
@@ -68,7 +85,7 @@ class Fuzzer:
     """A robot that follows its targets exactly, and senders of valid and invalid messages.
 
     Args:
-        seed: Seed of all random choices.
+        seed: Seed of all random choices. With an odd one the gait walks on while messages are lost.
         robot: The robot; by default the NAO.
 
     Attributes:
@@ -81,6 +98,7 @@ class Fuzzer:
     """
 
     def __init__(self, seed: int, robot: RobotDescription | None = None) -> None:
+        self._seed = seed
         self.random = np.random.default_rng(seed)
         self._robot = load_robot() if robot is None else robot
         self._names = list(self._robot.joint_names)
@@ -141,7 +159,8 @@ class Fuzzer:
             if time.thread_time() - before > HANG:
                 self._violate("hang")
         self.refused += sum(self.controller.rejected.values())
-        return FuzzResult(self.ticks, self.answers, self.refused, tuple(self.violations))
+        run = FuzzRun(GAIT, self._seed, self.ticks)
+        return FuzzResult(run, self.answers, self.refused, tuple(self.violations))
 
     def tick(self) -> None:
         """Send the messages of one control period, call services, and check the robot's side."""
@@ -165,6 +184,8 @@ class Fuzzer:
                 self.send(topic, self._invalid(message))
             if not self._chance(0.2):
                 self.send(topic, message)
+        if self._seed % 2 == 1 and self._chance(0.2):
+            self._checked("overdue", "", self.controller.overdue)
         self._services()
         self._robot_side()
 
