@@ -206,7 +206,7 @@ class Gait:
 
         walking = state in ON_THE_WAY and not self._modes.must_stop
         self._last_command = self._corrected(command, dt) if walking else STANDSTILL
-        return JointTargets(frame.stamp, self._next_pose(walking, moves_on=plans > 0))
+        return JointTargets(frame.stamp, self._next_pose(walking, dt, moves_on=plans > 0))
 
     def coast(self) -> JointTargets | None:
         """Joint targets for a control period whose frame has not arrived in time.
@@ -224,13 +224,16 @@ class Gait:
         self._elapsed = self._dt
         walking = not self._modes.must_stop
         stamp = self._stamp + self._ahead * self._period
-        return JointTargets(stamp, self._next_pose(walking, moves_on=True))
+        return JointTargets(stamp, self._next_pose(walking, None, moves_on=True))
 
-    def _next_pose(self, walking: bool, moves_on: bool) -> FloatArray:
+    def _next_pose(
+        self, walking: bool, measured_after: float | None, *, moves_on: bool
+    ) -> FloatArray:
         """The second half of the tick: from the plan to joint targets (n,) [rad] of the motors.
 
         Args:
             walking: The robot follows its command.
+            measured_after: Time [s] between the last frames; None without a new frame.
             moves_on: The walk plans one control period more; else the last one again.
         """
         state, dt = self._modes.state, self._elapsed
@@ -264,7 +267,11 @@ class Gait:
 
         # Posture feedback by the gyro, eq (7) of Friedmann et al.
         if p.feedback and state is WALK:
-            self._posture.apply(position, support, self._estimator.angular_velocity, p, dt)
+            if measured_after is None:
+                self._posture.apply(position, support, None, p, dt)
+            else:
+                rate = self._estimator.angular_velocity
+                self._posture.apply(position, support, rate, p, measured_after)
 
         # Head, joint limits.
         self._turn_head(position)

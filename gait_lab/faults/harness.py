@@ -78,8 +78,8 @@ class Fault:
         """Whether a warning explains a stop by this fault."""
         return any(part in warning for part in self.says)
 
-    def gaits_run(self, harness: Timed) -> bool:
-        """Whether the gaits get processor time in this tick; by default they do."""
+    def coasts(self, harness: Timed) -> bool:
+        """Whether gaits without sensors may walk on in this tick; by default they may."""
         return True
 
     def before_physics(self, harness: "Harness") -> None:
@@ -250,7 +250,7 @@ class Harness:
             for gait in tuple(self.gaits):
                 gait.receive(message)
         for gait in self.gaits:
-            if self.fault.gaits_run(self):
+            if self.fault.coasts(self):
                 gait.end_period()
             for targets in gait.take_commands():
                 for delay, command in self.fault.on_command(self, Command(gait.name, targets)):

@@ -11,7 +11,7 @@ import numpy as np
 
 from gait_lab.faults.campaign import FaultRun
 from gait_lab.faults.channel import Delivery, Message
-from gait_lab.faults.harness import PERIOD, Fault, Harness
+from gait_lab.faults.harness import PERIOD, Fault, Harness, Timed
 from gait_lab.faults.network_faults import Loss, WanderingAge
 from gait_lab.trials.rollout import make_pair
 from gait_lab.trials.tasks import RandomCommands
@@ -33,6 +33,7 @@ class LossWalk:
         speed: Commanded speed [m/s].
         seconds: Duration of the walk [s].
         wander: Up to this time [s] the age of the sensors wanders beyond the plant's delay.
+        coast: The gait walks on for single control periods without sensors.
     """
 
     run: FaultRun
@@ -40,6 +41,7 @@ class LossWalk:
     speed: float
     seconds: float
     wander: float = 0.0
+    coast: bool = True
 
 
 class _LossAndAge(Loss):
@@ -49,8 +51,13 @@ class _LossAndAge(Loss):
         random = np.random.default_rng(max(0, walk.run.seed))
         super().__init__(random)
         self.begin, self.share = 0.0, walk.share
+        self._coasts = walk.coast
         self._age = WanderingAge(random)
         self._age.begin, self._age.most = 0.0, round(walk.wander / PERIOD)
+
+    def coasts(self, harness: Timed) -> bool:
+        """As the walk asks for."""
+        return self._coasts
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
         """Drop the message, or delay it."""

@@ -161,8 +161,8 @@ class StarvedProcessor(TemporaryFault):
         since = harness.seconds() - self.begin
         return self.duration - since % self._apart if since >= 0.0 else 0.0
 
-    def gaits_run(self, harness: Timed) -> bool:
-        """Not while the gait gets no processor time."""
+    def coasts(self, harness: Timed) -> bool:
+        """Not without processor time."""
         return self._left(harness) <= 0.0
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:

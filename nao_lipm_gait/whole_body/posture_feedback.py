@@ -30,12 +30,13 @@ class PostureFeedback:
         self._shoulder_pitch = tuple(map(robot.index, robot.shoulder_pitch))
         self._shoulder_roll = tuple(map(robot.index, robot.shoulder_roll or ()))
         self._last: Point3 | None = None
+        self._roll = self._pitch = 0.0
 
     def apply(
         self,
         position: FloatArray,
         support: int,
-        angular_velocity: Point3,
+        angular_velocity: Point3 | None,
         parameters: GaitParameters,
         dt: float,
     ) -> None:
@@ -44,18 +45,15 @@ class PostureFeedback:
         Args:
             position: Joint targets (n,) [rad].
             support: Supporting leg, LEFT or RIGHT.
-            angular_velocity: Angular velocity of the torso, in the torso frame [rad/s].
+            angular_velocity: Angular velocity of the torso, in the torso frame [rad/s]; None =
+                no new measurement: the last correction again.
             parameters: Parameters of the gait.
-            dt: Time since the last tick [s].
+            dt: Time since the last measurement [s].
         """
-        roll_rate, pitch_rate, _ = angular_velocity
-        last = self._last or angular_velocity
-        self._last = angular_velocity
         p = parameters
-        roll = p.gyro_roll_gain * roll_rate + p.gyro_roll_rate_gain * (roll_rate - last[0]) / dt
-        pitch = (
-            p.gyro_pitch_gain * pitch_rate + p.gyro_pitch_rate_gain * (pitch_rate - last[1]) / dt
-        )
+        if angular_velocity is not None:
+            self._correct(angular_velocity, p, dt)
+        roll, pitch = self._roll, self._pitch
         leg = self._legs[support]
         joints = float_view(position)
         joints[leg.ankle_pitch] += pitch
@@ -70,3 +68,15 @@ class PostureFeedback:
                 joints[shoulder] += p.gyro_shoulder_share * pitch
             for shoulder in self._shoulder_roll:
                 joints[shoulder] += p.gyro_shoulder_share * roll
+
+    def _correct(self, angular_velocity: Point3, parameters: GaitParameters, dt: float) -> None:
+        roll_rate, pitch_rate, _ = angular_velocity
+        last = self._last or angular_velocity
+        self._last = angular_velocity
+        p = parameters
+        self._roll = (
+            p.gyro_roll_gain * roll_rate + p.gyro_roll_rate_gain * (roll_rate - last[0]) / dt
+        )
+        self._pitch = (
+            p.gyro_pitch_gain * pitch_rate + p.gyro_pitch_rate_gain * (pitch_rate - last[1]) / dt
+        )

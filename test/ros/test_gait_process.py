@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PointStamped, Twist, TwistStamped
+from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
@@ -365,4 +365,28 @@ def test_preset_override_and_change_of_parameters(probe: Probe):
     assert got.values[0].double_value == 0.03
     assert (got.values[1].type, got.values[1].double_value) == (double, 0.0), "a float stays one"
     robot.tick(5)
+    robot.check_answers()
+
+
+def test_it_walks_on_for_a_moment_without_sensors(probe: Probe):
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    # Open loop: this robot has no delay and never tips, unlike what the observer expects.
+    robot = StandingRobot(probe, coast=True, feedback=False)
+    velocity = probe.publisher(Twist, "cmd_vel")
+
+    def answers() -> list[JointState]:
+        return [message for message in robot.commands if stamp(message) == robot.now]
+
+    while support[-1].data.startswith("stand"):
+        robot.now += PERIOD
+        assert robot.now < 10_000_000_000
+        velocity.publish(Twist(linear=Vector3(x=0.1)))
+        robot.commands.clear()
+        robot.send()
+        probe.wait(lambda: bool(answers()), "a joint_command", every=robot.send)
+        robot.pose = list(answers()[-1].position)
+    probe.wait(
+        lambda: any(stamp(message) > robot.now for message in robot.commands),
+        "a joint_command without sensors",
+    )
     robot.check_answers()

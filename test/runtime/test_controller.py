@@ -11,7 +11,13 @@ from nao_lipm_gait.motion.scheduler import ATTEMPTS
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.bias_wait import BiasWait
-from nao_lipm_gait.runtime.controller import HELD_MAX, GaitController, Output, Settings
+from nao_lipm_gait.runtime.controller import (
+    COAST_MAX,
+    HELD_MAX,
+    GaitController,
+    Output,
+    Settings,
+)
 from nao_lipm_gait.runtime.diagnostics import Level
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TemperatureInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
@@ -652,3 +658,36 @@ def test_a_temperature_that_is_no_number_is_refused() -> None:
     robot = Robot()
     heat(robot, "LKneePitch", float("nan"))
     assert robot.controller.rejected["temperature"] == 1
+
+
+def test_a_walk_goes_on_for_a_few_periods_without_sensors() -> None:
+    robot = Robot()
+    robot.tick(150)
+    assert robot.controller.overdue().answers == (), "a robot that stands can wait"
+    for _ in range(100):
+        robot.drive(0.1)
+        robot.tick()
+    assert robot.controller.state is GaitState.WALK
+    stamps = []
+    for _ in range(COAST_MAX + 3):
+        output = robot.controller.overdue()
+        robot.take(output)
+        stamps += [answer.targets.stamp for answer in output.answers]
+    assert stamps == [robot.stamp + n * 10 * MS for n in range(1, COAST_MAX + 1)]
+    sent = len(robot.sent)
+    robot.tick()
+    assert len(robot.sent) == sent + 1, "the frame that was late"
+    assert robot.sent[-1].stamp == robot.stamp
+    assert (robot.controller.faults, robot.controller.unexpected) == (0, 0)
+
+
+def test_joints_whose_imu_sample_is_overdue_are_used_without_it() -> None:
+    robot = Robot()
+    robot.tick(20)
+    robot.imu_behind = None
+    sent = len(robot.sent)
+    robot.tick()
+    assert len(robot.sent) == sent
+    (answer,) = robot.controller.overdue().answers
+    assert answer.targets.stamp == robot.stamp
+    assert answer.status is not None

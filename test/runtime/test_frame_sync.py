@@ -150,3 +150,40 @@ def test_an_imu_on_another_clock_is_distinguished_from_one_that_is_gone():
     for ms in range(1100, 1200, 10):
         sync.add_joints(joints(ms))
     assert sync.imu_behind is None
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_lost_samples_lose_no_rotation(seed: int) -> None:
+    """The angular velocity grows evenly, so what is interpolated is what was lost."""
+    random = np.random.default_rng(seed)
+    sync, turned, before = sync_at_rest(), 0.0, 0
+    for tick in range(1, 400):
+        ms = 10 * tick
+        whole = tick == 1 or tick % 4 == 0  # no gap is longer than 50 ms
+        frames: list = []
+        if whole or random.uniform() > 0.4:
+            frames += [frame for frame in (sync.add_imu(imu(ms)),) if frame is not None]
+        if whole or random.uniform() > 0.4:
+            frames += sync.add_joints(joints(ms))
+        for frame in frames:
+            mean, own = frame.mean_angular_velocity, frame.angular_velocity
+            turned += (frame.stamp / MS - before) * float((own if mean is None else mean)[0])
+            before = round(frame.stamp / MS)
+        if whole:
+            assert turned == pytest.approx(10.0 * sum(range(10, ms + 1, 10)))
+
+
+def test_complete_frames_have_no_other_mean() -> None:
+    sync = sync_at_rest()
+    for ms in range(10, 100, 10):
+        sync.add_imu(imu(ms))
+        (frame,) = sync.add_joints(joints(ms))
+        assert frame.mean_angular_velocity is None
+
+
+def test_a_long_gap_is_not_interpolated() -> None:
+    sync = sync_at_rest()
+    for ms in (10, 100):
+        sync.add_imu(imu(ms))
+        (frame,) = sync.add_joints(joints(ms))
+    assert frame.mean_angular_velocity is None

@@ -118,3 +118,21 @@ def test_a_limp_robot_may_be_moved_as_its_joints_are():
     answer = guarded.step(frame(20), STANDSTILL)
     assert answer.fault is None
     assert answer.targets.position[knee] == GOOD[knee] + 1.0
+
+
+def test_targets_without_a_frame_are_checked_too() -> None:
+    gait = ScriptedGait(good)
+    guard = TargetGuard(gait, ROBOT)
+    assert guard.coast() is None, "nothing has been sent yet"
+    guard.step(frame(10_000_000), STANDSTILL)
+    gait.coast = lambda: None  # type: ignore[attr-defined]
+    assert guard.coast() is None
+    gait.coast = lambda: with_target(2, math.nan)(20_000_000)  # type: ignore[attr-defined]
+    answer = guard.coast()
+    assert answer is not None
+    assert answer.held
+    np.testing.assert_array_equal(answer.targets.position, GOOD)
+    gait.coast = lambda: raising(0)  # type: ignore[attr-defined]
+    answer = guard.coast()
+    assert answer is not None
+    assert "Gait.coast raised ZeroDivisionError" in str(answer.fault)

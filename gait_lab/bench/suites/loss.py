@@ -30,6 +30,7 @@ class Options(BenchOptions):
     wander: float = option(
         0.0, "the age of the sensors wanders by up to this, in ms", "MS", minimum=0.0, maximum=200.0
     )
+    coast: bool = option(True, "the gait does not walk on without sensors", flags=("--no-coast",))
 
 
 def check(options: Options) -> None:
@@ -75,16 +76,17 @@ def loss(options: Options) -> SuiteResult:
     title = (
         "Sensor messages, velocity commands and joint commands are lost all the time; "
         + (f"sensors are up to {options.wander:g} ms later; " if options.wander > 0.0 else "")
+        + ("" if options.coast else "the gait does not walk on without sensors; ")
         + f"{options.window:g} s, {options.title}"
     )
     return SuiteResult(tuple(rows), title, (Table(columns, lines),), tuple(notes))
 
 
 def _walks(options: Options, task: Task) -> list[LossWalk]:
-    share, speed = options.loss / 100.0, task.command.x
+    share, speed, wander = options.loss / 100.0, task.command.x, options.wander / 1000.0
     return [
         LossWalk(
-            fault_run(options, "loss", seed), share, speed, options.window, options.wander / 1000.0
+            fault_run(options, "loss", seed), share, speed, options.window, wander, options.coast
         )
         for seed in options.seeds
     ]
