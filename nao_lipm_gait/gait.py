@@ -267,11 +267,8 @@ class Gait:
 
         # Posture feedback by the gyro, eq (7) of Friedmann et al.
         if p.feedback and state is WALK:
-            if measured_after is None:
-                self._posture.apply(position, support, None, p, dt)
-            else:
-                rate = self._estimator.angular_velocity
-                self._posture.apply(position, support, rate, p, measured_after)
+            rate = None if measured_after is None else self._estimator.angular_velocity
+            self._posture.apply(position, support, rate, p, measured_after or dt)
 
         # Head, joint limits.
         self._turn_head(position)

@@ -126,11 +126,13 @@ class FrameSync:
         Raises:
             NaoGaitError: As `add_joints`.
         """
-        joints, self._waiting = self._waiting, None
+        joints = self._waiting
         if joints is None:
             return None
+        frame = self._join(joints, self._nearest(joints.stamp))
+        self._waiting = None
         self._misses += 1
-        return self._join(joints, self._nearest(joints.stamp))
+        return frame
 
     def _nearest(self, stamp: int) -> ImuSample | None:
         """The IMU sample that is next to `stamp` [ns]; None if none is near enough."""
