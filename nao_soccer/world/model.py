@@ -47,8 +47,8 @@ MATE_MAX = 2_000_000_000
 """[ns] For which a team mate is where it told."""
 SAME_ROBOT = 0.5
 """[m] A robot that is seen so near to where a team mate told to be is that team mate."""
-VARIANCE_MIN = 1e-8
-"""[m^2] A smaller variance is an error of the sender."""
+VARIANCE_MIN, VARIANCE_MAX = 1e-8, 1e4
+"""[m^2] Smaller and larger variances are an error of the sender."""
 
 
 class WorldModel:
@@ -340,8 +340,8 @@ def _usable(percepts: Percepts) -> tuple[Percepts, NaoGaitError | None]:
             np.isfinite(points).all(axis=1)
             & (np.abs(points) < REACH_MAX).all(axis=1)
             & np.isfinite(covariances).all(axis=1)
-            & (xx >= VARIANCE_MIN)
-            & (yy >= VARIANCE_MIN)
+            & (np.minimum(xx, yy) >= VARIANCE_MIN)
+            & (np.maximum(xx, yy) <= VARIANCE_MAX)
             & (xx * yy > xy * xy)
         )
     if not good.all():
@@ -359,8 +359,8 @@ def _usable(percepts: Percepts) -> tuple[Percepts, NaoGaitError | None]:
 
 
 _ALLOWED = (
-    f"a place within {REACH_MAX:g} m, and a positive definite covariance of at least "
-    f"{VARIANCE_MIN:g} m^2"
+    f"a place within {REACH_MAX:g} m, and a positive definite covariance of {VARIANCE_MIN:g} to "
+    f"{VARIANCE_MAX:g} m^2"
 )
 
 
@@ -372,6 +372,7 @@ def _fault(percept: Percept) -> NaoGaitError | None:
         all(map(math.isfinite, numbers))
         and math.hypot(*percept.position) < REACH_MAX
         and min(xx, yy) >= VARIANCE_MIN
+        and max(xx, yy) <= VARIANCE_MAX
         and xx * yy > xy * xy
     ):
         return None

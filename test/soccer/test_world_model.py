@@ -120,6 +120,21 @@ BAD = [
     ("nan", lambda p: replace(p, ball=percept(Kind.BALL, (math.nan, 0.0))), "percepts ball"),
     ("far", lambda p: replace(p, ball=percept(Kind.BALL, (40.0, 0.0))), "percepts ball"),
     ("sure", lambda p: replace(p, ball=percept(Kind.BALL, (1.0, 0.0), variance=0.0)), "ball"),
+    ("vague", lambda p: replace(p, ball=percept(Kind.BALL, (1.0, 0.0), variance=1e30)), "ball"),
+    (
+        "vague robot",
+        lambda p: replace(
+            p, objects=(percept(Kind.ROBOT_RED, (1.0, 0.0))._replace(covariance=(1e30, 0.0, 0.1)),)
+        ),
+        "percepts robot",
+    ),
+    (
+        "vague line",
+        lambda p: replace(
+            p, line_points=np.ones((1, 2)), line_covariances=np.array(((0.1, 0.0, 1e30),))
+        ),
+        "line point",
+    ),
     (
         "post",
         lambda p: replace(p, objects=(percept(Kind.GOAL_POST, (1.0, math.inf)),)),
