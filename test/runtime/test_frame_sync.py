@@ -187,3 +187,13 @@ def test_a_long_gap_is_not_interpolated() -> None:
         sync.add_imu(imu(ms))
         (frame,) = sync.add_joints(joints(ms))
     assert frame.mean_angular_velocity is None
+
+
+def test_joints_that_are_repeated_before_any_imu_sample_still_wait_for_it() -> None:
+    sync = sync_at_rest()
+    assert sync.add_joints(joints(10)) == ()
+    assert sync.repeat(10 * MS) is None
+    for _ in range(3):
+        with pytest.raises(NaoGaitError, match="nothing received"):
+            sync.repeat(10 * MS)
+    assert sync.add_imu(imu(10)) is not None
