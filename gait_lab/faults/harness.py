@@ -177,7 +177,7 @@ class Harness:
         self.targets: JointTargets | None = None
         self.status: GaitStatus | None = None
         self._published: Reading | None = None
-        self._silent_until = 0
+        self._silent_until = self._runs_from = 0
         self._to_gait: Channel[Message] = Channel()
         self._to_robot: Channel[Command] = Channel()
         self.start_gait()
@@ -216,10 +216,10 @@ class Harness:
         self.invariants.robot_was_reset()
 
     def restart_robot(self, silence: int) -> None:
-        """Restart the bridge with a new command input; sensors are silent for `silence` ticks."""
+        """Restart the bridge with a new command input; it does not run for `silence` ticks."""
         self.reset_robot()
         self._command_input = CommandInput(self.robot)
-        self._silent_until = self.tick + silence
+        self._silent_until = self._runs_from = self.tick + silence
 
     def push_robot(self, force: np.ndarray) -> None:
         """Apply a force (3,) [N] in the world frame to the torso during the next tick."""
@@ -280,6 +280,8 @@ class Harness:
 
     def _execute(self, command: Command) -> None:
         """Check a joint command as the bridge does, and take its targets."""
+        if self.tick < self._runs_from:
+            return  # there is no bridge
         targets, names = command.targets, self._joint_names
         each = targets.joint_stiffness
         effort = [targets.stiffness] * len(names) if each is None else each.tolist()

@@ -400,6 +400,7 @@ class GaitController:
         if guarded is not None:
             self._coasted += 1
             self._note_fault(guarded)
+            self._last_targets = guarded.targets
             self._validation.sent(guarded.targets)
             self._answers.append(Answer(guarded.targets))
 

@@ -691,3 +691,16 @@ def test_joints_whose_imu_sample_is_overdue_are_used_without_it() -> None:
     (answer,) = robot.controller.overdue().answers
     assert answer.targets.stamp == robot.stamp
     assert answer.status is not None
+
+
+def test_a_repeated_frame_does_not_take_a_walk_back_that_went_on_without_sensors() -> None:
+    robot = Robot()
+    robot.tick(150)
+    for _ in range(100):
+        robot.drive(0.1)
+        robot.tick()
+    for _ in range(COAST_MAX):
+        robot.take(robot.controller.overdue())
+    sent = len(robot.sent)
+    robot.send()
+    assert [targets.stamp for targets in robot.sent[sent:]] == []
