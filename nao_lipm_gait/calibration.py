@@ -75,20 +75,17 @@ class SensorCorrection:
         """The frame without the constant errors."""
         rate, force = frame.angular_velocity, frame.linear_acceleration
         mean_rate = frame.mean_angular_velocity
-        if self._imu is not None:
-            rate = self._rotated(rate - self._gyro_bias)
-            force = self._rotated(force)
+        imu, bias = self._imu, self._gyro_bias
+        if imu is not None:
+            rate = np.array(rotate(imu, as_point(rate - bias)))
+            force = np.array(rotate(imu, as_point(force)))
             if mean_rate is not None:
-                mean_rate = self._rotated(mean_rate - self._gyro_bias)
+                mean_rate = np.array(rotate(imu, as_point(mean_rate - bias)))
         position = frame.joint_position + self._offset
         return SensorFrame(
             frame.stamp, position, frame.joint_velocity, rate, force, frame.late, frame.lifted,
             mean_rate,
         )  # fmt: skip
-
-    def _rotated(self, vector: FloatArray) -> FloatArray:
-        """A vector (3,) of the IMU in the torso frame."""
-        return vector if self._imu is None else np.array(rotate(self._imu, as_point(vector)))
 
     def for_motors(self, position: FloatArray) -> FloatArray:
         """Joint targets (n,) [rad] as the motors take them."""

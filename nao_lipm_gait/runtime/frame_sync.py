@@ -42,9 +42,7 @@ class FrameSync:
         blind_since: Stamp of the first of the blind frames in a row [ns].
     """
 
-    def __init__(
-        self, acceleration_at_rest: Callable[[], FloatArray], period: int = 10_000_000
-    ) -> None:
+    def __init__(self, acceleration_at_rest: Callable[[], FloatArray], period: int) -> None:
         self._acceleration_at_rest = acceleration_at_rest
         self.imu_behind: int | None = None
         self.blind_since: int | None = None
@@ -56,7 +54,9 @@ class FrameSync:
         self._last: JointSample | None = None
         self._period = period
         self._complete: ImuSample | None = None
+        """IMU sample of the last frame that had one of its own stamp."""
         self._turned = np.zeros(3)
+        """(3,) [rad] What the frames since then took for the rotation."""
 
     def restart(self, stamp: int) -> None:
         """Begin a new time base at `stamp` [ns]; its own IMU sample may have arrived before."""
@@ -157,9 +157,9 @@ class FrameSync:
         else:
             self.blind_since = None
             rotation, force = imu.angular_velocity, imu.linear_acceleration
-        mean_rotation = None
+        mean_angular_velocity = None
         if imu is not None and imu.stamp == joints.stamp:
-            mean_rotation = self._mean_rotation(imu, elapsed)
+            mean_angular_velocity = self._mean_angular_velocity(imu, elapsed)
             self._complete, self._turned = imu, np.zeros(3)
         elif self._complete is not None:
             self._turned = self._turned + elapsed * rotation
@@ -169,10 +169,10 @@ class FrameSync:
             joint_velocity=velocity,
             angular_velocity=rotation,
             linear_acceleration=force,
-            mean_angular_velocity=mean_rotation,
+            mean_angular_velocity=mean_angular_velocity,
         )
 
-    def _mean_rotation(self, imu: ImuSample, elapsed: float) -> FloatArray | None:
+    def _mean_angular_velocity(self, imu: ImuSample, elapsed: float) -> FloatArray | None:
         """Mean angular velocity (3,) [rad/s] since the last frame; None if it is that of `imu`.
 
         Each sample stands for the control period before it, those that were lost are interpolated.

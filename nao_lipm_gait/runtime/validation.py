@@ -245,7 +245,7 @@ class CommandHistory:
     def add(self, targets: JointTargets) -> None:
         """Keep targets that were sent."""
         while self._sent and targets.stamp <= self._sent[-1].stamp:
-            self._sent.pop()
+            self._sent.pop()  # a late frame is answered again, or the time base has changed
         self._sent.append(targets)
 
     def position_at(self, stamp: int, delay: int) -> FloatArray | None:

@@ -15,7 +15,7 @@ def imu(ms: int) -> ImuSample:
 
 
 def sync_at_rest() -> FrameSync:
-    return FrameSync(lambda: np.zeros(3))
+    return FrameSync(lambda: np.zeros(3), 10 * MS)
 
 
 def joints(ms: int, velocity: bool = True) -> JointSample:
@@ -81,7 +81,7 @@ def test_without_any_imu_sample_there_is_no_frame():
 
 def test_without_a_near_imu_sample_the_frame_shows_a_body_at_rest():
     rest = np.array([0.1, 0.2, 9.8])
-    sync = FrameSync(lambda: rest)
+    sync = FrameSync(lambda: rest, 10 * MS)
     sync.add_imu(imu(10))
     frames = [f for ms in range(20, 200, 10) for f in sync.add_joints(joints(ms))]
     assert [f.stamp // MS for f in frames] == [*range(20, 190, 10), 190]
