@@ -25,6 +25,8 @@ from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from nao_lipm_gait.errors import NaoGaitError
+
 # name, type, nodes that take it, meaning (default)
 ARGUMENTS = (
     ("scene", str, ("sim_bridge", "vision"), "floor, pitch, pitch_small or a YAML file (floor)"),
@@ -87,8 +89,7 @@ def _value(context: LaunchContext, argument: str, kind: type) -> ParameterValue:
     try:
         value.evaluate(context)
     except ValueError as error:
-        got = _text(context, argument)
-        raise ValueError(f"{argument}: got {got!r}; allowed: {KINDS[kind]}") from error
+        raise NaoGaitError(argument, _text(context, argument), KINDS[kind]) from error
     return value
 
 
@@ -99,7 +100,7 @@ def _text(context: LaunchContext, argument: str) -> str:
 def _is_on(context: LaunchContext, argument: str) -> bool:
     got = _text(context, argument)
     if got.lower() not in (*TRUE, *FALSE):
-        raise ValueError(f"{argument}: got {got!r}; allowed: true or false")
+        raise NaoGaitError(argument, got, "true or false")
     return got.lower() in TRUE
 
 
@@ -115,9 +116,7 @@ def _installed(package: str) -> bool:
 
 def _require(argument: str, got: str, package: str) -> None:
     if not _installed(package):
-        raise ValueError(
-            f"{argument}: got {got!r}; allowed: false, or install the package {package}"
-        )
+        raise NaoGaitError(argument, got, f"false, or install the package {package}")
 
 
 # -- what is started -------------------------------------------------------------------------------
@@ -151,7 +150,7 @@ def _robots(context: LaunchContext) -> list[Robot]:
         got = _text(context, argument)
         if got:
             allowed = f"nothing: it differs between the robots of scene {scene.name}"
-            raise ValueError(f"{argument}: got {got!r}; allowed: {allowed}")
+            raise NaoGaitError(argument, got, allowed)
     return [
         Robot(f"{namespace}/{robot.name}", robot.urdf, True, bool(load_robot(robot.urdf).cameras))
         for robot in scene.robots
@@ -167,10 +166,10 @@ def _with_vision(context: LaunchContext, robots: list[Robot]) -> list[Robot]:
 
     asked = _text(context, "scene")
     if asked in ("", FLOOR):
-        raise ValueError("vision: got 'true'; allowed: false, or a scene with a field")
+        raise NaoGaitError("vision", "true", "false, or a scene with a field")
     settings_of_scene(asked)
     if _text(context, "cameras") and not _is_on(context, "cameras"):
-        raise ValueError("cameras: got 'false'; allowed: true, because vision needs images")
+        raise NaoGaitError("cameras", "false", "true, because vision needs images")
     context.launch_configurations["cameras"] = "true"
     return [robot for robot in robots if robot.sees]
 
@@ -237,7 +236,7 @@ def _recorder(context: LaunchContext) -> list[Action]:
         return []
     folder = time.strftime("walk_%Y%m%d_%H%M%S") if asked.lower() in TRUE else asked
     if Path(folder).exists():
-        raise ValueError(f"record: got {folder!r}; allowed: a folder that does not exist yet")
+        raise NaoGaitError("record", folder, "a folder that does not exist yet")
     for package in ("ros2bag", "rosbag2_storage_mcap"):
         _require("record", asked, package)
     command = ["ros2", "bag", "record", "--all", "--storage", "mcap", "--output", folder]

@@ -176,6 +176,19 @@ class Field(Settings):
                 lines += [Line((side * x, j * half), (front, j * half)) for j in SIDES]
         return tuple(lines)
 
+    def points_on_lines(self, spacing: float) -> FloatArray:
+        """(n, 2) [m] Points on all lines and the circle, about `spacing` apart."""
+        pieces = []
+        for line in self.lines():
+            count = max(2, round(math.dist(line.start, line.end) / spacing) + 1)
+            pieces.append(np.linspace(line.start, line.end, count))
+        if self.circle_diameter:
+            count = round(math.pi * self.circle_diameter / spacing)
+            angle = math.tau / count * np.arange(count)
+            circle = np.column_stack((np.cos(angle), np.sin(angle)))
+            pieces.append(0.5 * self.circle_diameter * circle)
+        return np.concatenate(pieces)
+
     def marks(self) -> tuple[Point2, ...]:
         """x, y [m] of the centre mark and the penalty marks."""
         if not self.penalty_mark:

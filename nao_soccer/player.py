@@ -4,7 +4,7 @@ player = Player(settings, start)
 player.world.add_odometry(stamp, pose)
 player.world.add_percepts(percepts)
 decision = player.decide(behavior, body, now)
-goal = player.look(decision.action.head)
+goal = player.look(decision.world, decision.action.head)
 """
 
 from dataclasses import replace
@@ -30,21 +30,14 @@ class Player:
 
     Attributes:
         world: Takes percepts, odometry, falls and team messages.
-        last_state: The last state of the world; None before the first odometry.
     """
 
     def __init__(self, settings: WorldSettings, start: Pose2 | None = None) -> None:
         self.world = WorldModel(settings)
-        self.last_state: WorldState | None = None
         self._looking = Looking(self.world.map)
         self._start = start
         self._was_penalized = False
         self._begin_at_start()
-
-    def state(self) -> WorldState | None:
-        """The world at the time of the last odometry; None before the first."""
-        self.last_state = self.world.state()
-        return self.last_state
 
     def decide(self, behavior: PlayerBehavior, body: Body, now: int) -> Decision | None:
         """Decide by what the robot and its team mates see.
@@ -65,16 +58,14 @@ class Player:
         self._was_penalized = penalized
         for mate in behavior.link.mates(now * 1e-9):
             self.world.add_mate(mate)
-        state = self.state()
+        state = self.world.state()
         if state is None:
             return None
         return behavior.update(replace(state, stamp=now), body)
 
-    def look(self, mode: HeadMode) -> Goal | None:
-        """Where the head looks, by the last state; None leaves it to the gait."""
-        if self.last_state is None or not self.last_state.upright:
-            return None
-        return self._looking.goal(mode, self.last_state)
+    def look(self, state: WorldState, mode: HeadMode) -> Goal | None:
+        """Where the head looks in a state of the world; None leaves it to the gait."""
+        return self._looking.goal(mode, state) if state.upright else None
 
     def _begin_at_start(self) -> None:
         if self._start is not None:

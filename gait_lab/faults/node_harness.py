@@ -26,8 +26,7 @@ from std_msgs.msg import String
 from gait_lab.demo.node_processes import NodeProcesses, may_run_in_real_time, real_time_priority
 from gait_lab.faults.node_campaign import NodeOutcome
 from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, Rig
-from gait_lab.soccer.ros_match import FIRST_PORT
-from gait_lab.soccer.senses import in_field
+from gait_lab.soccer.player_nodes import player_parameters, referee_ports
 from nao_lipm_gait.ros.process import DomainClaim
 from nao_lipm_gait.ros.topics import LATCHED, publisher, subscription
 from nao_lipm_gait.types import BUSY, GaitState, state_of
@@ -112,15 +111,10 @@ class NodeHarness:
         whole = load_scene("pitch_small")
         robot = whole.robots[0].replace(name="red1", urdf=urdf, seed=seed)
         file = self._folder / "scene.yaml"
-        file.write_text(whole.replace(robots=(robot,)).to_yaml(), encoding="utf-8")
-        x, y, heading = in_field(robot.pose, robot.team)
-        port = FIRST_PORT + 10 * domain
-        ports = {"control_port": port, "return_port": port + 1}
-        player = {
-            "urdf": urdf, "scene": file, "team": robot.team, "number": robot.number, "players": 1,
-            "start": f"{x:.3f} {y:.3f} {heading:.3f}", "referee": self.fault.referee,
-            "team_port": port + 2, **ports,
-        }  # fmt: skip
+        scene = whole.replace(robots=(robot,))
+        file.write_text(scene.to_yaml(), encoding="utf-8")
+        player = player_parameters(robot, scene, file, domain)
+        player["referee"] = self.fault.referee
         start = self._nodes.start
         self._starts = {
             "sim_bridge": lambda: start("sim_bridge", {"scene": file, "cameras": True, **common}),
@@ -129,7 +123,9 @@ class NodeHarness:
             "player": lambda: start("player", player, "red1"),
         }
         if self.fault.referee:
-            self._starts["referee"] = lambda: start("referee", {"scene": file, **ports})
+            self._starts["referee"] = lambda: start(
+                "referee", {"scene": file, **referee_ports(domain)}
+            )
 
     # -- what a fault may do -----------------------------------------------------------------------
 

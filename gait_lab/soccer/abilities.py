@@ -92,7 +92,7 @@ def _backheel(spec: AbilitySpec) -> AbilityResult:
             time = pitch.count * CONTROL_PERIOD
             if time >= HEEL_WAIT:
                 player.behavior.game = GameState(phase=Phase.PLAYING)
-            elif player.senses.player.state() is not None:
+            elif player.senses.player.world.state() is not None:
                 _show_ball(player, pitch.world.time, relative((*HEEL_BALL, 0.0), pitch.poses[0]))
             lies_in = pitch.field.place_of(pitch.ball_position, pitch.ball_radius, pitch.goals)
             goal = lies_in is BallPlace.IN_BLUE_GOAL

@@ -94,7 +94,7 @@ class PerceptModel:
         self._objects = [
             (kind, rows) for kind, rows in field_map.landmarks.items() if kind in errors.kinds
         ]
-        line = line_points(field)
+        line = field.points_on_lines(SPACING)
         parts = [*(rows[:, :2] for _, rows in self._objects), line]
         ends = np.cumsum([len(each) for each in parts])
         self._fixed = np.concatenate(parts)
@@ -292,20 +292,6 @@ class PerceptModel:
         share = 1.0 / ((1 - v) + v * near / max(far, 1e-9)) * v * near / max(far, 1e-9)
         x, y = (low + share * (high - low)).tolist()
         return x, y
-
-
-def line_points(field: Field) -> FloatArray:
-    """(n, 2) Points on the middle of all lines and of the circle, at equal distances."""
-    pieces = []
-    for line in field.lines():
-        count = max(2, round(math.dist(line.start, line.end) / SPACING) + 1)
-        pieces.append(np.linspace(line.start, line.end, count))
-    if field.circle_diameter:
-        count = round(math.pi * field.circle_diameter / SPACING)
-        angle = math.tau / count * np.arange(count)
-        circle = np.column_stack((np.cos(angle), np.sin(angle)))
-        pieces.append(0.5 * field.circle_diameter * circle)
-    return np.concatenate(pieces)
 
 
 def _hidden(near: FloatArray, hiding: FloatArray) -> NDArray[np.bool_]:

@@ -83,9 +83,9 @@ class RobotPlayer(Policy):
         assert tick.status is not None
         player = self.senses.player
         decision = player.decide(self.behavior, Body(tick.status.state), round(time * 1e9))
-        if decision is None or player.last_state is None:
+        if decision is None:
             return
-        self.estimated_pose = player.last_state.own.pose
+        self.estimated_pose = decision.world.own.pose
         self.decision = decision
         action = decision.action
         self._walk = action.walk
@@ -97,7 +97,7 @@ class RobotPlayer(Policy):
             except NaoGaitError:
                 pass  # refused by the gait, for example because the robot is falling
         self._motion = action.motion
-        self.senses.look(action.head, self.gait)
+        self.gait.request_look(player.look(decision.world, action.head))
         data = self.behavior.team_message(time)
         if data is not None:
             self._pitch.tell(self._index, data, time)

@@ -27,14 +27,18 @@ class RenderedEyes:
         robot: A robot of a world with cameras.
         gait: Its gait, which knows where the torso is.
         settings: What is on the field.
-        deliver: Returns what arrives of the newest image of a camera, by its name.
+        deliver: Returns what arrives of the newest image of a camera, by its name; None = all.
     """
 
     def __init__(
-        self, robot: SimulatedRobot, gait: Gait, settings: VisionSettings, deliver: Deliver
+        self,
+        robot: SimulatedRobot,
+        gait: Gait,
+        settings: VisionSettings,
+        deliver: Deliver | None = None,
     ) -> None:
         self._robot, self._gait = robot, gait
-        self._deliver = deliver
+        self._deliver = deliver or (lambda _, image: image)
         self._vision = VisionController(robot.description, load_color_table("pitch"), settings)
         for camera in robot.cameras:
             self._vision.set_camera(camera.name, camera.model.intrinsics)
@@ -51,13 +55,16 @@ class RenderedEyes:
         others: Sequence[OtherRobot],
     ) -> list[Percepts]:
         """See `Eyes`; the truth is not looked at."""
-        frame, self._frame = self._frame, self._robot.sense()  # the gait has answered the last one
-        if frame is not None and frame.stamp == self._gait.status.stamp != self._stamp:
-            self._stamp = frame.stamp
-            torso = self._gait.torso_pose
-            self._vision.add_joints(frame.stamp, self._names, frame.joint_position)
-            rotation = np.array(rotation_from_rpy(*torso[3:]))
-            self._vision.add_torso(frame.stamp, np.array(torso[:3]), rotation)
+        # The gait has answered the newest frame or, within a control period, the one before.
+        frames = self._frame, self._robot.sense()
+        self._frame = frames[1]
+        for frame in frames:
+            if frame is not None and frame.stamp == self._gait.status.stamp != self._stamp:
+                self._stamp = frame.stamp
+                torso = self._gait.torso_pose
+                self._vision.add_joints(frame.stamp, self._names, frame.joint_position)
+                rotation = np.array(rotation_from_rpy(*torso[3:]))
+                self._vision.add_torso(frame.stamp, np.array(torso[:3]), rotation)
         found = []
         for camera in self._robot.cameras:
             newest = camera.newest(now)

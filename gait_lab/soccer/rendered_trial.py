@@ -2,18 +2,14 @@
 
 import time as clock
 
-import numpy as np
-
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
+from gait_lab.soccer.rendered_eyes import RenderedEyes
 from gait_lab.soccer.walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.world_trial import TraceRows, WorldTrace
 from gait_lab.trials.several import make_gaits, make_scene_world
 from gait_lab.trials.trial import WalkerController, run_controller
-from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.types import Pose2
 from nao_soccer.player import Player
-from nao_soccer.vision.colors import load_color_table
-from nao_soccer.vision.controller import ImageInput, VisionController
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode
@@ -36,9 +32,7 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
     ) as world:
         robot = world.robot
         (gait,) = make_gaits(world)
-        vision = VisionController(robot.description, load_color_table("pitch"), settings)
-        for camera in robot.cameras:
-            vision.set_camera(camera.name, camera.model.intrinsics)
+        eyes = RenderedEyes(robot, gait, settings)
         player = Player(
             WorldSettings(
                 field=settings.field, goals=settings.goals, poles=settings.poles, seed=spec.seed
@@ -49,45 +43,28 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
         course = BallCourse((half[0] + 0.2, half[1] + 0.2), spec.seed)
         policy = RandomWalk(half, spec.seed, gait, spec.seconds)
         controller = WalkerController(world, robot, gait, policy)
-        names = list(robot.description.joint_names)
         truths: dict[int, tuple[Pose2, BallTruth]] = {}
-        seen: dict[str, int] = {}
         rows = TraceRows()
+        stamp: int | None = None
         for tick in run_controller(world, controller, lambda *_: None, past_falls=True):
             place = tick.truth.base_footprint
             ball = course.at(world.time * 1e-9, place)
             world.put_ball(*ball.position, ball.velocity)
             truths[world.time] = place, ball
-            status, frame = tick.status, robot.sense()
-            if status is None or frame is None or status.stamp != frame.stamp:
+            status = tick.status
+            if status is None or status.stamp == stamp:
                 continue
-            torso = gait.torso_pose
-            vision.add_joints(frame.stamp, names, frame.joint_position)
-            rotation = np.array(rotation_from_rpy(*torso[3:]))
-            vision.add_torso(frame.stamp, np.array(torso[:3]), rotation)
-            player.world.add_odometry(status.stamp, status.base_footprint_in_odom)
-            for camera in robot.cameras:
-                image = camera.newest(world.time)
-                if image is not None and seen.get(camera.name) != image.stamp:
-                    seen[camera.name] = image.stamp
-                    height, width, _ = image.pixels.shape
-                    vision.add_image(
-                        camera.name,
-                        ImageInput(
-                            image.stamp, width, height, "rgb8", 3 * width, image.pixels.tobytes()
-                        ),
-                    )
-                percepts = vision.see(camera.name)
-                if percepts is None:
-                    continue
+            stamp = status.stamp
+            player.world.add_odometry(stamp, status.base_footprint_in_odom)
+            for percepts in eyes.arrived(world.time, tick.truth, ball.position, ()):
                 began = clock.perf_counter()
                 player.world.add_percepts(percepts)
-                state = player.state()
+                state = player.world.state()
                 cost = clock.perf_counter() - began
                 if state is not None and state.stamp in truths:
-                    gait.request_look(player.look(head))
+                    gait.request_look(player.look(state, head))
                     delay = (state.stamp - percepts.stamp) * 1e-9
                     rows.add(state, *truths[state.stamp], delay, cost)
-            for old in [stamp for stamp in truths if stamp < status.stamp]:
+            for old in [each for each in truths if each < stamp]:
                 del truths[old]
     return rows.trace()

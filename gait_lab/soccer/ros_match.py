@@ -15,6 +15,7 @@ from gait_lab.ros_session import ros_node
 from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.match_options import MatchOptions, Progress
+from gait_lab.soccer.player_nodes import player_parameters, referee_ports
 from gait_lab.soccer.senses import in_field
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.errors import NaoGaitError
@@ -38,8 +39,6 @@ STALL_TIMEOUT = 120.0
 """[s] without a new time on `/clock`, after which a match is given up."""
 FRAME_PERIOD = 0.2
 """[s] between two frames of the replay."""
-FIRST_PORT = 30000
-"""UDP ports of a match begin at this plus ten times its ROS domain."""
 
 
 def run(
@@ -70,8 +69,7 @@ def run(
         NodeProcesses(domain.environment(), out) as nodes,
     ):
         os.environ.update(domain.environment())
-        ports = FIRST_PORT + 10 * domain.domain
-        count = _start(nodes, options, scene, file.absolute(), ports)
+        count = _start(nodes, options, scene, file.absolute(), domain.domain)
         say(f"{count} ROS 2 nodes in domain {domain.domain} of this machine; logs in {out}")
         with ros_node("nao_gait_match") as node, BagWriter(out / "bag") as writer:
             watcher = _Watcher(node, scene, spec, writer, stop, nodes, progress)
@@ -101,7 +99,7 @@ def _emptied(out: Path) -> Path:
 
 
 def _start(
-    nodes: NodeProcesses, options: MatchOptions, scene: Scene, file: Path, ports: int
+    nodes: NodeProcesses, options: MatchOptions, scene: Scene, file: Path, domain: int
 ) -> int:
     """Start all nodes; their number."""
     nodes.start(
@@ -114,25 +112,10 @@ def _start(
             "real_time_factor": 1.0 if options.real_time else 0.0,
         },
     )
-    common = {"control_port": ports, "return_port": ports + 1}
     for robot in scene.robots:
         nodes.start("gait", {"urdf": robot.urdf, "bias_wait": BIAS_WAIT}, robot.name)
         nodes.start("vision", {"urdf": robot.urdf, "scene": file}, robot.name)
-        x, y, heading = in_field(robot.pose, robot.team)
-        nodes.start(
-            "player",
-            {
-                "urdf": robot.urdf,
-                "scene": file,
-                "team": robot.team,
-                "number": robot.number,
-                "players": sum(each.team == robot.team for each in scene.robots),
-                "start": f"{x:.3f} {y:.3f} {heading:.3f}",
-                "team_port": ports + 2 + TEAMS.index(robot.team),
-                **common,
-            },
-            robot.name,
-        )
+        nodes.start("player", player_parameters(robot, scene, file, domain), robot.name)
     nodes.start(
         "referee",
         {
@@ -140,7 +123,7 @@ def _start(
             "minutes": options.minutes,
             "kick_off": TEAMS[options.seed % 2],
             "wait": START,
-            **common,
+            **referee_ports(domain),
         },
     )
     return 2 + 3 * len(scene.robots)

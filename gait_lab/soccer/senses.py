@@ -11,7 +11,6 @@ import numpy as np
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.vision.percept_errors import PerceptErrors
 from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.geometry import rotation_matrix
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics
@@ -20,7 +19,6 @@ from nao_soccer.field import Field, Goals
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind, Percepts
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import HeadMode
 from sim_bridge.robot import GroundTruth
 
 IMAGE_SIZE = (320, 240)
@@ -152,10 +150,6 @@ class Senses:
         for percepts in self._eyes.arrived(now, truth, ball, others):
             with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
                 world.add_percepts(percepts)
-
-    def look(self, mode: HeadMode, gait: Gait) -> None:
-        """Turn the head."""
-        gait.request_look(self.player.look(mode))
 
 
 def _view(camera: CameraModel, truth: GroundTruth, footprint: Pose2) -> CameraView:

@@ -294,11 +294,11 @@ def run_trial(
                 percepts = replace(percepts, stamp=stamp)
             began = clock.perf_counter()
             player.world.add_percepts(percepts)
-            state = player.state()
+            state = player.world.state()
             cost += clock.perf_counter() - began
             if state is None:
                 continue
-            head.control.ask(player.look(spec.head))
+            head.control.ask(player.look(state, spec.head))
             rows.add(state, truth, ball, (stamp - due + delay) * 1e-9, cost)
             cost = 0.0
             if watch is not None:

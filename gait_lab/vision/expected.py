@@ -77,7 +77,8 @@ class View:
         self._camera = truth.view
         self._settings = settings
         self._teams = teams
-        self._line_points = line_points(settings)
+        marks = np.array(settings.field.marks()).reshape(-1, 2)
+        self._line_points = np.concatenate((settings.field.points_on_lines(SPACING), marks))
         pieces = [(line.start, line.end) for line in settings.field.lines()]
         pieces += [(mark, mark) for mark in settings.field.marks()]
         start, end = np.array(pieces).transpose(1, 0, 2)
@@ -199,19 +200,3 @@ class View:
         if self._settings.goals is not None:
             others += self._settings.field.posts(self._settings.goals)
         return any(math.hypot(place[0] - x, place[1] - y) < reach for x, y in others)
-
-
-def line_points(settings: VisionSettings) -> FloatArray:
-    """(n, 2) [m] Points on the middles of all lines of the field, `SPACING` apart."""
-    points = []
-    for line in settings.field.lines():
-        start, end = np.array(line.start), np.array(line.end)
-        count = max(round(float(np.hypot(*(end - start))) / SPACING), 1)
-        points.append(start + (end - start) * np.linspace(0.0, 1.0, count + 1)[:, None])
-    radius = 0.5 * settings.field.circle_diameter
-    count = round(2.0 * math.pi * radius / SPACING)
-    angle = np.arange(count) * (2.0 * math.pi / max(count, 1))
-    points.append(radius * np.column_stack((np.cos(angle), np.sin(angle))))
-    for x, y in settings.field.marks():
-        points.append(np.array(((x, y),)))
-    return np.concatenate(points)

@@ -33,11 +33,13 @@ class Decision(NamedTuple):
     """What was decided, and why.
 
     Attributes:
+        world: The world it was decided in.
         action: What to do.
         path: The activation path.
         plan: What to do with the ball; None while none is known.
     """
 
+    world: WorldState
     action: Action
     path: tuple[Activation, ...]
     plan: BallPlan | None
@@ -130,7 +132,7 @@ class Mind:
         action, path = self._engine.update(situation, world.stamp * 1e-9)
         walk = kept_apart(action.walk, situation.near_robots(), self._limits)
         action = replace(action, walk=walk, head=_watching_way(action, situation))
-        return Decision(action, path, self._plan)
+        return Decision(world, action, path, self._plan)
 
     def _planned(self, world: WorldState, body: Body) -> BallPlan | None:
         if world.ball is None:

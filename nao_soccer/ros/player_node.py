@@ -30,7 +30,7 @@ from nao_soccer.ros import player_messages as convert
 from nao_soccer.ros.behavior_part import BehaviorPart
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import HeadMode, WorldState
+from nao_soccer.world.state import WorldState
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 SCENE = node_parameter("scene", "pitch", "field and goals: a shipped scene or a YAML file")
@@ -134,17 +134,15 @@ class PlayerNode(Node):
         part = self._behavior
         part.hear(now)
         decision = self._player.decide(part.behavior, part.body, now)
-        state = self._player.last_state
-        if decision is None or state is None:
+        if decision is None:
             return
         part.act(decision, now)
-        self._turn_head(decision.action.head, now)
+        self._turn_head(self._player.look(decision.world, decision.action.head), now)
         if not 0 <= now - self._reported < REPORT_PERIOD:
             self._reported = now
-            self._publish(state)
+            self._publish(decision.world)
 
-    def _turn_head(self, mode: HeadMode, now: int) -> None:
-        goal = self._player.look(mode)
+    def _turn_head(self, goal: Goal | None, now: int) -> None:
         if isinstance(goal, LookAt | Follow):
             point = PointStamped()
             point.header.stamp, point.header.frame_id = to_time(now), goal.frame.value

@@ -115,14 +115,13 @@ class TeamLink:
         """The team mates who were heard lately, for the world model."""
         found = []
         for number, each in sorted(self._heard.items()):
-            age = time - each.time
-            if age >= SILENCE:
+            if time - each.time >= SILENCE:
                 continue
             message, ball = each.message, each.message.ball
             seen = None
             if ball is not None:
                 var = max(ball.deviation, 0.05) ** 2
-                seen = TeamBall(ball.position, ball.velocity, (var, 0.0, var), ball.age + age)
+                seen = TeamBall(ball.position, ball.velocity, (var, 0.0, var), ball.age)
             found.append(
                 TeamMate(
                     number, round(each.time * 1e9), message.pose, message.valid, message.fallen,

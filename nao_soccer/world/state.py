@@ -113,7 +113,7 @@ class TeamBall:
         position: [m] in `field`.
         velocity: [m/s] in `field`.
         covariance: Of the position [m^2] in `field`.
-        age: [s] since the team mate saw it.
+        age: [s] since the team mate saw it, when it told of it.
     """
 
     position: Point2

@@ -690,14 +690,13 @@ def test_a_player_takes_its_start_for_its_place_after_a_penalty() -> None:
         nonlocal stamp
         for data in messages:
             behavior.hear_referee(data, stamp * 1e-9)
-        if player.last_state is not None:
-            player.decide(behavior, Body(), stamp)
+        player.decide(behavior, Body(), stamp)
         for _ in range(50):
             stamp += 10_000_000
             player.world.add_odometry(stamp, (2e-9 * stamp, 0.0, 0.0))
-        assert player.decide(behavior, Body(), stamp) is not None
-        assert player.last_state is not None
-        return player.last_state.own.pose
+        decision = player.decide(behavior, Body(), stamp)
+        assert decision is not None
+        return decision.world.own.pose
 
     assert math.dist(place(control(Phase.READY))[:2], start[:2]) == pytest.approx(1.0, abs=0.2)
     away = place(control(Phase.PLAYING, 2), control(Phase.PLAYING, 3, Penalty.INCAPABLE))

@@ -119,14 +119,6 @@ def test_messages_of_other_teams_and_own_ones_are_left_out() -> None:
     assert ear.mates(0.0) == ()
 
 
-def test_a_mates_ball_ages_until_it_is_used() -> None:
-    ear = link()
-    ear.receive(MESSAGE.encode(), 1.0)
-    ball = ear.mates(1.5)[0].ball
-    assert ball is not None
-    assert ball.age == pytest.approx(0.7)
-
-
 @pytest.mark.parametrize("budget", [40, 1200])
 def test_the_budget_lasts_to_the_end_of_the_game(budget: int) -> None:
     """Two players for ten minutes."""

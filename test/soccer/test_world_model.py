@@ -62,7 +62,7 @@ class Run:
                 self.player.world.add_percepts(
                     seen if self._knows else replace(seen, stamp=self.stamp)
                 )
-        state = self.player.state()
+        state = self.player.world.state()
         assert state is not None
         return state
 
@@ -105,7 +105,7 @@ def test_an_older_image_of_another_camera_is_carried_on():
     old = run.eyes.see(run.stamp, run.truth, (0.3, 0.2))
     run.go(0.2, turn=0.3)
     run.player.world.add_percepts(old)
-    state = run.player.state()
+    state = run.player.world.state()
     assert run.ball_error(state) < 0.05
     assert run.place_error(state) < 0.1
 
@@ -193,7 +193,7 @@ def test_after_bad_odometry_the_pose_is_found_again(stamp: int, shift: Pose2, fi
         before = relative(run.truth, START)
         run.jump = relative(compose(run.odometry, shift), ODOM_START)
         run.jump = compose(run.jump, relative((0.0, 0.0, 0.0), before))
-        assert not run.player.state().own.valid
+        assert not run.player.world.state().own.valid
     state = run.go(6.0, turn=0.3)
     assert state.own.valid
     assert run.place_error(state) < 0.1
@@ -273,7 +273,7 @@ def test_a_ball_that_only_a_team_mate_sees_is_used_and_not_told_again():
     run = Run(ball=None)
     run.go(1.0)
     run.player.world.add_mate(mate(run, (1.0, 0.5)))
-    state = run.player.state()
+    state = run.player.world.state()
     assert state.ball is not None
     assert state.ball.by_team
     assert not state.ball.seen_recently
@@ -287,7 +287,7 @@ def test_the_owneyes_come_before_a_team_mate():
     run = Run(ball=(0.3, 0.2))
     run.go(0.8)
     run.player.world.add_mate(mate(run, (1.5, 1.0)))
-    state = run.player.state()
+    state = run.player.world.state()
     assert not state.ball.by_team
     assert run.ball_error(state) < 0.05
 
@@ -341,11 +341,11 @@ def test_a_robot_near_a_fallen_team_mate_is_marked():
             replace(seen, objects=(*seen.objects, percept(Kind.ROBOT_RED, (x, y))))
         )
         run.go(0.05)
-    (robot,) = run.player.state().obstacles
+    (robot,) = run.player.world.state().obstacles
     assert robot.team == "red"
     assert not robot.fallen
     run.player.world.add_mate(TeamMate(2, run.stamp, ahead, True, fallen=True))
-    (robot,) = run.player.state().obstacles
+    (robot,) = run.player.world.state().obstacles
     assert robot.fallen
     assert run.go(9.0).obstacles == ()
 
@@ -367,20 +367,20 @@ def test_a_robot_is_missed_only_where_all_of_it_would_be_in_the_image(far: float
 
 def test_the_head_follows_the_ball_and_searches_without_one():
     run = Run()
-    run.go(0.6)
-    goal = run.player.look(HeadMode.BALL)
+    state = run.go(0.6)
+    goal = run.player.look(state, HeadMode.BALL)
     assert isinstance(goal, Follow)
-    assert math.dist(goal.point[:2], run.player.state().ball.position) < 1e-9
-    assert run.player.look(HeadMode.FREE) is None
+    assert math.dist(goal.point[:2], state.ball.position) < 1e-9
+    assert run.player.look(state, HeadMode.FREE) is None
     empty = Run(ball=None)
-    empty.go(0.6)
-    assert isinstance(empty.player.look(HeadMode.BALL), Search)
+    state = empty.go(0.6)
+    assert isinstance(empty.player.look(state, HeadMode.BALL), Search)
 
 
 def test_the_head_looks_at_a_landmark_that_can_be_seen():
     run = Run()
     state = run.go(0.8)
-    goal = run.player.look(HeadMode.LOCALIZE)
+    goal = run.player.look(state, HeadMode.LOCALIZE)
     assert isinstance(goal, LookAt)
     x, y, _ = compose(state.own.pose, (*goal.point[:2], 0.0))
     landmarks = np.concatenate(list(run.player.world.map.landmarks.values()))
@@ -391,8 +391,7 @@ def test_a_scan_looks_near_and_far_while_one_place_is_in_the_image():
     run = Run()
     looks = []
     for _ in range(16):
-        run.go(0.05)
-        goal = run.player.look(HeadMode.SCAN)
+        goal = run.player.look(run.go(0.05), HeadMode.SCAN)
         assert isinstance(goal, LookAt)
         assert goal.point[1] == 0.0
         looks.append(goal.point[0])

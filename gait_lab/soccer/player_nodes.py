@@ -1,0 +1,44 @@
+"""ROS parameters of the nodes of a match: referee, and the players of a scene."""
+
+from pathlib import Path
+
+from gait_lab.soccer.senses import in_field
+from nao_soccer.field import TEAMS
+from sim_bridge.scene import Scene, SceneRobot
+
+FIRST_PORT = 30000
+"""UDP ports of a match begin at this plus ten times its ROS domain."""
+
+
+def referee_ports(domain: int) -> dict[str, object]:
+    """UDP ports of the referee, which all nodes of a match know.
+
+    Args:
+        domain: The ROS domain of the match.
+    """
+    first = FIRST_PORT + 10 * domain
+    return {"control_port": first, "return_port": first + 1}
+
+
+def player_parameters(
+    robot: SceneRobot, scene: Scene, file: Path, domain: int
+) -> dict[str, object]:
+    """Parameters of a node `player`.
+
+    Args:
+        robot: The robot that plays.
+        scene: The scene, with its team mates.
+        file: The file of the scene.
+        domain: The ROS domain of the match.
+    """
+    x, y, heading = in_field(robot.pose, robot.team)
+    return {
+        "urdf": robot.urdf,
+        "scene": file,
+        "team": robot.team,
+        "number": robot.number,
+        "players": sum(each.team == robot.team for each in scene.robots),
+        "start": f"{x:.3f} {y:.3f} {heading:.3f}",
+        "team_port": FIRST_PORT + 10 * domain + 2 + TEAMS.index(robot.team),
+        **referee_ports(domain),
+    }
