@@ -30,7 +30,7 @@ match: compiled  ## two teams of two play soccer over ROS 2 (options: make match
 test: $(READY)  ## the tests (those marked slow: make test-slow)
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup -m "not slow" $(ARGS)
 
-test-slow: $(READY)  ## the tests that take long for what they show
+test-slow: $(READY)  ## the slow tests, which CI does not run
 	@$(BIN)/python -m pytest -q -n $(JOBS) --dist loadgroup -m slow $(ARGS)
 
 bench: compiled  ## measure with the compiled gait (make bench ARGS="speed --robots 8")

@@ -23,7 +23,7 @@ PLACO_PUSH: Mapping[str, float] = {"left": 1.75, "right": 1.75, "forward": 2.0, 
 PUBLISHED_NOTE = (
     "paper: Graf and Röfer on a real NAO. placo: the open-loop walk of placo 0.10.2 on a plant "
     "much like reference, nine robots with stronger motors, heading held. NAO: the fastest forward "
-    "walk measured on NAO hardware. None of these was measured here."
+    "walk measured on NAO hardware (Nao Devils, 2017-19). These three were not measured here."
 )
 
 

@@ -167,8 +167,9 @@ same figures. Results of earlier commits are kept while the reference walks are 
 (`nao_gait fingerprint`). {form}
 
 - A *robot* is an individual drawn from the plant: joint zero errors, sensor biases, masses,
-  friction, motor strength ([plants.md](plants.md)). Worst and median are over the robots. The
-  parameters were chosen on robots 0 to 39; the robots here are others.
+  friction, motor strength ([plants.md](plants.md)). *Worst* is the slowest robot, for errors and
+  slip that with the largest value; *median* is over the robots. The parameters were chosen on
+  robots 0 to 39, some also on 100 to 169; the robots here are others.
 - *Closed* is the gait with its feedback. *Open* is the same gait with the same parameters on the
   same robots without feedback (`feedback: false`).
 - A speed *counts* only if no robot falls, at most 5 % of the ticks are without a loaded foot, the
@@ -386,16 +387,13 @@ def write_page(docs: Path) -> Path:
     files = (docs / "results" / f"{section.name}.json" for section in SECTIONS)
     contents = {file.stem: load(file) for file in files if file.is_file()}
     one_commit = _one_commit(contents.values())
-    form = "All of it" if one_commit else "What names no other commit"
-    form += " is of commit {}."
+    form = "All sections" if one_commit else "Sections that name no other commit"
+    form += " were measured at commit {}."
     commits = [_commit(content) for content in contents.values() if not content["stale"]]
     form = form.format(f"`{commits[0]}`") if commits else ""
     quick = [content["title"] for content in contents.values() if content["quick"]]
-    full = [content["title"] for content in contents.values() if not content["quick"]]
     if quick:
-        scope = "All but these sections are" if full else "This is"
-        form += f" {scope} the quick form: few robots, short windows."
-        form += f" In full: {', '.join(full)}." if full else ""
+        form += f" Measured in the quick form, few robots and short windows: {', '.join(quick)}."
     parts = [INTRODUCTION.format(form=form.strip(), published=PUBLISHED_NOTE)]
     for section in SECTIONS:
         if section.name in contents:

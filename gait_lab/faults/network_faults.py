@@ -65,7 +65,10 @@ class Latency(Fault):
     """
 
     summary = "sensor messages and commands arrive up to 60 ms late, constant or random"
-    why = "up to 120 ms are added to a loop that predicts over 60 ms."
+    why = (
+        "up to 60 ms are added on each way; the gait measures and bridges the age of its sensors, "
+        "not the delay of its commands."
+    )
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)

@@ -74,6 +74,8 @@ SCOPES: Mapping[str, Scope] = {
             "violated: a command that is not finite, beyond the limits of a joint or too fast; an "
             "exception; a hang; a stop without a report; stiff commands after a fall that the gait "
             "did not detect.",
+            "The gait measures the age of its sensors (`sensor_age`), and walks on while they are "
+            "missing (`coast`); both are off by default in the node.",
         ),
     ),
     "soccer": Scope(

@@ -123,7 +123,7 @@ def test_each_file_and_the_page_say_how_they_came_about(bench: Bench, tmp_path: 
     assert content["fingerprints"] == {WALK: FOUND.as_list()}
     assert content["rows"][0]["value"] == 40.04
     page = (tmp_path / "results.md").read_text()
-    assert f"All of it is of commit `{CODE.commit[:12]}`" in page
+    assert f"All sections were measured at commit `{CODE.commit[:12]}`" in page
     assert "| 40.0 |" in " ".join(page.split())
     assert "- |a| &lt; b" in page
     assert page.index("## One") < page.index("nao_gait bench one") < page.index("## Two")

@@ -74,7 +74,8 @@ def compute(options: Options) -> SuiteResult:
         f"{pitch.robots} robots with a gait each on the scene {SCENE}, in one process: "
         f"{pitch.speed:.1f} simulated s per s; share of the physics steps "
         f"{pitch.physics_share:.2f}.",
-        "In the table, as in rollouts, the gait answers several delayed frames in a row.",
+        "The table is of runs in which the gait answers several delayed frames in a row, as in "
+        "rollouts.",
     )
     return SuiteResult(
         (

@@ -108,7 +108,8 @@ class _Spread:
         """The row of the table."""
         return (
             self._name.removeprefix("kick_").replace("_", " "), len(self._results), self._stood,
-            self._distance, self._distance_spread, self._direction, math.degrees(self._intended),
+            self._distance, self._distance_spread, self._direction,
+            math.degrees(self._intended) + 0.0,
             self._direction_spread, statistics.fmean(each.speed for each in self._results),
             statistics.fmean(each.seconds for each in self._results),
         )  # fmt: skip

@@ -214,7 +214,8 @@ def odometry(options: Options) -> SuiteResult:
         "Odometry against the truth at the end of each course, of the robots that stayed upright. "
         "Place: in percent of the way. sigma: deviation of the heading by the odometry's own "
         "covariance, median. turned: by the truth before the stop, where no turn is commanded. "
-        "Each robot has its own sensor noise.",
+        "Each robot has its own sensor noise. stood: from the start to the first step, until the "
+        "gyro's bias is known.",
     )
     return SuiteResult(tuple(rows), f"Odometry, {options.title}", (Table(columns, lines),), notes)
 

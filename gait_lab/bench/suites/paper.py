@@ -97,8 +97,9 @@ def paper(options: Options) -> SuiteResult:
         ]
         tables += [_pushes(outcomes, prefix)] if options.push else []
     notes = [
-        "paper: the published figure of a real NAO. Speeds in the torso's own heading, of the "
-        "robots that stayed upright. Speed error: mean over them of |speed - commanded speed|; "
+        "published: the paper's figure of a real NAO; paper, paper open loop, default: presets on "
+        "the simulated robots. Speeds in the torso's own heading, of the robots that stayed "
+        "upright. Speed error: mean over them of |speed - commanded speed|; "
         "slip: of the worst robot. CoM y: mean over the robots of the mean |expected - measured| "
         "as in the paper, and of |expected - true|. Pushes: survivors of "
         f"{options.robots * options.phases} while stepping on the spot.",
@@ -157,7 +158,7 @@ def _kind(prefix: str) -> str:
 
 
 def _speeds(outcomes: Sequence[Outcome], prefix: str) -> Table:
-    columns = [Column(_kind(prefix)), Column("commanded"), Column("paper")]
+    columns = [Column(_kind(prefix)), Column("commanded"), Column("published")]
     for outcome in outcomes:
         columns += [Column(outcome.name.replace("_", " "), "upright"), Column("", "worst"),
                     Column("", "median"), Column("")]  # fmt: skip
@@ -195,7 +196,7 @@ def _accuracy(outcomes: Sequence[Outcome], prefix: str) -> Table:
 
 
 def _errors(outcomes: Sequence[Outcome], prefix: str) -> Table:
-    columns = [Column(f"CoM y, {_kind(prefix)}"), Column("paper", "mm", 2)]
+    columns = [Column(f"CoM y, {_kind(prefix)}"), Column("published", "mm", 2)]
     for outcome in outcomes:
         columns += [Column(outcome.name.replace("_", " "), "measured, mm", 2),
                     Column("", "true, mm", 2)]  # fmt: skip

@@ -77,9 +77,9 @@ def peers(options: Options) -> SuiteResult:
     """All tasks with every walk, then pushes on the spot."""
     outcomes = compare(options, peers_of(options), tasks_of(options), PUSHES)
     notes = [
-        "Speeds [cm/s, deg/s] of the robots that stayed upright, beside the commanded one; worst: "
-        "the farthest from it. x: a robot fell; !: upright, but does not count (flight, slip, "
-        "contact of the legs).",
+        "Speeds [cm/s, deg/s] of the robots that stayed upright; farthest: the one farthest from "
+        "what is commanded. x: a robot fell; !: upright, but does not count (flight, slip, contact "
+        "of the legs).",
         "off: difference to the commanded velocity over ground; yaw: turn rate where none is "
         "commanded; both of the upright robots. Off, yaw, flight, slip: the worst of all robots "
         "and tasks. CoM y: mean |expected - true| over the tasks. Pushes while stepping on the "
@@ -87,7 +87,7 @@ def peers(options: Options) -> SuiteResult:
         "again.",
         "open loop: the gait without feedback. zmp, preview: ZMP walk and ZMP preview control with "
         "heading hold, without posture control by the gyro; gyro: with it. paper: the preset with "
-        "the first paper's method. default: the gait of this command.",
+        "the first paper's method. default: the preset of that name, or what the command sets.",
         "placo: joint trajectories of placo's walk, open loop, without heading hold."
         if options.placo_python is not None else
         "placo's walk is left out: give a Python that has it by --placo-python. To make one: "
@@ -178,7 +178,7 @@ def _table(outcomes: Sequence[Outcome]) -> Table:
     columns = [Column("walk")]
     for score in outcomes[0].scores:
         asked = "" if score.asked is None else f"of {score.asked:.0f}"
-        columns += [Column(score.task.name, "upright"), Column(asked, "worst")]
+        columns += [Column(score.task.name, "upright"), Column(asked, "farthest")]
         columns.append(Column("", "median"))
     columns += [
         Column("off", "cm/s"), Column("yaw", "deg/s"), Column("flight", "%"),

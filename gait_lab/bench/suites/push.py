@@ -66,7 +66,7 @@ def push(options: Options) -> SuiteResult:
         "the robot's motion without a push (spot, stand: of none). Force for "
         f"{PUSH_DURATION:g} s at the torso.",
         f"largest: survived by at least {SURVIVAL:.0%}, as is every smaller one that was tried; "
-        "< and >=: the end of what was tried.",
+        "< and >=: the end of what was tried; an empty cell was not tried.",
         "placo: one robot on a plant of its own, six phases, all survived; not measured here.",
         "x: the first quarter of the robots failed so often that the others were left out.",
         *(each.detection.note(f"{each.text}, {loop_name(each.closed_loop)}") for each in series),
@@ -107,7 +107,7 @@ def _table(series: Sequence[PushSeries], directions: Sequence[str]) -> Table:
     impulses = sorted({impulse for each in series for _, impulse in each.cells})
     columns = [
         Column("task"), Column("loop"), Column("direction"), Column("largest", "N s"),
-        Column("placo", "N s"), *(Column(f"{impulse:g}", "%", 0) for impulse in impulses),
+        Column("placo", "N s"), *(Column(f"{impulse:g} N s", "%", 0) for impulse in impulses),
     ]  # fmt: skip
     rows = []
     for each in series:

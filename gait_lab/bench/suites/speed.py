@@ -45,7 +45,9 @@ def speed(options: Options) -> SuiteResult:
     rows += [row for score in at_half for row in half_speed_rows(score)]
     notes = [
         "Speeds in the torso's own heading, of the robots that stayed upright. Drift, flight, "
-        "slip, contact and saturation: of the worst robot. CoM y: mean |expected - true| (meas: "
+        "slip, contact and saturation: of the worst robot. Drift: mean yaw rate where none is "
+        "commanded; contact: ticks of 10 ms in which the legs touch; sat.: share of ticks in which "
+        "a motor is at its torque limit. CoM y: mean |expected - true| (meas: "
         "|expected - measured|).",
         PUBLISHED_NOTE,
         f"{RULES} Slip is that of the centre of pressure: a sole that pivots about it does not "
