@@ -196,7 +196,7 @@ class Modes:
         entered = transition is not None and transition.after is RELAXED
         if self.state not in BUSY and (self._requests.relax or not entered):
             self._requests.stand = False
-        self._requests.relax = False
+        self._requests.relax = self._requests.fall = False
         return transition
 
     def _first_transition(self) -> Transition | None:
@@ -244,8 +244,7 @@ class Modes:
         return self._requests.stand
 
     def _falls(self) -> bool:
-        reported, self._requests.fall = self._requests.fall, False
-        falls = reported or self._robot.detect_fall()
+        falls = self._requests.fall or self._robot.detect_fall()
         running = self.motions.running
         # A motion that ends on the floor tilts the robot on purpose.
         self.fell = falls and (running is None or running.upright)

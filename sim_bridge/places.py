@@ -43,7 +43,7 @@ def check_places(robots: Sequence[SimulatedRobot], surroundings: Surroundings) -
     """
     starts = [_start_of(robot) for robot in robots]
     if len(robots) == 1 and not surroundings.fixtures:
-        return  # as ever: the ball may be anywhere
+        return  # the ball may be anywhere
     taken = list(_places_of(surroundings))
     for start in starts:
         _check(start, taken)

@@ -44,7 +44,7 @@ SATURATED = 0.95
 """Share of the torque limit from which on a motor counts as saturated. Below 1, because the speed
 that sets the limit has changed a little by the end of the step."""
 FADE_STEP = 0.01
-"""Change of a motor's torque share by heat and voltage, from which on the engine is told."""
+"""Change of a motor's torque share by heat and voltage, from which on the engine uses it."""
 _SECOND = 1_000_000_000
 
 
@@ -240,9 +240,13 @@ class SimulatedRobot:
             return
         position = np.array(targets.position, dtype=float)
         count = len(self.description.joint_names)
-        if position.shape != (count,) or not np.isfinite(position).all():
-            allowed = f"{count} finite angles [rad]"
-            raise NaoGaitError("targets.position", position.tolist(), allowed)
+        if position.shape != (count,):
+            allowed = f"{count} angles [rad]"
+            raise NaoGaitError("targets.position", f"shape {position.shape}", allowed)
+        if not np.isfinite(position).all():
+            bad = int(np.argmin(np.isfinite(position)))
+            name = f"targets.position[{self.description.joint_names[bad]}]"
+            raise NaoGaitError(name, float(position[bad]), "a finite angle [rad]")
         if not 0.0 <= targets.stiffness <= 1.0:
             raise NaoGaitError("targets.stiffness", targets.stiffness, "0 to 1")
         stiffness: float | FloatArray = float(targets.stiffness)

@@ -35,7 +35,7 @@ class Odometry:
         shoved meanwhile is not known.
 
         Args:
-            turned: Angle [rad] by which it turned since the last tick, where a gyro tells.
+            turned: Angle [rad] by which it turned since the last tick, where a gyro measures it.
         """
         self.velocity = (0.0, 0.0, 0.0)
         self._support = 0

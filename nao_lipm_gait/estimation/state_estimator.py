@@ -168,7 +168,7 @@ class StateEstimator:
             # A fall or a shove looks like a bias too, and a walk that begins with one falls.
             self._bias_jump = GyroBiasJump()
         if feet_free:
-            # The feet need not stand flat, so they tell nothing about the torso.
+            # The feet need not stand flat, so they say nothing about the torso.
             self.orientation.update(rate, force, None, gyro_dt)
             self.lying_side = self._lying.update(force, gyro_dt)
         else:

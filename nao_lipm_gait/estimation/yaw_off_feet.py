@@ -13,7 +13,7 @@ from nao_lipm_gait.types import Point3
 FORWARD_MIN = 0.5
 """Smallest horizontal part of the torso's x axis: that of a vertical one has no direction."""
 RATE_MAX = 8.0
-"""[rad/s] With which the change during such a pose is told: `odom` does not jump (REP-105)."""
+"""[rad/s] With which the change during such a pose is added: `odom` does not jump (REP-105)."""
 
 
 class YawOffFeet:

@@ -59,7 +59,7 @@ from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
-from nao_lipm_gait.types import ON_THE_WAY, GaitStatus
+from nao_lipm_gait.types import BUSY, GaitStatus
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 PRESET = node_parameter(
@@ -252,7 +252,7 @@ class GaitNode(Node):
         self._publish(controller.receive(topic, read))
         if controller.needs_loads != bool(self._loads):
             self._subscribe_to_soles(controller.needs_loads)
-        self._garbage.after_tick(resting=controller.state not in ON_THE_WAY)
+        self._garbage.after_tick(resting=controller.state not in BUSY)
 
     def _receive_joints(self, message: JointState, info: dict[str, int]) -> None:
         arrived = self.get_clock().now().nanoseconds if self._measures_age else None

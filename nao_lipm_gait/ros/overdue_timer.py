@@ -7,6 +7,8 @@ from rclpy.node import Node
 
 OVERDUE = 1.5
 """Control periods from an answer until the next one is overdue: messages jitter by a few ms."""
+GRACE = 1_000_000
+"""[ns] The executor serves timers before messages: those that have arrived get this long."""
 
 
 class OverdueTimer:
@@ -23,7 +25,7 @@ class OverdueTimer:
     def __init__(self, node: Node, period: float, callback: Callable[[], None]) -> None:
         self._first, self._next = round(OVERDUE * period * 1e9), round(period * 1e9)
         self._callback = callback
-        self._fires = False
+        self._fires = self._graced = False
         self._wait = self._first
         self._timer = node.create_timer(
             OVERDUE * period, self._on_time, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -31,12 +33,19 @@ class OverdueTimer:
 
     def restart(self) -> None:
         """Begin a control period: sensors have been answered."""
-        wait = self._next if self._fires else self._first
-        if wait != self._wait:
-            self._wait = self._timer.timer_period_ns = wait
+        self._graced = False
+        self._wait_for(self._next if self._fires else self._first)
+
+    def _wait_for(self, time: int) -> None:
+        if time != self._wait:
+            self._wait = self._timer.timer_period_ns = time
         self._timer.reset()
 
     def _on_time(self) -> None:
+        if not self._graced:
+            self._graced = True
+            self._wait_for(GRACE)
+            return
         self._fires = True
         try:
             self._callback()

@@ -9,13 +9,17 @@ the fault trials and the benchmarks drive the same class.
                  the way of a sensor message: is its stamp the next one, are its values plausible,
                  which IMU sample belongs to which joint state
     target_guard the last check of the targets before they are sent
-    sensor_outage, commands, motion_requests
-                 missing sensors, velocity and head commands, outcomes of requested motions
+    sensor_age, sensor_outage, sole_loads, lift_watch, heat_watch
+                 late sensors, missing sensors, loads on the soles, a lifted robot, hot motors
+    commands, velocity_gate, bias_wait, motion_commands, motion_requests
+                 velocity and head commands, when they may move the robot, requested motions
+    calibration_monitor
+                 what the gait has learned of its sensors
     diagnostics, reports, state_log, stamp_reports, publisher_watch, tick_times
                  log lines, reports, changes of the state, stamps, publishers that are one too many,
                  durations and late ticks
     latency      warm-up and garbage collection
 
-`sim_bridge` uses `inputs` and `diagnostics` as well: they are shared by both nodes and know neither
-the gait nor the robot's stand-in.
+`sim_bridge` uses `inputs`, `diagnostics`, `reports` and `command_input` (the robot's side of
+`joint_command`) as well: they know neither the gait nor the simulation.
 """

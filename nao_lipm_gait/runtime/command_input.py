@@ -54,7 +54,7 @@ class CommandInput:
 
         Args:
             sender: header.frame_id of the command; each gait has its own.
-            now: time [s], of any clock that does not stop while commands are waited for.
+            now: time [s] of the robot's clock, in a simulation the simulated time.
 
         Raises:
             NaoGaitError: another gait is in control.
@@ -81,7 +81,7 @@ class CommandInput:
 
         Args:
             sender: header.frame_id of the command.
-            now: time [s], of any clock that does not stop while commands are waited for.
+            now: time [s] of the robot's clock, in a simulation the simulated time.
             stamp: [ns] of the sensors that the command answers; 0 = of none.
             names: joints in any order; joints that are not named keep target and stiffness.
             position: [rad], one for each name.

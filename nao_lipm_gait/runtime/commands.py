@@ -102,7 +102,8 @@ def head_angles(
         NaoGaitError: For other joints, or an angle that is not finite.
     """
     if sorted(names) != sorted((PAN, TILT)) or len(position) != 2:
-        raise NaoGaitError("~/head", list(names), f"{PAN} and {TILT} with a position each")
+        got = f"{', '.join(names)} with {len(position)} positions"
+        raise NaoGaitError("~/head", got, f"{PAN} and {TILT} with a position each")
     found = dict(zip(names, position, strict=True))
     angles = []
     for name in (PAN, TILT):

@@ -54,6 +54,7 @@ from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
 from nao_lipm_gait.runtime.velocity_gate import VelocityGate
 from nao_lipm_gait.types import (
     BUSY,
+    DOWN,
     GRAVITY,
     ON_THE_WAY,
     FloatArray,
@@ -236,21 +237,27 @@ class GaitController:
         Returns:
             The answers to send, and log lines.
         """
-        return self.run(topic, lambda: self._take(read()))
+        return self.run(topic, lambda: self._take(read()), "; message ignored")
 
-    def run(self, topic: str, work: Callable[[], object]) -> Output:
-        """Do some work for a topic; an exception is counted, logged and reported."""
+    def run(self, topic: str, work: Callable[[], object], so: str = "") -> Output:
+        """Do some work for a topic; an exception is counted, logged and reported.
+
+        Args:
+            topic: Under which it is counted.
+            work: What to do.
+            so: What follows from an exception, for the log.
+        """
         group = COMMANDS if topic == "cmd_vel" or topic.startswith("~/") else SENSORS
         try:
             work()
         except NaoGaitError as error:
             self._diagnostics.rejected[topic] += 1
-            text = f"{error}; message ignored"
+            text = f"{error}{so}"
             self._diagnostics.event(group, Level.WARN, error.field, text, burst=5)
         except Exception as error:
             self._diagnostics.rejected[topic] += 1
             self.unexpected += 1
-            text = f"{topic}: {one_line(error)}; message ignored"
+            text = f"{topic}: {one_line(error)}{so}"
             self._diagnostics.event(group, Level.ERROR, topic, text)
         answers = tuple(self._answers)
         self._answers.clear()
@@ -270,8 +277,7 @@ class GaitController:
                 self._loads.add(message.side, stamp, force)
         elif isinstance(message, TemperatureInput):
             degrees = finite(message.degrees, "temperature", TEMPERATURE_ABSURD, "deg C")
-            if self._heat.receive(message.joint, degrees, (self._stamps.last or 0) * 1e-9):
-                self._motions.sit_down(f"{message.joint} at {degrees:.0f} deg C")
+            self._heat.receive(message.joint, degrees, (self._stamps.last or 0) * 1e-9)
         else:
             command = read_velocity(message)
             # Its arrival counts, not its stamp: senders may use another clock than the sensors.
@@ -365,6 +371,7 @@ class GaitController:
         self._validation.restart(sample, steady)
         self._velocity.clear()
         self._heat.restart(stamp * 1e-9)
+        self._loads.clear()
         if self._lift is not None:
             self._lift.restart()
         if steady:
@@ -389,7 +396,7 @@ class GaitController:
         For a robot in real time, which does not wait for its answers. To be called once for each
         control period without an answer; after `COAST_MAX` of them the robot holds its targets.
         """
-        return self.run("joint_states", self._walk_on)
+        return self.run("overdue sensors", self._walk_on)
 
     def _walk_on(self) -> None:
         frame = self._sync.overdue()
@@ -409,6 +416,8 @@ class GaitController:
     def _tick(self, frame: SensorFrame) -> None:
         self._coasted = 0
         self._heat.update(frame.stamp * 1e-9)
+        if self._heat.leg_too_hot and self._gait.state not in DOWN:
+            self._motions.sit_down(self._heat.take_leg())
         command = self._gate.command(
             frame.stamp,
             stand=self._sensors_are_missing(frame.stamp),
@@ -455,7 +464,7 @@ class GaitController:
     def _sensors_are_missing(self, stamp: int) -> bool:
         """Whether the robot must not walk in this tick; handles a fall and the end of an outage."""
         outage = self._outage.assess(
-            stamp, self._sync, self._validation.unread_since, self._gait.state is GaitState.FALLEN
+            stamp, self._sync, self._validation.unread_since, self._gait.state
         )
         if outage.fallen:
             self._gait.report_fall()

@@ -220,10 +220,6 @@ class Diagnostics:
         if self._conditions.pop(key, None) is not None:
             self.log(Level.OK, text)
 
-    def holds(self, key: str) -> bool:
-        """Whether a condition holds now."""
-        return key in self._conditions
-
     def remark(self, group: str, level: Level, text: str) -> None:
         """Put something into the next report only."""
         remarks = self._remarks[group]

@@ -71,6 +71,8 @@ class FrameSync:
             self._imu.clear()  # a new time base
         self._imu.append(sample)
         self._has_imu = self._imu_arrived = True
+        if self._last is not None and self._last.stamp == sample.stamp:
+            self._misses = 0  # it comes after its joint sample, which should have waited
         joints = self._waiting
         if joints is None or joints.stamp != sample.stamp:
             return None

@@ -1,4 +1,4 @@
-"""What the gait does about hot motors: it warns, walks slower if it is told to, and sits down."""
+"""What the gait does about hot motors: it warns, walks slower if `hot_speed` says so, sits down."""
 
 from math import inf
 
@@ -12,7 +12,7 @@ from its motors from about 75 deg C on."""
 SIT = 78.0
 """[deg C] of a leg motor at which the robot sits down, before the motor can no longer carry it."""
 AGE = 10.0
-"""[s] after which a temperature is forgotten. Robots tell them once per second."""
+"""[s] after which a temperature is forgotten. Robots send them once per second."""
 
 
 class HeatWatch:
@@ -25,6 +25,8 @@ class HeatWatch:
 
     Attributes:
         hot: A motor is hot.
+        leg_too_hot: A leg has become so hot that the robot has to sit down, which `take_leg` notes
+            as done. Once, until the leg has cooled down.
     """
 
     def __init__(self, robot: RobotDescription, diagnostics: Diagnostics, slower: float) -> None:
@@ -34,25 +36,28 @@ class HeatWatch:
         self._slower = slower
         self._found: dict[str, tuple[float, float]] = {}
         self._oldest = inf
-        self._sat = False
-        self.hot = False
+        self._leg_is_hot = False
+        self._leg_text = ""
+        self.hot = self.leg_too_hot = False
 
-    def receive(self, joint: str, degrees: float, now: float) -> bool:
+    def receive(self, joint: str, degrees: float, now: float) -> None:
         """Keep a temperature.
 
         Args:
             joint: Its joint; others than the robot's are ignored.
             degrees: [deg C]
             now: [s] of the sensors' time.
-
-        Returns:
-            Whether the robot has to sit down now; true once, until the leg has cooled down.
         """
         if joint not in self._joints:
-            return False
+            return
         self._found[joint] = degrees, now
         self._diagnostics.end("temperatures", "temperatures of the motors arrive again")
-        return self._judge(now)
+        self._judge(now)
+
+    def take_leg(self) -> str:
+        """The leg that is too hot, for the log; the robot sits down."""
+        self.leg_too_hot = False
+        return self._leg_text
 
     def update(self, now: float) -> None:
         """Forget old temperatures; to be called in each tick.
@@ -64,23 +69,22 @@ class HeatWatch:
             self._judge(now)
 
     def restart(self, now: float) -> None:
-        """Another clock begins at `now` [s]: what is known counts as heard then."""
+        """Another clock begins at `now` [s]: what is known counts as received then."""
         self._found = {joint: (degrees, now) for joint, (degrees, _) in self._found.items()}
         self._oldest = now if self._found else inf
 
-    def _judge(self, now: float) -> bool:
-        """Decide by the temperatures that are not old; whether the robot has to sit down now."""
+    def _judge(self, now: float) -> None:
+        """Decide by the temperatures that are not old."""
         self._found = {each: kept for each, kept in self._found.items() if now - kept[1] < AGE}
         self._oldest = min((at for _, at in self._found.values()), default=inf)
         if not self._found:
-            self.hot = self._sat = False
+            self.hot = self.leg_too_hot = self._leg_is_hot = False
             text = f"no temperature of a motor for {AGE:g} s: it is not known whether one is hot"
             self._diagnostics.begin(WALK, Level.WARN, "temperatures", text)
             self._diagnostics.end("heat", "the last temperature, of a hot motor, is too old")
-            return False
+            return
         hottest = max(self._found, key=lambda each: self._found[each][0])
         most = self._found[hottest][0]
-        leg = max((t for each, (t, _) in self._found.items() if each in self._legs), default=0.0)
         self.hot = most >= (COOL if self.hot else HOT)
         if self.hot:
             text = f"{hottest} is hot: {most:.0f} deg C"
@@ -89,8 +93,17 @@ class HeatWatch:
             self._diagnostics.begin(WALK, Level.WARN, "heat", text)
         else:
             self._diagnostics.end("heat", "the motors have cooled down")
-        before, self._sat = self._sat, leg >= (COOL if self._sat else SIT)
-        return self._sat and not before
+        self._judge_legs()
+
+    def _judge_legs(self) -> None:
+        degrees, leg = max(
+            ((degrees, each) for each, (degrees, _) in self._found.items() if each in self._legs),
+            default=(0.0, ""),
+        )
+        before, self._leg_is_hot = self._leg_is_hot, degrees >= (COOL if self._leg_is_hot else SIT)
+        if self._leg_is_hot:
+            self._leg_text = f"{leg} at {degrees:.0f} deg C"
+        self.leg_too_hot = self._leg_is_hot and (self.leg_too_hot or not before)
 
     def limited(self, command: VelocityCommand) -> VelocityCommand:
         """The command, slower while a motor is hot."""

@@ -30,8 +30,7 @@ class LiftWatch:
         self.restart()
 
     def restart(self) -> None:
-        """Begin again with other stamps."""
-        self._loads.clear()
+        """Begin again with other stamps, as the loads have to."""
         self._lifted = False
         self._flight: int | None = None
 

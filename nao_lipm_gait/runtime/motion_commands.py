@@ -8,7 +8,7 @@ from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.motion.scheduler import GET_UP
 from nao_lipm_gait.runtime.diagnostics import WALK, Diagnostics, Level
 from nao_lipm_gait.runtime.motion_requests import MotionRequests
-from nao_lipm_gait.types import DOWN, GaitStatus
+from nao_lipm_gait.types import GaitStatus
 
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""
@@ -59,9 +59,7 @@ class MotionCommands:
         self._accepted(GET_UP)
 
     def sit_down(self, reason: str) -> None:
-        """Stop and sit down; a robot that has no such motion, or lies, stays as it is."""
-        if self._gait.state in DOWN:
-            return
+        """Stop and sit down; a robot that has no such motion stays as it is."""
         try:
             self.request(SIT_DOWN)
         except NaoGaitError as error:

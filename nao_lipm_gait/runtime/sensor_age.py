@@ -32,7 +32,7 @@ class SensorAge:
         self._usual = usual
 
     def restart(self) -> None:
-        """Forget the last age: a new time base begins."""
+        """Forget the last age."""
         self.age: float | None = None
         self.late = 0
 

@@ -4,11 +4,15 @@ from typing import NamedTuple
 
 from nao_lipm_gait.runtime.frame_sync import MAX_IMU_AGE, FrameSync
 from nao_lipm_gait.runtime.sole_loads import SoleLoads
+from nao_lipm_gait.types import GaitState
 
 JOINT_PATIENCE = 300_000_000
 """[ns] without readable joints, after which the robot stops walking."""
 LIGHT_TIME = 100_000_000
 """[ns] for which the soles must be light; longer than the flight phase of a walking robot."""
+
+NO_LOAD = (GaitState.LIFTED, GaitState.GETTING_UP)
+"""In these states soles without load do not mean a fall."""
 
 
 class Outage(NamedTuple):
@@ -47,7 +51,7 @@ class SensorOutage:
         self.blind = 0
 
     def assess(
-        self, stamp: int, sync: FrameSync, unread_since: int | None, is_fallen: bool
+        self, stamp: int, sync: FrameSync, unread_since: int | None, state: GaitState
     ) -> Outage:
         """Assess the sensors of one frame.
 
@@ -55,7 +59,7 @@ class SensorOutage:
             stamp: Stamp of the frame [ns].
             sync: Knows since when the IMU is missing.
             unread_since: Stamp since which joints cannot be read [ns]; None if they can.
-            is_fallen: The gait knows that the robot lies.
+            state: Of the gait.
 
         Returns:
             What to do.
@@ -63,9 +67,11 @@ class SensorOutage:
         before = self.blind
         self.blind = 0 if sync.blind_since is None else stamp - sync.blind_since + 1
         if self.blind > self._patience:
-            if is_fallen or self._loads.light_time(stamp) >= LIGHT_TIME:
-                text = f"imu/data: none for {self.blind * 1e-9:.1f} s, and the soles carry no load"
-                return Outage(f"{text}: relaxing", "imu/data, fallen", fallen=True)
+            lies = state is GaitState.FALLEN
+            if lies or (state not in NO_LOAD and self._loads.light_time(stamp) >= LIGHT_TIME):
+                why = "the robot lies" if lies else "the soles carry no load: relaxing"
+                text = f"imu/data: none for {self.blind * 1e-9:.1f} s, and {why}"
+                return Outage(text, "imu/data, fallen", fallen=True)
             return self._no_imu(sync.imu_behind)
         if self.blind == 0 and before > self._patience:
             self._loads.clear()

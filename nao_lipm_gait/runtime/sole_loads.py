@@ -41,8 +41,8 @@ class SoleLoads:
             return
         light = left[1] + right[1] < self._least
         both = 2.0 * min(left[1], right[1]) > self._least
-        self._light_since = (self._light_since or stamp) if light else None
-        self._both_since = (self._both_since or stamp) if both else None
+        self._light_since = _first(self._light_since, stamp) if light else None
+        self._both_since = _first(self._both_since, stamp) if both else None
 
     def light_time(self, stamp: int) -> int:
         """Time [ns] until `stamp` for which they have not carried the robot; 0 if unknown."""
@@ -63,3 +63,7 @@ class SoleLoads:
 
     def _time(self, since: int | None, stamp: int) -> int:
         return 0 if since is None or not self.are_known(stamp) else stamp - since
+
+
+def _first(since: int | None, stamp: int) -> int:
+    return stamp if since is None else since

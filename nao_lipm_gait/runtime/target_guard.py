@@ -114,7 +114,7 @@ class TargetGuard:
             return self._hold(stamp, measured, f"target {position[bad]} for {self._names[bad]}")
         stiffness = targets.stiffness
         if not 0.0 <= stiffness <= 1.0:
-            return self._hold(stamp, measured, f"stiffness {stiffness}")
+            return self._hold(stamp, measured, f"stiffness {stiffness}; allowed: 0 to 1")
         fault = None
         inside = np.clip(position, self._lower, self._upper)
         beyond = np.abs(position - inside)
@@ -128,7 +128,7 @@ class TargetGuard:
         if each is not None and (
             each.shape != inside.shape or not ((each >= 0.0) & (each <= 1.0)).all()
         ):
-            return self._hold(stamp, measured, f"stiffness {each.tolist()}")
+            return self._hold(stamp, measured, f"stiffness {each.tolist()}; allowed: 0 to 1 each")
         stiff = stiffness if each is None else float(np.max(each))
         if stiff > 0.0:
             inside, too_fast = self._slowed(stamp, measured, inside)

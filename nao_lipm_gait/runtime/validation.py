@@ -113,7 +113,7 @@ class JointReader:
         """Check the fields of a message.
 
         Returns:
-            Position (n,) [rad] and velocity (n,) [rad/s], None if the message has no velocity.
+            Position (n,) [rad] and velocity (n,) [rad/s], None if the message has no usable one.
 
         Raises:
             NaoGaitError: With the field that is refused.
@@ -144,15 +144,8 @@ class JointReader:
         if len(message.velocity) == 0:
             return q, None
         qd = np.asarray(message.velocity, dtype=float)[indices]
-        slow = np.abs(qd) <= JOINT_SPEED_ABSURD
-        if not slow.all():
-            bad = int(np.argmin(slow))
-            raise NaoGaitError(
-                f"joint_states velocity[{self._order[bad]}]",
-                float(qd[bad]),
-                f"a finite number of at most {JOINT_SPEED_ABSURD:g} rad/s",
-            )
-        return q, qd
+        # The gait needs no velocities. Drivers that do not measure one publish NaN.
+        return q, qd if bool((np.abs(qd) <= JOINT_SPEED_ABSURD).all()) else None
 
     def _indices_of(self, names: Sequence[str]) -> np.ndarray:
         if names == self._names:  # the usual case: the same sender as before
@@ -186,12 +179,14 @@ class StepFilter:
         self._confirmable = confirmable
         self._last: FloatArray | None = None
         self._measured: FloatArray | None = None
+        self._kept: FloatArray | None = None
+        """(n,) The last values that were not replaced."""
         self._replaced: FloatArray = np.zeros(0, dtype=int)
         """(n,) Samples in a row for which each value was replaced."""
 
     def restart(self, values: FloatArray | None) -> None:
         """Forget the past; continue from `values` (n,), or from the next sample if None."""
-        self._last = self._measured = values
+        self._last = self._measured = self._kept = values
         if values is not None:
             self._replaced = np.zeros(values.shape, dtype=int)
 
@@ -215,10 +210,14 @@ class StepFilter:
             return values, np.zeros(0, dtype=int)
         before, self._measured = self._measured, values
         implausible = np.abs(values - last) > step
+        if substitute is not None and implausible.any() and self._kept is not None:
+            # A substitute may be far from the truth: a few samples may return to before it.
+            returned = np.abs(values - self._kept) <= step
+            implausible &= ~(returned & (self._replaced <= SPIKE_SAMPLES))
         if not implausible.any():
             if self._replaced.any():
                 self._replaced[:] = 0
-            self._last = values
+            self._last = self._kept = values
             return values, np.zeros(0, dtype=int)
         replace = implausible
         if substitute is None:
@@ -229,6 +228,7 @@ class StepFilter:
         self._replaced = np.where(replace, self._replaced + 1, 0)
         filtered = np.where(replace, last if substitute is None else substitute, values)
         self._last = filtered
+        self._kept = values if self._kept is None else np.where(replace, self._kept, values)
         return filtered, np.flatnonzero(replace)
 
 
@@ -451,11 +451,9 @@ class SensorValidation:
     def _substituted(
         self, stamp: int, commanded: FloatArray, trouble: str, key: str
     ) -> JointSample:
-        self.unread_since = self.unread_since or stamp
+        self.unread_since = stamp if self.unread_since is None else self.unread_since
         text = f"{trouble}; using the commanded joint positions"
         self._diagnostics.event(SENSORS, Level.WARN, key, text, burst=5)
-        self._joint_steps.restart(commanded)
-        self._joints_at = stamp
         return JointSample(stamp, commanded, None)
 
     def _without_spikes(
@@ -466,7 +464,7 @@ class SensorValidation:
         if not len(replaced):
             self.unread_since = None
             return filtered
-        self.unread_since = self.unread_since or stamp
+        self.unread_since = stamp if self.unread_since is None else self.unread_since
         joint = int(replaced[0])
         text = (
             f"joint_states position[{self._names[joint]}]: got {position[joint]:.3g}; allowed: "

@@ -142,7 +142,7 @@ class Walk(Protocol):
         """Reset to a stand: both feet side by side, the CoM at rest between them."""
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """Use new parameters from the next `plan` on; the engine and its delay never change."""
+        """Use new parameters from the next `plan` on; the engine stays, and so does its delay."""
 
     def start(self, command: VelocityCommand) -> None:
         """Start to walk from a stand."""
@@ -177,7 +177,9 @@ class Walk(Protocol):
 
         Args:
             command: Commanded velocity.
-            sent: The targets are sent to the joints, which otherwise hold the last ones.
+            sent: The prediction assumes that the joints follow the targets; otherwise that they
+                hold the last ones. Also true for periods whose frame was lost, which are corrected
+                by the next measurement as usual.
 
         Returns:
             Targets for the time at which a command sent now takes effect.

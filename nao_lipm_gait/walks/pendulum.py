@@ -10,7 +10,7 @@ from nao_lipm_gait.types import GRAVITY
 
 
 def natural_frequency(height: float) -> float:
-    """K = sqrt(g / h) [1/s] for a pendulum height h [m]."""
+    """The k = sqrt(g / h) [1/s] for a pendulum height h [m]."""
     return sqrt(GRAVITY / height)
 
 
@@ -41,7 +41,7 @@ def orbital_energy(x: float, v: float, k: float) -> float:
 
 
 def divergent_component(x: float, v: float, k: float) -> float:
-    """Xi = x + v / k [m]; it grows as e^(k t)."""
+    """The xi = x + v / k [m]; it grows as e^(k t)."""
     return x + v / k
 
 

@@ -133,7 +133,7 @@ class SimulatedCamera:
         return CameraView(view.intrinsics, CameraPose(position, rotation @ self._mounting))
 
     def _motion(self, view: CameraView, state: TrueState) -> tuple[float, float]:
-        """U, v [px] by which what is ahead moves in the image during the exposure."""
+        """Pixels (u, v) by which what is ahead moves in the image during the exposure."""
         if not self._shutter:
             return 0.0, 0.0
         turn = rotation_from_vector(self._shutter * state.torso_angular_velocity)

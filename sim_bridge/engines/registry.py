@@ -1,5 +1,7 @@
 """Which physics engines there are. An engine is imported only when it is used."""
 
+import os
+import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
 
@@ -36,8 +38,8 @@ def make_backend(
         visual: with what can be seen; always so with `gui`.
 
     Raises:
-        NaoGaitError: the engine is unknown or not installed, or cannot honour an option of the
-            plant or the surroundings.
+        NaoGaitError: the engine is unknown or not installed, cannot honour an option of the plant
+            or the surroundings, or cannot open a window.
     """
     if engine not in ENGINES:
         raise NaoGaitError("engine", engine, ", ".join(ENGINES))
@@ -48,6 +50,9 @@ def make_backend(
             f"{engine}, which is not installed",
             ", ".join(others) + f"; or pip install '{_INSTALL[engine]}'",
         )
+    if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        # Without a display the engines end the process.
+        raise NaoGaitError("gui", gui, "false, because DISPLAY is not set")
     if engine == "mujoco":
         from sim_bridge.engines.mujoco.backend import MujocoBackend
 

@@ -3,8 +3,6 @@
 The node owns `/clock`; `stepping` calls `advance`, no timer does.
 """
 
-import os
-import sys
 from functools import partial
 from typing import Any
 
@@ -72,7 +70,7 @@ class BridgeNode(Node):
             "engine": text(declare(self, parameters.ENGINE)),
             "sensor_delay": of_type(delay, float),
             "control_period": CONTROL_PERIOD,
-            "gui": _check_display(of_type(declare(self, parameters.GUI), bool)),
+            "gui": of_type(declare(self, parameters.GUI), bool),
             "cameras": self._camera_settings(plant),
         }
         if name != FLOOR:
@@ -231,10 +229,3 @@ class BridgeNode(Node):
         )
         self.get_logger().info(done)
         return response
-
-
-def _check_display(gui: bool) -> bool:
-    """`gui`, if a window can be opened; without a display the engine would end the process."""
-    if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
-        raise NaoGaitError("gui", gui, "false, because DISPLAY is not set")
-    return gui

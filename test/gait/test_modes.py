@@ -346,6 +346,16 @@ def test_a_robot_gets_up_from_its_side_once_it_is_at_rest() -> None:
     assert machine.states(2 * MOTION_TICKS) == [GETTING_UP, STAND]
 
 
+def test_a_fall_that_is_reported_during_a_get_up_does_not_fell_the_robot_that_stands() -> None:
+    machine = lying(gets_up=True)
+    machine.robot.lying_side = Posture.LYING_FRONT
+    machine.requests.fall = True
+    assert machine.tick() == Transition(FALLEN, GETTING_UP, UP_FRONT)
+    machine.robot.falls = False
+    machine.requests.fall = True
+    assert machine.states(2 * MOTION_TICKS) == [GETTING_UP, STAND]
+
+
 def test_a_get_up_that_fails_is_repeated_a_few_times() -> None:
     machine = lying(gets_up=True)
     machine.robot.lying_side = Posture.LYING_FRONT

@@ -95,6 +95,17 @@ def test_without_a_near_imu_sample_the_frame_shows_a_body_at_rest():
     assert sync.blind_since is None
 
 
+def test_after_an_outage_joints_wait_again_for_imu_samples_that_follow_them():
+    sync = sync_at_rest()
+    frames = []
+    for ms in range(10, 600, 10):
+        frames += sync.add_joints(joints(ms)) if ms > 10 else []
+        if not 200 < ms < 400:
+            frames += [frame for frame in (sync.add_imu(imu(ms)),) if frame is not None]
+    late = [frame for frame in frames if frame.stamp >= 420 * MS]
+    assert [round(f.angular_velocity[0]) * MS for f in late] == [f.stamp for f in late]
+
+
 def test_an_overtaken_imu_sample_does_not_clear_the_others():
     sync = sync_at_rest()
     for ms in (10, 30, 20):

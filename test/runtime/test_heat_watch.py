@@ -19,8 +19,9 @@ def test_a_hot_motor_is_reported_and_cools_down_with_hysteresis(robot: RobotDesc
     diagnostics = Diagnostics(lambda: 0.0)
     watch = HeatWatch(robot, diagnostics, 1.0)
     for degrees, hot in ((69.0, False), (70.0, True), (66.0, True), (64.0, False), (69.0, False)):
-        assert not watch.receive("LElbowRoll", degrees, 0.0)
+        watch.receive("LElbowRoll", degrees, 0.0)
         assert watch.hot is hot
+        assert not watch.leg_too_hot
     lines = [line.text for line in diagnostics.take_log()]
     assert lines == ["LElbowRoll is hot: 70 deg C", "the motors have cooled down"]
 
@@ -36,14 +37,31 @@ def test_the_walk_is_slower_only_if_asked(robot: RobotDescription) -> None:
 def test_a_leg_makes_it_sit_once_until_it_has_cooled_down(robot: RobotDescription) -> None:
     watch = HeatWatch(robot, Diagnostics(lambda: 0.0), 1.0)
     course = (77.0, 78.0, 79.0, 70.0, 64.0, 78.0)
-    found = [watch.receive("RKneePitch", degrees, 0.0) for degrees in course]
+    found = []
+    for degrees in course:
+        watch.receive("RKneePitch", degrees, 0.0)
+        found.append(watch.leg_too_hot)
+        if watch.leg_too_hot:
+            assert watch.take_leg() == f"RKneePitch at {degrees:.0f} deg C"
     assert found == [False, True, False, False, False, True]
+
+
+def test_a_leg_that_gets_too_hot_is_remembered_until_the_robot_can_sit_down(
+    robot: RobotDescription,
+) -> None:
+    watch = HeatWatch(robot, Diagnostics(lambda: 0.0), 1.0)
+    for degrees in (79.0, 88.0):
+        watch.receive("RKneePitch", degrees, 0.0)
+        assert watch.leg_too_hot
+    watch.receive("RKneePitch", 60.0, 0.0)
+    assert not watch.leg_too_hot
 
 
 def test_an_arm_does_not_make_it_sit(robot: RobotDescription) -> None:
     watch = HeatWatch(robot, Diagnostics(lambda: 0.0), 1.0)
-    assert not watch.receive("LElbowRoll", 95.0, 0.0)
-    assert not watch.receive("LWristYaw", 95.0, 0.0), "a motor that the gait does not have"
+    watch.receive("LElbowRoll", 95.0, 0.0)
+    watch.receive("LWristYaw", 95.0, 0.0)  # a motor that the gait does not have
+    assert not watch.leg_too_hot
 
 
 def test_old_temperatures_are_forgotten(robot: RobotDescription) -> None:
@@ -58,7 +76,8 @@ def test_a_temperature_that_is_heard_once_is_forgotten_and_that_is_said(
 ) -> None:
     diagnostics = Diagnostics(lambda: 0.0)
     watch = HeatWatch(robot, diagnostics, 0.5)
-    assert watch.receive("LKneePitch", 79.0, 100.0)
+    watch.receive("LKneePitch", 79.0, 100.0)
+    assert watch.leg_too_hot
     for tick in range(1, 1000):
         watch.update(100.0 + 0.01 * tick)
         assert watch.hot

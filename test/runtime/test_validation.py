@@ -141,11 +141,29 @@ def test_bad_position_is_refused_by_joint(bad: float, joint: str):
 
 
 @pytest.mark.parametrize("bad", [*BAD_NUMBERS, 1e4])
-def test_bad_velocity_is_refused_by_joint(bad: float):
+def test_velocities_that_are_not_all_usable_are_as_good_as_none(bad: float):
+    """A driver that measures no velocity of a joint publishes NaN."""
     velocity = list(ZEROS)
     velocity[NAMES.index("RHipPitch")] = bad
-    with pytest.raises(NaoGaitError, match=r"joint_states velocity\[RHipPitch\]: got"):
-        read(NAMES, POSE, velocity)
+    position, found = read(NAMES, POSE, velocity)
+    np.testing.assert_array_equal(position, POSE)
+    assert found is None
+
+
+@pytest.mark.parametrize("bad", [math.nan, 0.8])
+@pytest.mark.parametrize("count", [1, 3])
+def test_after_bad_values_an_arm_away_from_its_target_is_measured_again(bad: float, count: int):
+    """Held 0.5 rad from where it is commanded, for NaN (refused) and a spike (replaced)."""
+    sensors, arm = Sensors(), NAMES.index("LShoulderPitch")
+    measured = np.array(POSE)
+    commanded, broken = measured.copy(), measured.copy()
+    commanded[arm] += 0.5
+    broken[arm] = bad
+    for tick in range(40):
+        wrong = 20 <= tick < 20 + count
+        position = sensors.joints(broken if wrong else measured, commanded=commanded)
+        assert position[arm] == pytest.approx((commanded if wrong else measured)[arm])
+    assert sensors.validation.unread_since is None
 
 
 @pytest.mark.parametrize("bad", [*BAD_NUMBERS, 1e9])

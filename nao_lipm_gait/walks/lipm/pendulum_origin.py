@@ -42,7 +42,7 @@ def plan_pendulum_origin(
     r_max: float,
     held_r_x: float | None = None,
 ) -> OriginPlan:
-    """R_x for the wanted step size; where r_x is at its limit, the step size for that r_x.
+    """The r_x for the wanted step size; where r_x is at its limit, the step size for that r_x.
 
     Args:
         x: CoM in Q [m].

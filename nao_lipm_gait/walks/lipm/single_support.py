@@ -186,7 +186,7 @@ class SingleSupport:
     def _plan_sagittal(
         self, state: WalkState, request: StepRequest, lateral: LateralPlan
     ) -> SagittalPlan:
-        """R_x and s-bar_x for the support change of `lateral`: (7)-(9)."""
+        """Both r_x and s-bar_x for the support change of `lateral`: (7)-(9)."""
         p, k, change = self._p, self._k, lateral.change
         swing, wanted, yaw = -state.support, request.step_size[0], request.step_size[2]
         entry = max(lateral.stride - lateral.view.nearer - change.position, ENTRY_MIN)

@@ -73,7 +73,7 @@ class LipmWalk:
         self.stand_at((0.0, 0.0, 0.0))
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """Use new parameters from the next plan on; the delay is fixed at construction."""
+        """Use new parameters from the next plan on; `delay_ticks` stays."""
         self._p = p = parameters
         self._wanted_step: Pose2 | None = None
         self._k = natural_frequency(p.pendulum_height)

@@ -113,7 +113,7 @@ class ZmpWalk:
         self.stand_at(NOWHERE)
 
     def set_parameters(self, parameters: GaitParameters) -> None:
-        """Use new parameters from the next half stride on; the delay is fixed at construction."""
+        """Use new parameters from the next half stride on; `delay_ticks` stays."""
         self._p = parameters
 
     def stand_at(self, q_in_odom: Pose2) -> None:

@@ -201,6 +201,6 @@ def _projection(view: CameraView) -> FloatArray:
 
 
 def _quaternion(rotation: FloatArray) -> list[float]:
-    """X, y, z, w of a (3, 3) rotation."""
+    """Quaternion xyzw of a (3, 3) rotation."""
     quaternion: list[float] = pin.Quaternion(rotation).coeffs().tolist()
     return quaternion
