@@ -35,7 +35,7 @@ from lola_bridge.link import (
     END,
     SETTINGS,
     DriverStatus,
-    Frame,
+    SensorPacket,
     address,
     pack_frame,
     pack_log,
@@ -294,7 +294,7 @@ class Driver:
         self._waits = True
         heard = False
         if self._pending is not None and self._silent <= 0:
-            self._packet = pack_frame(Frame(self._stamp, self._status(), frame))
+            self._packet = pack_frame(SensorPacket(self._stamp, self._status(), frame))
             heard = self._send(self._packet)
         self._silent -= 1
         wait = ANSWER_SHARE * self._settings.safety.period

@@ -54,7 +54,7 @@ class DriverStatus(NamedTuple):
     answer_worst: float
 
 
-class Frame(NamedTuple):
+class SensorPacket(NamedTuple):
     """A sensor message.
 
     Attributes:
@@ -68,7 +68,7 @@ class Frame(NamedTuple):
     sensors: bytes
 
 
-def pack_frame(frame: Frame) -> bytes:
+def pack_frame(frame: SensorPacket) -> bytes:
     """Driver to node: a frame."""
     mode, *rest = frame.status
     return _FRAME.pack(FRAME, frame.stamp, _MODES.index(mode), *rest) + frame.sensors
@@ -79,7 +79,7 @@ def pack_log(line: LogLine) -> bytes:
     return LOG + bytes((line.level,)) + line.text.encode()[: PACKET_BYTES - 2]
 
 
-def unpack_from_driver(packet: bytes) -> Frame | LogLine:
+def unpack_from_driver(packet: bytes) -> SensorPacket | LogLine:
     """Read a packet of the driver.
 
     Raises:
@@ -93,13 +93,13 @@ def unpack_from_driver(packet: bytes) -> Frame | LogLine:
         raise NaoGaitError("driver", text, allowed) from error
 
 
-def _unpacked(packet: bytes) -> Frame | LogLine:
+def _unpacked(packet: bytes) -> SensorPacket | LogLine:
     if packet[:1] == LOG:
         return LogLine(Level(packet[1]), packet[2:].decode(errors="replace"))
     kind, stamp, mode, *rest = _FRAME.unpack_from(packet)
     if kind != FRAME:
         raise ValueError("its kind is unknown")
-    return Frame(stamp, DriverStatus(_MODES[mode], *rest), packet[_FRAME.size :])
+    return SensorPacket(stamp, DriverStatus(_MODES[mode], *rest), packet[_FRAME.size :])
 
 
 def pack_command(stamp: int, position: Sequence[float], stiffness: Sequence[float]) -> bytes:

@@ -42,7 +42,8 @@ class GameState:
         set_play: What is going on while playing.
         own_kick: The own team kicks off or has the set play; None = nobody.
         ball_free: A kick-off or set play is over, so that both teams may play the ball.
-        penalized: This player has to stand still.
+        penalized: This player has a penalty: it stands still, and begins anew from its start.
+        stopped: The referee has stopped the game: all players stand still.
         goalkeeper: This player is the goalkeeper.
         own_score: Goals of the own team.
         other_score: Goals of the other team.
@@ -55,6 +56,7 @@ class GameState:
     own_kick: bool | None = None
     ball_free: bool = True
     penalized: bool = False
+    stopped: bool = False
     goalkeeper: bool = False
     own_score: int = 0
     other_score: int = 0

@@ -12,7 +12,7 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Measurement
 from gait_lab.soccer.rendered_trial import run_rendered
-from gait_lab.soccer.walks import Walk, WalkSpec, walks
+from gait_lab.soccer.walks import WalkSamples, WalkSpec, walks
 from gait_lab.soccer.world_trial import (
     Gap,
     WorldTrace,
@@ -91,10 +91,10 @@ class Job:
 
     kind: str
     spec: WorldTrialSpec
-    walks: tuple[Walk, ...]
+    walks: tuple[WalkSamples, ...]
 
 
-def walks_of(options: WorldOptions) -> list[Walk]:
+def walks_of(options: WorldOptions) -> list[WalkSamples]:
     """A recorded walk of each robot, for percepts by the model; none for rendered images.
 
     Raises:
@@ -118,7 +118,7 @@ def specs_of(options: WorldOptions) -> list[WalkSpec]:
 
 
 def first_trials(
-    options: WorldOptions, walked: Sequence[Walk], head: HeadMode = HeadMode.AUTO
+    options: WorldOptions, walked: Sequence[WalkSamples], head: HeadMode = HeadMode.AUTO
 ) -> list[WorldTrace]:
     """A trial of each robot from a known start: over these walks, or with rendered images."""
     if options.vision == "model":
@@ -130,7 +130,7 @@ def first_trials(
 
 
 def trials(
-    options: WorldOptions, walked: Sequence[Walk], kind: str = "known", **changes: object
+    options: WorldOptions, walked: Sequence[WalkSamples], kind: str = "known", **changes: object
 ) -> list[WorldTrace]:
     """Trials over each walk; `changes` are of their specification."""
     base = WorldTrialSpec(scene=options.scene, urdf=options.urdf)
@@ -152,7 +152,7 @@ def trials(
 
 def delayed(
     options: WorldOptions,
-    walked: Sequence[Walk],
+    walked: Sequence[WalkSamples],
     score: Callable[[Sequence[WorldTrace]], Score],
     head: HeadMode = HeadMode.AUTO,
 ) -> dict[str, Score]:

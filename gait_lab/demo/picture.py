@@ -25,7 +25,7 @@ CAMERA = Camera(distance=0.85, yaw=38.0, pitch=-12.0, height=0.24)
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class PoseTrace:
     """Poses of the robot, t rows.
 
     Attributes:
@@ -89,7 +89,7 @@ def write_walk_gif(
 
 def motion_between(
     walk: RecordedWalk, robot: RobotDescription, start: float, end: float
-) -> Motion:
+) -> PoseTrace:
     """Return the poses between two times at which torso and joints have the same stamp."""
     stamp = walk.truth.stamp
     stamp = stamp[(stamp >= 1e9 * start) & (stamp <= 1e9 * end)]
@@ -97,10 +97,10 @@ def motion_between(
     known = np.isfinite(angles).all(axis=1)
     torso = walk.truth.at(stamp)[known]
     time = np.asarray(1e-9 * stamp[known], dtype=float)
-    return Motion(time, torso[:, :3], torso[:, 3:7], angles[known])
+    return PoseTrace(time, torso[:, :3], torso[:, 3:7], angles[known])
 
 
-def loop_rows(motion: Motion) -> list[int] | None:
+def loop_rows(motion: PoseTrace) -> list[int] | None:
     """Return the rows of the frames of a loop without a visible jump at its end.
 
     At the end of the loop, the joints are where they were at its start, and the robot has walked

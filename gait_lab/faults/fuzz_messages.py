@@ -120,7 +120,7 @@ class Fuzzer:
     # -- output of the gait -----------------------------------------------------------------------
 
     def _check_output(self, output: Output) -> None:
-        for targets, status in output.answers:
+        for targets, status, _ in output.answers:
             self._check_command(targets)
             if status is not None:
                 self._check_status(status)

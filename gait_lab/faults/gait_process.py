@@ -68,7 +68,7 @@ class GaitProcess:
 
     def _keep(self, output: Output) -> None:
         self._answered |= bool(output.answers)
-        for targets, status in output.answers:
+        for targets, status, _ in output.answers:
             state = self.controller.state if status is None else status.state
             self._invariants.check_command(self.name, state, targets)
             self._commands.append(targets)

@@ -12,11 +12,11 @@ import numpy as np
 from gait_lab.faults.channel import Channel, Delivery
 from gait_lab.faults.harness import PERIOD, Fault
 from gait_lab.soccer.channels import Channels
-from gait_lab.soccer.frames import Frame
 from gait_lab.soccer.match import Match, MatchSpec
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.pitch import RobotPlayer
 from gait_lab.soccer.senses import Eyes
+from gait_lab.soccer.snapshots import Snapshot
 from nao_lipm_gait.types import STANDSTILL, Point2
 from nao_soccer.game_state import Phase
 from nao_soccer.vision.percepts import Percepts
@@ -175,7 +175,7 @@ class SoccerHarness(Channels):
         """Record a violation; only the first of each kind is kept."""
         self.violations.setdefault(kind, f"{self._now:.1f} s: {evidence}")
 
-    def _check(self, frame: Frame) -> None:
+    def _check(self, frame: Snapshot) -> None:
         players = self.match.pitch.players
         for player in players:
             self._check_walk(player)
@@ -212,7 +212,7 @@ class SoccerHarness(Channels):
             if walks and since > longest + STALE + BLIND_GRACE:
                 self.violate("walks blind", f"has seen nothing for {since:.1f} s")
 
-    def _check_silent_stop(self, frame: Frame) -> None:
+    def _check_silent_stop(self, frame: Snapshot) -> None:
         team = self.match.pitch.scene.robots[AFFECTED].team
         mates = [
             player

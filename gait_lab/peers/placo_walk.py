@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.peers.player import JointPlan, Player
+from gait_lab.peers.player import JointPlan, PeerPlayback
 from gait_lab.trials.tasks import STAND_TIME, Task
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription
@@ -65,11 +65,11 @@ class Placo:
 
     python: str
 
-    def __call__(self, robot: RobotDescription, task: Task, period: float) -> Player:
+    def __call__(self, robot: RobotDescription, task: Task, period: float) -> PeerPlayback:
         """A player for a robot and a task; `period` of the control ticks in s."""
         knots = tuple((t, c.x, c.y, c.yaw) for t, c in task.knots)
         plan = _planned(self.python, robot, knots, float(np.ceil(task.end)), period)
-        return Player(robot, plan, period)
+        return PeerPlayback(robot, plan, period)
 
     def check(self) -> None:
         """Raise NaoGaitError unless this Python runs and has placo."""

@@ -39,7 +39,7 @@ class JointPlan:
     com: FloatArray
 
 
-class Player:
+class PeerPlayback:
     """Answers every sensor frame with the pose of the plan at its time.
 
     Args:

@@ -82,7 +82,7 @@ KEEP_FOOT = 0.05
 # -- players ---------------------------------------------------------------------------------------
 
 
-class Walker(PlayerBehavior):
+class WayFollower(PlayerBehavior):
     """A player that follows a way as fast as it can.
 
     Args:
@@ -339,7 +339,7 @@ def _walk(spec: ChallengeSpec, *, weaves: bool) -> ChallengeResult:
         for arm in (-WALK_LONG, WALK_LONG)
     ]
     with _Attempt(spec, course.start, OUT_OF_THE_WAY, others) as attempt:
-        walker = Walker(course.way(*past), *attempt.parts)
+        walker = WayFollower(course.way(*past), *attempt.parts)
         referee = WalkReferee(course, weaves=weaves)
         for time, tick, pairs in attempt.run(walker):
             place = attempt.pitch.poses[0][:2]

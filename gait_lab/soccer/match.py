@@ -7,9 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gait_lab.soccer.channels import Channels, SilentReferee
-from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
 from gait_lab.soccer.senses import in_field
+from gait_lab.soccer.snapshots import (
+    RobotSnapshot,
+    Snapshot,
+    dribble_strokes,
+    is_turned,
+    wrong_half,
+)
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_lipm_gait.errors import NaoGaitError
 from nao_soccer.field import TEAMS
@@ -92,7 +98,7 @@ class MatchResult:
     one_striker: float
     conflict: float
     wrong_half: int
-    frames: list[Frame] = field(default_factory=list)
+    frames: list[Snapshot] = field(default_factory=list)
 
     @classmethod
     def restored(cls, spec: MatchSpec, goals: list[list[Any]], **values: Any) -> "MatchResult":
@@ -168,8 +174,9 @@ class Match:
             kick_off=TEAMS[spec.seed % 2],
         )
         self._strikers = _Strikers(self)
+        self._to_put_back: set[str] = set()
 
-    def play(self) -> Iterator[Frame]:
+    def play(self) -> Iterator[Snapshot]:
         """Play the match; yields a frame of the replay now and then."""
         for ticks in self.pitch.run(self._watch):
             if (self.pitch.count - 1) % FRAME_TICKS == 0:
@@ -188,6 +195,9 @@ class Match:
             for robot, pose, tick in zip(pitch.scene.robots, pitch.poses, ticks, strict=True)
         }
         before = self.referee.phase
+        waiting, self._to_put_back = self._to_put_back, set()
+        for name in filter(self.referee.penalized, sorted(waiting)):
+            self._put_back(name)
         for order in self.referee.update(time, pitch.ball_position, places):
             if isinstance(order, PutBall):
                 pitch.world.put_ball(*order.position)
@@ -210,11 +220,12 @@ class Match:
                 try:
                     self.pitch.world.reset_robot(name)
                 except NaoGaitError:
-                    return  # somebody stands there: it stays where it is
+                    self._to_put_back.add(name)  # somebody stands there: once more at the next look
+                    return
                 player.put_back()
 
-    def _frame(self, ticks: Sequence[Tick]) -> Frame:
-        robots: dict[str, RobotFrame] = {}
+    def _frame(self, ticks: Sequence[Tick]) -> Snapshot:
+        robots: dict[str, RobotSnapshot] = {}
         pitch = self.pitch
         for robot, player, pose, tick in zip(
             pitch.scene.robots, pitch.players, pitch.poses, ticks, strict=True
@@ -228,10 +239,10 @@ class Match:
             turned = player.estimated_pose is not None and is_turned(
                 heading, in_field(player.estimated_pose, robot.team)[2]
             )
-            robots[robot.name] = RobotFrame(x, y, heading, state, role, doing, turned)
+            robots[robot.name] = RobotSnapshot(x, y, heading, state, role, doing, turned)
         score = self.referee.score
         x, y = pitch.ball
-        return Frame(
+        return Snapshot(
             round(pitch.world.time * 1e-9, 2),
             (round(x, 3), round(y, 3)),
             robots,
@@ -239,7 +250,7 @@ class Match:
             (score["red"], score["blue"]),
         )
 
-    def result(self, frames: Sequence[Frame]) -> MatchResult:
+    def result(self, frames: Sequence[Snapshot]) -> MatchResult:
         """The result, with a replay."""
         goals = self.referee.goals_scored
         return MatchResult(
@@ -325,7 +336,7 @@ def match_scene(spec: MatchSpec) -> Scene:
 
 
 def play_match(
-    spec: MatchSpec, progress: Callable[[Frame, Referee], None] | None = None
+    spec: MatchSpec, progress: Callable[[Snapshot, Referee], None] | None = None
 ) -> MatchResult:
     """Play a match to its end."""
     frames = []

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from gait_lab.soccer.frames import Frame
 from gait_lab.soccer.match import MatchSpec, match_scene
+from gait_lab.soccer.snapshots import Snapshot
 from nao_lipm_gait.errors import NaoGaitError
 
 MINUTES = (0.1, 60.0)
@@ -66,7 +66,7 @@ class Progress:
     def __init__(self) -> None:
         self._bar: tqdm[None] | None = None
 
-    def show(self, frame: Frame, total: float) -> None:
+    def show(self, frame: Snapshot, total: float) -> None:
         """Show a moment of a match that takes `total` seconds."""
         if self._bar is None:
             self._bar = tqdm(total=round(total), unit="s", desc="match", disable=None)

@@ -53,17 +53,21 @@ class RobotPlayer(Policy):
     def __init__(
         self, pitch: "Pitch", index: int, behavior: PlayerBehavior, senses: Senses, gait: Gait
     ) -> None:
-        self.behavior = behavior
-        self.senses = senses
         self.gait = gait
-        self.decision: Decision | None = None
-        self.estimated_pose: Pose2 | None = None
         self.kicks: list[str] = []
-        self.runs = True
         self._pitch = pitch
         self._index = index
-        self._motion = ""
         self._count = 0
+        self.start(behavior, senses)
+
+    def start(self, behavior: PlayerBehavior, senses: Senses) -> None:
+        """Start the process of the player: it knows nothing of one before."""
+        self.behavior = behavior
+        self.senses = senses
+        self.decision: Decision | None = None
+        self.estimated_pose: Pose2 | None = None
+        self.runs = True
+        self._motion = ""
         self._walk = STANDSTILL
 
     def command(self, time: float, tick: Tick | None) -> Action:
@@ -198,9 +202,7 @@ class Pitch:
 
     def restart_player(self, index: int) -> None:
         """Start the process of a player anew: it knows nothing but what it is told at a start."""
-        player = self.players[index]
-        player.behavior, player.senses = self._starts[index]()
-        player.runs = True
+        self.players[index].start(*self._starts[index]())
 
     def _rendered(self, index: int, gait: Gait) -> Eyes:
         """The cameras and vision of a robot."""

@@ -5,8 +5,8 @@ from html import escape
 from pathlib import Path
 
 from gait_lab.report.page import asset, filled, script_json
-from gait_lab.soccer.frames import Frame
 from gait_lab.soccer.pitch import parts_of
+from gait_lab.soccer.snapshots import Snapshot
 from nao_soccer.referee.rules import Goal
 from sim_bridge.scene import Scene
 
@@ -14,7 +14,7 @@ from sim_bridge.scene import Scene
 def write_replay(
     path: Path,
     scene: Scene,
-    frames: Sequence[Frame],
+    frames: Sequence[Snapshot],
     goals: Sequence[Goal],
     subtitle: str,
 ) -> None:

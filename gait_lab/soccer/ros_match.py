@@ -12,11 +12,17 @@ from typing import TYPE_CHECKING, Any
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
-from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.match_options import MatchOptions, Progress
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
 from gait_lab.soccer.senses import in_field
+from gait_lab.soccer.snapshots import (
+    RobotSnapshot,
+    Snapshot,
+    dribble_strokes,
+    is_turned,
+    wrong_half,
+)
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.geometry import yaw_of_quaternion
@@ -176,10 +182,10 @@ class _Watcher:
         self._now = 0
         self._moved = time.monotonic()
         self._ball: tuple[float, float] | None = None
-        self._robots = {r.name: RobotFrame(*r.pose, "stand", "", "") for r in scene.robots}
+        self._robots = {r.name: RobotSnapshot(*r.pose, "stand", "", "") for r in scene.robots}
         self._teams = {robot.name: robot.team for robot in scene.robots}
         self._game: dict[str, str] = {}
-        self._frames: list[Frame] = []
+        self._frames: list[Snapshot] = []
         self._kicks = 0
         self._expected = Rules(half=60.0 * spec.minutes).duration + START
         sensors = qos_profile_sensor_data
@@ -271,7 +277,7 @@ class _Watcher:
         if self._frames and at < self._frames[-1].time + FRAME_PERIOD:
             return
         score = int(self._game.get("red", "0")), int(self._game.get("blue", "0"))
-        frame = Frame(
+        frame = Snapshot(
             round(at, 2), self._ball, dict(self._robots), self._game.get("state", ""), score
         )
         self._frames.append(frame)

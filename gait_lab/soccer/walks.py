@@ -61,7 +61,7 @@ class WalkSpec:
     plant: str | Plant = "reference"
 
 
-class Walk(NamedTuple):
+class WalkSamples(NamedTuple):
     """What one robot measured on a walk, and the truth; n samples at equal distances in time.
 
     Attributes:
@@ -85,16 +85,16 @@ class Walk(NamedTuple):
         np.savez_compressed(path, **self._asdict())
 
     @classmethod
-    def load(cls, path: Path) -> "Walk":
+    def load(cls, path: Path) -> "WalkSamples":
         """Read a file."""
         with np.load(path) as data:
             return cls(**{name: data[name] for name in cls._fields})
 
-    def until(self, seconds: float) -> "Walk":
+    def until(self, seconds: float) -> "WalkSamples":
         """Its first seconds."""
         end = int(seconds * 1e9 / float(self.stamp[1] - self.stamp[0]))
         columns: dict[str, Any] = {name: getattr(self, name)[:end] for name in self._fields}
-        return Walk(**columns)
+        return WalkSamples(**columns)
 
     @property
     def seconds(self) -> float:
@@ -157,7 +157,7 @@ class RandomWalk(Policy):
         return VelocityCommand(0.15 * max(0.0, math.cos(angle)), 0.0, turn)
 
 
-def record(spec: WalkSpec) -> Walk:
+def record(spec: WalkSpec) -> WalkSamples:
     """Walk in the physics; the same specification gives the same walk.
 
     Raises:
@@ -186,7 +186,7 @@ def half_of(scene: Scene) -> tuple[float, float]:
     return (0.0, 0.0) if field is None else (field.length / 2.0, field.width / 2.0)
 
 
-def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> Walk:
+def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> WalkSamples:
     rows: list[tuple[float, ...]] = []
     stamps: list[int] = []
     truths: dict[int, Pose2] = {}
@@ -216,7 +216,7 @@ def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> Walk:
                 )
             )
     table = np.array(rows)
-    return Walk(
+    return WalkSamples(
         np.array(stamps, dtype=np.int64),
         table[:, :3],
         table[:, 3:9],
@@ -226,7 +226,9 @@ def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> Walk:
     )
 
 
-def walks(specs: Sequence[WalkSpec], folder: Path | None = None, **options: object) -> list[Walk]:
+def walks(
+    specs: Sequence[WalkSpec], folder: Path | None = None, **options: object
+) -> list[WalkSamples]:
     """The walks of some specifications.
 
     Args:
@@ -244,7 +246,7 @@ def walks(specs: Sequence[WalkSpec], folder: Path | None = None, **options: obje
         strict=True,
     ):
         walk.save(_file(folder, spec))
-    return [Walk.load(_file(folder, spec)) for spec in specs]
+    return [WalkSamples.load(_file(folder, spec)) for spec in specs]
 
 
 def _file(folder: Path, spec: WalkSpec) -> Path:

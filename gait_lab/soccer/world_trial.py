@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
 from gait_lab.soccer.percept_model import PerceptModel
-from gait_lab.soccer.walks import Walk
+from gait_lab.soccer.walks import WalkSamples
 from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
 from nao_lipm_gait.geometry import compose, relative, rotate_planar, rotation_from_rpy
 from nao_lipm_gait.head.head_control import HeadControl, TorsoPlace
@@ -239,7 +239,9 @@ class TraceRows:
 
 
 def run_trial(
-    spec: WorldTrialSpec, walk: Walk, watch: Callable[[Player, WorldState], None] | None = None
+    spec: WorldTrialSpec,
+    walk: WalkSamples,
+    watch: Callable[[Player, WorldState], None] | None = None,
 ) -> WorldTrace:
     """Run the world model over a recorded walk.
 
@@ -323,7 +325,7 @@ class _Mate:
         player.world.add_mate(TeamMate(2, stamp, (-1.0, 0.0, 0.0), True, ball=told))
 
 
-def spliced(walk: Walk, other: Walk, time: float, gap: float) -> Walk:
+def spliced(walk: WalkSamples, other: WalkSamples, time: float, gap: float) -> WalkSamples:
     """A robot on one walk that is carried to the beginning of another one; odometry goes on.
 
     Args:
@@ -344,15 +346,15 @@ def spliced(walk: Walk, other: Walk, time: float, gap: float) -> Walk:
         a, b = getattr(walk, name), getattr(other, name)
         return np.concatenate((a[:last], np.repeat(a[last : last + 1], held, axis=0), b[first:]))
 
-    pieces: dict[str, Any] = {name: joined(name) for name in Walk._fields}
+    pieces: dict[str, Any] = {name: joined(name) for name in WalkSamples._fields}
     pieces["stamp"] = walk.stamp[0] + step * np.arange(count)
     pieces["odometry"] = np.concatenate(
         (walk.odometry[:last], np.repeat(walk.odometry[last : last + 1], held, axis=0), odometry)
     )
-    return Walk(**pieces)
+    return WalkSamples(**pieces)
 
 
-def turned_after(walk: Walk, time: float, seconds: float, turn: float) -> Walk:
+def turned_after(walk: WalkSamples, time: float, seconds: float, turn: float) -> WalkSamples:
     """A robot that falls, and stands up in place with another heading; odometry does not know.
 
     Args:
@@ -369,10 +371,10 @@ def turned_after(walk: Walk, time: float, seconds: float, turn: float) -> Walk:
         for each in walk.truth[last:]
     ]
     index = np.concatenate((np.arange(last), np.full(held, last), np.arange(last, len(walk.stamp))))
-    pieces: dict[str, Any] = {name: getattr(walk, name)[index] for name in Walk._fields}
+    pieces: dict[str, Any] = {name: getattr(walk, name)[index] for name in WalkSamples._fields}
     pieces["stamp"] = walk.stamp[0] + step * np.arange(len(index))
     pieces["truth"] = np.concatenate((walk.truth[:last], np.tile(before, (held, 1)), after))
-    return Walk(**pieces)
+    return WalkSamples(**pieces)
 
 
 def _pose(values: Sequence[float] | FloatArray) -> Pose2:

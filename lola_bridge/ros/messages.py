@@ -12,7 +12,7 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, Joy
 
 from lola_bridge.codec import JOINTS, LolaSensors
 from lola_bridge.joints import JointMap
-from lola_bridge.link import DriverStatus, Frame
+from lola_bridge.link import DriverStatus, SensorPacket
 from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.ros.messages import diagnostic_array, to_time
 from nao_lipm_gait.runtime.diagnostics import Level
@@ -51,7 +51,6 @@ class SensorWriter:
         self._wrenches = (WrenchStamped(), WrenchStamped())
         for wrench, frame in zip(self._wrenches, robot.sole_frames, strict=True):
             wrench.header.frame_id = frame
-        self._touch = Joy()
 
     def imu(self, stamp: int, sensors: LolaSensors) -> Imu:
         """`imu/data`. LoLA's accelerometer has the opposite sign of REP-145's."""
@@ -86,12 +85,6 @@ class SensorWriter:
         message.wrench.torque.x, message.wrench.torque.y = torque_x, torque_y
         return message
 
-    def touch(self, stamp: int, sensors: LolaSensors) -> Joy:
-        """`touch`: buttons and touch sensors in the order of `codec.TOUCH`, 1 = pressed."""
-        self._touch.header.stamp = to_time(stamp)
-        self._touch.buttons = [int(value >= 0.5) for value in sensors.touch]
-        return self._touch
-
 
 def sole_wrench(loads: Sequence[float], places: Sequence[Point2]) -> tuple[float, float, float]:
     """Force z [N] and torques x, y [N m] about the sole's origin of four normal forces [N]."""
@@ -100,6 +93,13 @@ def sole_wrench(loads: Sequence[float], places: Sequence[Point2]) -> tuple[float
         sum(y * load for load, (_, y) in zip(loads, places, strict=True)),
         -sum(x * load for load, (x, _) in zip(loads, places, strict=True)),
     )
+
+
+def touch(stamp: int, sensors: LolaSensors) -> Joy:
+    """`touch`: buttons and touch sensors in the order of `codec.TOUCH`, 1 = pressed."""
+    message = Joy(buttons=[int(value >= 0.5) for value in sensors.touch])
+    message.header.stamp = to_time(stamp)
+    return message
 
 
 def battery_state(stamp: int, sensors: LolaSensors) -> BatteryState:
@@ -175,7 +175,7 @@ def diagnostics(
 
 
 def silence_report(
-    node: str, last: tuple[Frame, LolaSensors] | None, silence: float, reason: str
+    node: str, last: tuple[SensorPacket, LolaSensors] | None, silence: float, reason: str
 ) -> DiagnosticArray:
     """State of a bridge that gets no frames.
 

@@ -24,12 +24,18 @@ from lola_bridge.link import (
     END,
     PACKET_BYTES,
     SETTINGS,
-    Frame,
+    SensorPacket,
     address,
     pack_command,
     unpack_from_driver,
 )
-from lola_bridge.ros.messages import SensorWriter, battery_state, diagnostics, silence_report
+from lola_bridge.ros.messages import (
+    SensorWriter,
+    battery_state,
+    diagnostics,
+    silence_report,
+    touch,
+)
 from lola_bridge.safety import Mode, SafetySettings
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot import RobotDescription, load_robot
@@ -94,7 +100,7 @@ class LolaBridgeNode(Node):
         )
         self._commands = CommandInput(self._robot)
         self._inputs = Inputs(self)
-        self._last: tuple[Frame, LolaSensors] | None = None
+        self._last: tuple[SensorPacket, LolaSensors] | None = None
         self._heard_at = 0.0
         self._ending = False
         self._failure: Exception | None = None
@@ -241,7 +247,7 @@ class LolaBridgeNode(Node):
         before, self._link = self._link, self._connect()
         before.close()
 
-    def _publish(self, frame: Frame) -> None:
+    def _publish(self, frame: SensorPacket) -> None:
         self._restarts = 0
         sensors, stamp, writer = decode_sensors(frame.sensors), frame.stamp, self._writer
         ready = frame.status.mode is Mode.ACTIVE
@@ -257,7 +263,7 @@ class LolaBridgeNode(Node):
         self._heard_at = time.monotonic()  # before `_last`, because the other thread reads both
         self._last = frame, sensors
         if before is None or before[1].touch != sensors.touch:
-            self._touch.publish(writer.touch(stamp, sensors))
+            self._touch.publish(touch(stamp, sensors))
 
     def _log(self, line: LogLine) -> None:
         if line.level >= Level.WARN:
@@ -301,7 +307,7 @@ class LolaBridgeNode(Node):
         frame, sensors = last
         self._battery.publish(battery_state(frame.stamp, sensors))
         # Late subscribers get the state, too.
-        self._touch.publish(self._writer.touch(frame.stamp, sensors))
+        self._touch.publish(touch(frame.stamp, sensors))
         for message in temperature_messages(frame.stamp, JOINTS, sensors.temperature):
             self._temperature.publish(message)
         mode = frame.status.mode

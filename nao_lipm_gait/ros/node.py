@@ -59,7 +59,7 @@ from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
-from nao_lipm_gait.types import BUSY, GaitStatus
+from nao_lipm_gait.types import BUSY, GaitStatus, Pose6
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 PRESET = node_parameter(
@@ -281,21 +281,21 @@ class GaitNode(Node):
             self._overdue.restart()
         for answer in output.answers:
             self._command.publish(self._command_writer.write(answer.targets))
-            if answer.status is not None:
-                self._publish_status(answer.status)
+            if answer.status is not None and answer.torso_pose is not None:
+                self._publish_status(answer.status, answer.torso_pose)
         for result in output.motion_results:
             self._motion_result.publish(String(data=result))
         for line in output.log:
             write_log(self, line)
 
-    def _publish_status(self, status: GaitStatus) -> None:
+    def _publish_status(self, status: GaitStatus, torso_pose: Pose6) -> None:
         writer = self._status_writer
         self._odom.publish(writer.odometry(status))
         if self._transforms is not None:
             self._transforms.sendTransform(
                 [
                     writer.transform(status),
-                    writer.base_transform(status.stamp, self._controller.torso_pose),
+                    writer.base_transform(status.stamp, torso_pose),
                 ]
             )
         for topic, point in (
@@ -305,9 +305,7 @@ class GaitNode(Node):
         ):
             topic.publish(writer.point_in_q(point, status.stamp))
         if self._torso_pose.get_subscription_count():
-            self._torso_pose.publish(
-                writer.torso_pose(status.stamp, self._controller.torso_pose)
-            )
+            self._torso_pose.publish(writer.torso_pose(status.stamp, torso_pose))
         support = support_text(status)
         if support != self._support:
             self._support = support

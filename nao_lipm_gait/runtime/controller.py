@@ -111,10 +111,12 @@ class Answer(NamedTuple):
     Attributes:
         targets: Targets to send as `joint_command`.
         status: What the gait did; None if there was no tick, or the last targets are held.
+        torso_pose: The base link in base_footprint, with a status; see `Gait.torso_pose`.
     """
 
     targets: JointTargets
     status: GaitStatus | None = None
+    torso_pose: Pose6 | None = None
 
 
 class Output(NamedTuple):
@@ -209,11 +211,6 @@ class GaitController:
     def parameters(self) -> GaitParameters:
         """The last requested parameters; a walk applies them at its next support change."""
         return self._parameters
-
-    @property
-    def torso_pose(self) -> Pose6:
-        """The base link in base_footprint after the last tick; see `Gait.torso_pose`."""
-        return self._gait.torso_pose
 
     @property
     def needs_loads(self) -> bool:
@@ -441,7 +438,7 @@ class GaitController:
         else:
             self._held = 0
             status = self.last_status = self._gait.status
-            self._answers.append(Answer(guarded.targets, status))
+            self._answers.append(Answer(guarded.targets, status, self._gait.torso_pose))
             self._state_log.update(status)
             self._motions.follow(status)
         self._state_log.update_command(timed_out=self._velocity.timed_out)

@@ -169,7 +169,8 @@ class PlayerBehavior:
     def _seconds_to_ball(self, state: WorldState) -> float:
         plan = None if self._decision is None else self._decision.plan
         ball = state.ball
-        away = self.game.penalized or state.blind or self._mind.lost
+        game = self.game
+        away = game.penalized or game.stopped or state.blind or self._mind.lost
         if plan is None or ball is None or ball.age > BALL_AGE or away:
             return NEVER
         down = 0.0 if state.upright else GETTING_UP_TIME

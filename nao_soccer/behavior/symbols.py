@@ -84,7 +84,7 @@ def playing(s: Situation) -> bool:
 
 
 def _may_move(s: Situation) -> bool:
-    return not (s.game.penalized or s.world.blind)
+    return not (s.game.penalized or s.game.stopped or s.world.blind)
 
 
 def must_give_way(s: Situation) -> bool:

@@ -356,7 +356,8 @@ def seen_by(message: ControlMessage, team: int, player: int) -> GameState:
         # After a kick-off the secondary time runs until the other team may play the ball.
         ball_free=kicking is None
         or (playing and message.set_play is SetPlay.NONE and message.secondary_time <= 0),
-        penalized=message.stopped or own.players[player - 1].penalty is not Penalty.NONE,
+        penalized=own.players[player - 1].penalty is not Penalty.NONE,
+        stopped=message.stopped,
         goalkeeper=own.goalkeeper == player,
         own_score=own.score,
         other_score=other.score,

@@ -113,7 +113,7 @@ class PerceptBuffer:
 
 
 def _kind(number: float) -> Kind:
-    if number != round(number) or not 0 <= number < len(KINDS):
+    if not (0 <= number < len(KINDS) and number == int(number)):  # refuses NaN as well
         raise NaoGaitError("vision/percepts kind", number, f"0 to {len(KINDS) - 1}")
     return KINDS[int(number)]
 

@@ -12,6 +12,7 @@ from nav_msgs.msg import Odometry
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from nao_lipm_gait.errors import NaoGaitError
@@ -107,6 +108,7 @@ class RefereeNode(Node):
         self._inputs = Inputs(self, burst=1)
         self._state = self.create_publisher(DiagnosticArray, "game_state", 10)
         self._put = self.create_publisher(PointStamped, "put_ball", 10)
+        self._to_put_back: set[str] = set()
         self._resets: dict[str, Client] = {
             name: self.create_client(Trigger, f"{name}/sim_bridge/reset") for name in players
         }
@@ -155,6 +157,9 @@ class RefereeNode(Node):
         """Keep the rules at a time [ns] of the match; `now` [ns] is that of the simulation."""
         self._hear(time)
         before = self._referee.phase
+        waiting, self._to_put_back = self._to_put_back, set()
+        for name in filter(self._referee.penalized, sorted(waiting)):
+            self._put_robot(name)
         for order in self._referee.update(time * 1e-9, ball, self._robots):
             if isinstance(order, PutBall):
                 self._put_ball(now, order)
@@ -179,8 +184,17 @@ class RefereeNode(Node):
             text = f"{name} cannot be put back: no service {reset.srv_name}"
             self._inputs.warn(f"reset of {name}", text)
             return
-        reset.call_async(Trigger.Request())
-        self.get_logger().info(f"{name} is put back to its start")
+        future = reset.call_async(Trigger.Request())
+        future.add_done_callback(partial(self._on_put_back, name))
+
+    def _on_put_back(self, name: str, future: Future) -> None:
+        answer = future.result()
+        if answer is not None and answer.success:
+            self.get_logger().info(f"{name} is put back to its start")
+            return
+        self._to_put_back.add(name)  # somebody stands there: once more at the next look
+        text = "no answer" if answer is None else answer.message
+        self._inputs.warn(f"reset of {name}", f"{name} cannot be put back yet: {text}")
 
     def _put_ball(self, now: int, order: PutBall) -> None:
         message = PointStamped()

@@ -63,17 +63,13 @@ def find_ball(frame: Frame, radius: float, robots: Sequence[Box]) -> Percept | N
     if count < 2:
         return None
     areas = stats[1:, cv2.CC_STAT_AREA]
-    best: Percept | None = None
-    best_area = 0.0
     for index in np.argsort(-areas)[:CANDIDATES] + 1:
         if stats[index, cv2.CC_STAT_AREA] < MIN_AREA:
             break
         found = _measured(frame, mask, stats[index], centres[index], radius)
-        if found is not None and found.box is not None and _is_part(found.box, robots):
-            continue
-        if found is not None and stats[index, cv2.CC_STAT_AREA] > best_area:
-            best, best_area = found, float(stats[index, cv2.CC_STAT_AREA])
-    return best
+        if found is not None and (found.box is None or not _is_part(found.box, robots)):
+            return found  # the largest
+    return None
 
 
 def _is_part(ball: Box, robots: Sequence[Box]) -> bool:

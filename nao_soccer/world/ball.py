@@ -13,7 +13,7 @@ import numpy as np
 
 from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.percepts import Covariance2, Percept
-from nao_soccer.world.odometry import Motion
+from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.planar_track import PlanarTrack, inside, mixture
 
 REST, ROLL = 0, 1
@@ -70,7 +70,7 @@ class BallTrack:
         self._slowdown = slowdown
         self.score, self.age, self.misses = 1.0, 0.0, 0.0
 
-    def advance(self, motion: Motion, dt: float) -> None:
+    def advance(self, motion: Displacement, dt: float) -> None:
         """Carry the ball through a motion of the robot and a time [s]."""
         self.age += dt
         self.score *= math.exp(-dt / MEMORY)
@@ -162,7 +162,7 @@ class BallFilter:
         """Forget everything."""
         self._ball = self._other = None
 
-    def advance(self, motion: Motion, dt: float) -> None:
+    def advance(self, motion: Displacement, dt: float) -> None:
         """Carry the ball to the time of the next image; forget what is too uncertain."""
         for track in (self._ball, self._other):
             if track is not None:

@@ -15,7 +15,7 @@ from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.lasting_errors import LastingErrors
 from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
-from nao_soccer.world.odometry import Motion
+from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import PoseEstimate
 
@@ -163,7 +163,7 @@ class Localization:
 
     # -- filter ------------------------------------------------------------------------------------
 
-    def move(self, motion: Motion, seconds: float) -> None:
+    def move(self, motion: Displacement, seconds: float) -> None:
         """Move all particles by odometry and its noise.
 
         Args:
@@ -318,7 +318,7 @@ class Localization:
             and self._unseen < Validity.AGE
         )
 
-    def estimate(self, motion: Motion | None = None) -> PoseEstimate:
+    def estimate(self, motion: Displacement | None = None) -> PoseEstimate:
         """The pose after a motion since the last image; None = at that image."""
         mean, covariance = self._mean, self._covariance + self._lasting.covariance
         if motion is not None:
@@ -345,7 +345,7 @@ def _composed(poses: FloatArray, offsets: FloatArray) -> FloatArray:
     )
 
 
-def _carried(covariance: FloatArray, yaw_after: float, motion: Motion) -> FloatArray:
+def _carried(covariance: FloatArray, yaw_after: float, motion: Displacement) -> FloatArray:
     """The covariance (3, 3) of a pose after a motion; F P F' + G Q G'."""
     yaw = yaw_after - motion.offset[2]
     c, s = math.cos(yaw), math.sin(yaw)
@@ -355,7 +355,7 @@ def _carried(covariance: FloatArray, yaw_after: float, motion: Motion) -> FloatA
     return result
 
 
-def _jacobian(yaw_after: float, motion: Motion) -> FloatArray:
+def _jacobian(yaw_after: float, motion: Displacement) -> FloatArray:
     """(3, 3) derivative of a pose after a motion by the pose before."""
     yaw = yaw_after - motion.offset[2]
     c, s = math.cos(yaw), math.sin(yaw)

@@ -21,7 +21,7 @@ from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.likelihood import Evidence
 from nao_soccer.world.localization import Localization
 from nao_soccer.world.obstacles import ObstacleFilter, near
-from nao_soccer.world.odometry import Motion, OdometryHistory
+from nao_soccer.world.odometry import Displacement, OdometryHistory
 from nao_soccer.world.planar_track import matrix, point, triple
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamMate, WorldState
@@ -236,7 +236,9 @@ class WorldModel:
             (now - self._last_image) * 1e-9, (now - self._last_sight) * 1e-9,
         )  # fmt: skip
 
-    def _own_ball(self, own: PoseEstimate, motion: Motion, seconds: float) -> BallEstimate | None:
+    def _own_ball(
+        self, own: PoseEstimate, motion: Displacement, seconds: float
+    ) -> BallEstimate | None:
         known = self._ball.ball
         if known is None:
             return None
@@ -256,7 +258,7 @@ class WorldModel:
         )
 
     def _robots(
-        self, now: int, own: PoseEstimate, motion: Motion, mates: tuple[TeamMate, ...]
+        self, now: int, own: PoseEstimate, motion: Displacement, mates: tuple[TeamMate, ...]
     ) -> Iterator[Obstacle]:
         """The robots that were seen, and the team mates that told where they are."""
         # A robot that lies holds no valid pose, but lies where it fell.

@@ -6,7 +6,7 @@ import numpy as np
 
 from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.percepts import Kind, Percept
-from nao_soccer.world.odometry import Motion
+from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.planar_track import PlanarTrack, inside
 
 SPEED = 0.3
@@ -92,7 +92,7 @@ class ObstacleFilter:
         """Forget everything."""
         self._tracks.clear()
 
-    def advance(self, motion: Motion, dt: float) -> None:
+    def advance(self, motion: Displacement, dt: float) -> None:
         """Carry all robots through a motion of the own one and a time [s]."""
         for each in self._tracks:
             each.track.carry(motion)

@@ -22,7 +22,7 @@ LENGTH = 300
 """Entries that are kept: 3 s at 100 Hz."""
 
 
-class Motion(NamedTuple):
+class Displacement(NamedTuple):
     """How the robot moved between two times.
 
     Attributes:
@@ -105,7 +105,7 @@ class OdometryHistory:
         x, y, yaw = self._history.at(stamp)[:3].tolist()
         return x, y, yaw
 
-    def motion(self, since: int, until: int) -> Motion:
+    def motion(self, since: int, until: int) -> Displacement:
         """How the robot moved from one time [ns] to another.
 
         Raises:
@@ -124,4 +124,4 @@ class OdometryHistory:
                 (-dy * yaw / 2.0, dx * yaw / 2.0, yaw),
             )
         )
-        return Motion(offset, covariance)
+        return Displacement(offset, covariance)

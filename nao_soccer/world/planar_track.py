@@ -6,7 +6,7 @@ import numpy as np
 
 from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.percepts import Covariance2
-from nao_soccer.world.odometry import Motion
+from nao_soccer.world.odometry import Displacement
 
 
 class PlanarTrack:
@@ -28,7 +28,7 @@ class PlanarTrack:
         full[:2, :2] = matrix(covariance)
         return cls(np.array((*position, 0.0, 0.0)), full)
 
-    def carry(self, motion: Motion) -> None:
+    def carry(self, motion: Displacement) -> None:
         """Express the track in base_footprint after a motion of the robot, with its noise."""
         dx, dy, turn = motion.offset
         c, s = math.cos(turn), math.sin(turn)

@@ -18,7 +18,7 @@ from gait_lab.bench.score import FallDetection, Variant, walk_all
 from gait_lab.bench.suites import peers
 from gait_lab.bench.suites.peers import Options
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo, request, with_placo_frames
-from gait_lab.peers.player import BLEND_TIME, LAG, JointPlan, Player
+from gait_lab.peers.player import BLEND_TIME, LAG, JointPlan, PeerPlayback
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.errors import NaoGaitError
@@ -80,7 +80,7 @@ def plan(count: int) -> JointPlan:
 
 def test_a_plan_is_played_by_time_even_if_frames_are_missing_and_held_at_its_end() -> None:
     planned = plan(200)
-    player = Player(NAO, planned, DT)
+    player = PeerPlayback(NAO, planned, DT)
     assert player.step(frame(5.0), STANDSTILL).position == pytest.approx(NAO.stand_pose)
     for tick in (100, 101, 150):
         targets = player.step(frame(5.0 + tick * DT), STANDSTILL)
@@ -93,7 +93,7 @@ def test_a_plan_is_played_by_time_even_if_frames_are_missing_and_held_at_its_end
 
 def test_a_plan_begins_without_a_jump() -> None:
     joints = np.tile(np.clip(NAO.stand_pose + 0.1, NAO.lower, NAO.upper), (200, 1))
-    player = Player(NAO, JointPlan(joints, np.zeros(200), np.zeros((200, 3))), DT)
+    player = PeerPlayback(NAO, JointPlan(joints, np.zeros(200), np.zeros((200, 3))), DT)
     positions = np.array([player.step(frame(i * DT), STANDSTILL).position for i in range(120)])
     assert np.abs(np.diff(positions, axis=0)).max() < 0.1 * 2.0 * DT / BLEND_TIME
     assert positions[-1] == pytest.approx(joints[0])
@@ -102,7 +102,7 @@ def test_a_plan_begins_without_a_jump() -> None:
 
 
 def test_the_expected_com_is_that_of_a_lag_ago() -> None:
-    player = Player(NAO, plan(200), DT)
+    player = PeerPlayback(NAO, plan(200), DT)
     for tick in range(58):
         player.step(frame(tick * DT), STANDSTILL)
     status = player.status

@@ -9,7 +9,7 @@ import pytest
 from gait_lab.bench.world_scores import WorldOptions, pose_score, right_again, trials
 from gait_lab.soccer.ball_course import BallCourse
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
-from gait_lab.soccer.walks import Walk
+from gait_lab.soccer.walks import WalkSamples
 from gait_lab.soccer.world_trial import (
     Gap,
     WorldTrialSpec,
@@ -116,7 +116,7 @@ def test_a_ball_course_follows_friction():
     assert way == pytest.approx(0.6 * 0.5 * (speeds[start] + speeds[start + 30]))
 
 
-def circle(seconds: float, start=(-1.0, -0.4, 0.0), speed: float = 0.15) -> Walk:
+def circle(seconds: float, start=(-1.0, -0.4, 0.0), speed: float = 0.15) -> WalkSamples:
     """A robot that walks a circle; odometry is exact."""
     count = round(seconds * 50)
     pose, poses = start, []
@@ -127,7 +127,8 @@ def circle(seconds: float, start=(-1.0, -0.4, 0.0), speed: float = 0.15) -> Walk
     odometry = np.array([relative(tuple(each), start) for each in poses])
     torso = np.tile((0.0, 0.0, 0.33, 0.0, 0.0, 0.0), (count, 1))
     stamp = 20_000_000 * np.arange(1, count + 1)
-    return Walk(stamp, odometry, np.zeros((count, 6)), torso, truth, np.zeros(count, dtype=bool))
+    fallen = np.zeros(count, dtype=bool)
+    return WalkSamples(stamp, odometry, np.zeros((count, 6)), torso, truth, fallen)
 
 
 def test_a_trial_follows_the_robot():

@@ -8,11 +8,17 @@ from pathlib import Path
 import pytest
 
 from gait_lab.soccer.abilities import AbilitySpec, play_ability
-from gait_lab.soccer.frames import Frame, RobotFrame, dribble_strokes, is_turned, wrong_half
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.pitch import is_upright, practice
 from gait_lab.soccer.replay_page import write_replay
+from gait_lab.soccer.snapshots import (
+    RobotSnapshot,
+    Snapshot,
+    dribble_strokes,
+    is_turned,
+    wrong_half,
+)
 from gait_lab.soccer.solo import SoloSpec, solo
 from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
 from gait_lab.trials.kept import KeptResults
@@ -20,7 +26,7 @@ from gait_lab.trials.kick import KickResult, KickSpec
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.types import GETTING_UP
 from nao_soccer.behavior.kicks import load_kicks
-from nao_soccer.game_state import Phase
+from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.rules import Goal
 from sim_bridge.scene import load_scene
 
@@ -72,6 +78,38 @@ def test_a_fallen_robot_that_is_put_back_stands_at_once() -> None:
             if pitch.count >= 700:
                 break
     assert all(states)
+
+
+def test_a_player_that_is_started_again_does_nothing_of_before() -> None:
+    scene = load_scene("pitch_small")
+    (first, *_) = scene.robots
+    with practice(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
+        (player,) = pitch.players
+        player.behavior.game = GameState(phase=Phase.PLAYING)
+        for _ in pitch.run(lambda _: None):
+            if player.decision is not None and not player.decision.action.walk.is_zero:
+                break
+        pitch.restart_player(0)
+        assert (player.decision, player.estimated_pose) == (None, None)
+        assert player._walk.is_zero
+
+
+def test_a_robot_whose_start_is_taken_is_put_back_once_it_is_free() -> None:
+    with Match(MatchSpec(minutes=0.2, seed=2)) as match:
+        name, calls = match.pitch.scene.robots[0].name, []
+
+        def reset(robot: str) -> None:
+            calls.append(robot)
+            if len(calls) < 3:
+                raise NaoGaitError("reset", robot, "a free place")
+
+        match.pitch.world.reset_robot = reset  # type: ignore[method-assign]
+        match.referee.penalized = lambda _: True  # type: ignore[method-assign]
+        match._put_back(name)
+        for frame in match.play():
+            if frame.time >= 1.0:
+                break
+    assert calls == [name] * 3
 
 
 def test_a_match_begins_and_each_team_has_one_striker() -> None:
@@ -150,9 +188,9 @@ def test_a_finished_match_is_not_played_again(tmp_path: Path) -> None:
 
 
 def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_others() -> None:
-    def frame(time: float, believed: float) -> Frame:
-        robot = RobotFrame(-1.5, 0.0, 3.1, "walk", "striker", "", is_turned(3.1, believed))
-        return Frame(time, (-2.0, 0.0), {"red1": robot}, "playing", (0, 0))
+    def frame(time: float, believed: float) -> Snapshot:
+        robot = RobotSnapshot(-1.5, 0.0, 3.1, "walk", "striker", "", is_turned(3.1, believed))
+        return Snapshot(time, (-2.0, 0.0), {"red1": robot}, "playing", (0, 0))
 
     goal = Goal(10.0, "blue", "red1", True)
     assert wrong_half([goal], [frame(9.9, 0.1), frame(10.1, 3.0)]) == 1
@@ -161,16 +199,16 @@ def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_
 
 
 def test_a_stroke_is_a_ball_that_a_dribbling_robot_makes_faster() -> None:
-    def course(speeds: list[float], robot: RobotFrame) -> list[Frame]:
+    def course(speeds: list[float], robot: RobotSnapshot) -> list[Snapshot]:
         """A ball that rolls along x, the robot 0.15 m behind it."""
         frames, x = [], 0.0
         for index, speed in enumerate(speeds):
             x += 0.2 * speed
             moved = robot._replace(x=robot.x + x)
-            frames.append(Frame(0.2 * index, (x, 0.0), {"red1": moved}, "playing", (0, 0)))
+            frames.append(Snapshot(0.2 * index, (x, 0.0), {"red1": moved}, "playing", (0, 0)))
         return frames
 
-    dribbles = RobotFrame(-0.15, 0.0, 0.0, "walk", "striker", "play the ball: dribble")
+    dribbles = RobotSnapshot(-0.15, 0.0, 0.0, "walk", "striker", "play the ball: dribble")
     two_strokes = [0.0, 0.0, 1.0, 1.4, 0.9, 0.5, 0.2, 1.2, 1.0]
     assert dribble_strokes(course(two_strokes, dribbles)) == 2
     pushes = dribbles._replace(doing="play the ball: push")
@@ -184,10 +222,10 @@ def test_a_stroke_is_a_ball_that_a_dribbling_robot_makes_faster() -> None:
 def test_the_replay_page_has_the_match(tmp_path: Path) -> None:
     scene = match_scene(MatchSpec())
     robots = {
-        robot.name: RobotFrame(*robot.pose, "walk", "striker", "play the ball: dribble </script>")
+        robot.name: RobotSnapshot(*robot.pose, "walk", "striker", "play: dribble </script>")
         for robot in scene.robots
     }
-    frames = [Frame(0.2 * i, (0.1 * i, 0.0), robots, "playing", (i // 9, 0)) for i in range(10)]
+    frames = [Snapshot(0.2 * i, (0.1 * i, 0.0), robots, "playing", (i // 9, 0)) for i in range(10)]
     path = tmp_path / "replay.html"
     write_replay(path, scene, frames, [Goal(1.8, "red", "red2", False)], "a test")
     text = path.read_text()

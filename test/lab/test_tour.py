@@ -9,7 +9,7 @@ import pytest
 
 from gait_lab.analysis.render import TILE_PERIOD
 from gait_lab.analysis.trace import LEFT, Trace
-from gait_lab.demo.picture import LENGTH, SHORTEST, Motion, loop_rows
+from gait_lab.demo.picture import LENGTH, SHORTEST, PoseTrace, loop_rows
 from gait_lab.demo.tour import (
     FULL_TOUR,
     SHORT_TOUR,
@@ -100,7 +100,7 @@ def test_the_moving_picture_ends_where_it_begins() -> None:
     time = np.arange(0.0, 6.0, 0.01)
     swing = np.sin(2.0 * np.pi * time / 0.5)
     position = np.stack([0.375 * time, 0.0 * time, 0.0 * time + 0.3], axis=1)
-    motion = Motion(time, position, np.zeros((len(time), 4)), np.tile(swing[:, None], (1, 22)))
+    motion = PoseTrace(time, position, np.zeros((len(time), 4)), np.tile(swing[:, None], (1, 22)))
     rows = loop_rows(motion)
     assert rows is not None
     end = rows[-1] + rows[1] - rows[0]
@@ -108,7 +108,7 @@ def test_the_moving_picture_ends_where_it_begins() -> None:
     tiles = (position[end, 0] - position[rows[0], 0]) / TILE_PERIOD
     assert abs(tiles - round(tiles)) < 0.1
     assert SHORTEST <= time[end] - time[rows[0]] <= LENGTH
-    assert loop_rows(Motion(*(column[:200] for column in astuple(motion)))) is None
+    assert loop_rows(PoseTrace(*(column[:200] for column in astuple(motion)))) is None
 
 
 def test_standing_needs_no_speed() -> None:

@@ -16,7 +16,7 @@ from lola_bridge.link import (
     END,
     PACKET_BYTES,
     SETTINGS,
-    Frame,
+    SensorPacket,
     address,
     pack_command,
     unpack_from_driver,
@@ -45,7 +45,7 @@ class Rig:
         self.robot: socket.socket | None = None
         self.parser = command_stream()
         self.answers: list[LolaCommand] = []
-        self.frames: list[Frame] = []
+        self.frames: list[SensorPacket] = []
         self.log: list[str] = []
         self.node: socket.socket | None = None
 
@@ -89,7 +89,7 @@ class Rig:
                 self.node = None
                 break
             message = unpack_from_driver(packet)
-            self.frames.append(message) if isinstance(message, Frame) else self.hear(message)
+            self.frames.append(message) if isinstance(message, SensorPacket) else self.hear(message)
 
     def hear(self, line: LogLine) -> None:
         self.log.append(line.text)

@@ -34,6 +34,7 @@ from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.player import Player
 from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo
+from nao_soccer.referee.protocol import decode as decode_control
 from nao_soccer.team.message import NEVER, TeamMessage, decode
 from nao_soccer.team.role import Role
 from nao_soccer.vision.settings import settings_of_scene
@@ -296,8 +297,8 @@ def test_the_referee_is_obeyed_whatever_the_ball_does() -> None:
         decision = mind.update(state, Body(), GameState(phase=phase))
         assert decision.path[-1].state == "stand still"
         assert decision.action.walk.is_zero
-    penalized = mind.update(state, Body(), GameState(penalized=True))
-    assert penalized.action.walk.is_zero
+    for waits in (GameState(penalized=True), GameState(stopped=True)):
+        assert mind.update(state, Body(), waits).action.walk.is_zero
 
 
 def test_a_blind_robot_stands_and_goes_on_once_it_sees_again() -> None:
@@ -703,3 +704,12 @@ def test_a_player_takes_its_start_for_its_place_after_a_penalty() -> None:
     assert math.dist(away[:2], start[:2]) == pytest.approx(2.0, abs=0.3)
     back = place(control(Phase.PLAYING, 4))
     assert math.dist(back[:2], start[:2]) == pytest.approx(1.0, abs=0.2), "one meter since then"
+    stopped, resumed = (
+        replace(decode_control(control(Phase.PLAYING, packet)), version=20, stopped=stop).encode()
+        for packet, stop in ((5, True), (6, False))
+    )
+    away = place(stopped)
+    assert behavior.game.stopped
+    assert not behavior.game.penalized
+    after = place(resumed)
+    assert math.dist(after[:2], away[:2]) == pytest.approx(1.0, abs=0.2), "nobody moved the robot"

@@ -14,7 +14,7 @@ from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.lasting_errors import LASTING, LastingErrors
 from nao_soccer.world.likelihood import LINE_WEIGHT, Evidence, log_likelihood, poses_from
 from nao_soccer.world.localization import Localization, mirrored
-from nao_soccer.world.odometry import Motion
+from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
 from pitch_percepts import GOALS, SMALL, VARIANCE, Eyes, nothing
 
@@ -24,7 +24,9 @@ STEP = 0.1
 """[s] Between two images."""
 
 
-def course(seconds: float, start: Pose2 = (-1.2, -0.3, 0.0)) -> Iterator[tuple[Pose2, Motion]]:
+def course(
+    seconds: float, start: Pose2 = (-1.2, -0.3, 0.0)
+) -> Iterator[tuple[Pose2, Displacement]]:
     """Poses on an arc, and the measured motion to each."""
     pose, random = start, np.random.default_rng(0)
     spread = np.diag((0.01, 0.01, 0.01)) ** 2
@@ -32,7 +34,7 @@ def course(seconds: float, start: Pose2 = (-1.2, -0.3, 0.0)) -> Iterator[tuple[P
         step = (0.1 * STEP, 0.0, 0.25 * STEP)
         pose = compose(pose, step)
         measured = tuple(random.multivariate_normal(step, spread / 4).tolist())
-        yield pose, Motion(measured, spread)
+        yield pose, Displacement(measured, spread)
 
 
 def walk(
@@ -216,7 +218,7 @@ def test_without_evidence_the_pose_does_not_stay_valid():
     localization = Localization(MAP, SETTINGS)
     localization.start(((-1.2, -0.3, 0.0),))
     walk(localization, Eyes(), 4.0)
-    at_rest = Motion((0.0, 0.0, 0.0), np.zeros((3, 3)))
+    at_rest = Displacement((0.0, 0.0, 0.0), np.zeros((3, 3)))
     for _ in range(300):
         localization.move(at_rest, STEP)
         localization.see(Evidence.of(nothing(0), MAP))
@@ -237,7 +239,7 @@ def test_after_a_fall_the_heading_is_found_again():
 
 @pytest.mark.parametrize("pose", [(-1.2, -0.3, 0.0), (0.0, -0.8, 1.2), (0.4, 0.2, -2.0)])
 def test_a_lasting_error_moves_the_pose_as_predicted_and_is_in_its_covariance(pose: Pose2):
-    eyes, at_rest = Eyes(deviation=0.0), Motion((0.0, 0.0, 0.0), np.diag((1e-5, 1e-5, 1e-5)))
+    eyes, at_rest = Eyes(deviation=0.0), Displacement((0.0, 0.0, 0.0), np.diag((1e-5, 1e-5, 1e-5)))
     image = Evidence.of(eyes.see(0, pose), MAP)
     # All percepts are one lasting deviation too far away, as by a camera that looks too high.
     deviation = LASTING * math.sqrt(VARIANCE)

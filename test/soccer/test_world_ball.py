@@ -7,11 +7,11 @@ import pytest
 
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.world.ball import FORGET, BallFilter
-from nao_soccer.world.odometry import Motion
+from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.planar_track import PlanarTrack, inside, mixture
 from pitch_percepts import VIEW, percept
 
-AT_REST = Motion((0.0, 0.0, 0.0), np.zeros((3, 3)))
+AT_REST = Displacement((0.0, 0.0, 0.0), np.zeros((3, 3)))
 SLOWDOWN = 0.3
 
 
@@ -43,7 +43,7 @@ def test_a_track_is_the_least_squares_line_through_its_sightings():
 def test_the_robot_s_own_motion_is_taken_out():
     track = PlanarTrack.at((1.0, 0.0), (0.01, 0.0, 0.04), 0.0)
     track.mean[2:] = 0.5, 0.0
-    track.carry(Motion((1.0, 0.0, math.pi / 2.0), np.zeros((3, 3))))
+    track.carry(Displacement((1.0, 0.0, math.pi / 2.0), np.zeros((3, 3))))
     assert track.mean == pytest.approx((0.0, 0.0, 0.0, -0.5), abs=1e-12)
     assert np.diag(track.covariance)[:2] == pytest.approx((0.04, 0.01))
 
@@ -51,7 +51,7 @@ def test_the_robot_s_own_motion_is_taken_out():
 def test_noise_of_the_own_motion_is_that_of_drawn_motions():
     random = np.random.default_rng(2)
     spread = np.diag((0.02, 0.03, 0.05)) ** 2
-    motion = Motion((0.2, 0.1, 0.3), spread)
+    motion = Displacement((0.2, 0.1, 0.3), spread)
     track = PlanarTrack.at((1.5, 0.4), (1e-9, 0.0, 1e-9), 0.0)
     track.carry(motion)
     drawn = []

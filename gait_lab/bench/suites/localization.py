@@ -25,7 +25,7 @@ from gait_lab.bench.world_scores import (
     trials,
     walks_of,
 )
-from gait_lab.soccer.walks import Walk
+from gait_lab.soccer.walks import WalkSamples
 
 
 def localization(options: WorldOptions) -> SuiteResult:
@@ -76,7 +76,7 @@ def localization(options: WorldOptions) -> SuiteResult:
     )
 
 
-def _found_again(options: WorldOptions, walks: list[Walk]) -> list[Measurement]:
+def _found_again(options: WorldOptions, walks: list[WalkSamples]) -> list[Measurement]:
     carried = [right_again(t, GAP_TIME + CARRY) for t in trials(options, walks, "carried")]
     fallen = [right_again(t, GAP_TIME + LIE) for t in trials(options, walks, "fall")]
     found = float(np.mean([each <= FOUND_AFTER for each in fallen]))

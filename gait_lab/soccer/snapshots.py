@@ -19,7 +19,7 @@ DRIBBLES = ": dribble", ": push"
 """Ends of what a dribbling robot does."""
 
 
-class RobotFrame(NamedTuple):
+class RobotSnapshot(NamedTuple):
     """One robot in a moment of the replay.
 
     Attributes:
@@ -42,7 +42,7 @@ class RobotFrame(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class Snapshot:
     """One moment of the replay.
 
     Attributes:
@@ -55,7 +55,7 @@ class Frame:
 
     time: float
     ball: Point2
-    robots: dict[str, RobotFrame]
+    robots: dict[str, RobotSnapshot]
     phase: str
     score: tuple[int, int]
 
@@ -65,7 +65,7 @@ def is_turned(heading: float, estimated: float) -> bool:
     return math.cos(estimated - heading) < 0.0
 
 
-def wrong_half(goals: Sequence[Goal], frames: Sequence[Frame]) -> int:
+def wrong_half(goals: Sequence[Goal], frames: Sequence[Snapshot]) -> int:
     """Number of goals into the own goal by robots that took it for the opponents'.
 
     A ball that a defender only deflects is an own goal too, but none of these.
@@ -78,7 +78,7 @@ def wrong_half(goals: Sequence[Goal], frames: Sequence[Frame]) -> int:
     return count
 
 
-def dribble_strokes(frames: Sequence[Frame]) -> int:
+def dribble_strokes(frames: Sequence[Snapshot]) -> int:
     """Number of times that the foot of a dribbling robot makes the ball faster.
 
     Frames must be so dense that a foot hits the ball once between two of them.
