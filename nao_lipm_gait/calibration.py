@@ -83,9 +83,8 @@ class SensorCorrection:
                 mean_rate = np.array(rotate(imu, as_point(mean_rate - bias)))
         position = frame.joint_position + self._offset
         return SensorFrame(
-            frame.stamp, position, frame.joint_velocity, rate, force, frame.late, frame.lifted,
-            mean_rate,
-        )  # fmt: skip
+            frame.stamp, position, rate, force, frame.late, frame.lifted, mean_rate
+        )
 
     def for_motors(self, position: FloatArray) -> FloatArray:
         """Joint targets (n,) [rad] as the motors take them."""

@@ -33,7 +33,6 @@ class SensorFrame(NamedTuple):
     Attributes:
         stamp: Sampling time [ns].
         joint_position: Joint angles (n,) [rad].
-        joint_velocity: Joint velocities (n,) [rad/s].
         angular_velocity: Angular velocity (3,) [rad/s] of the torso in the torso frame (REP-145).
         linear_acceleration: Specific force (3,) [m/s^2] in the torso frame; (0, 0, +9.81) at rest
             upright (REP-145).
@@ -46,7 +45,6 @@ class SensorFrame(NamedTuple):
 
     stamp: int
     joint_position: FloatArray
-    joint_velocity: FloatArray
     angular_velocity: FloatArray
     linear_acceleration: FloatArray
     late: int = 0

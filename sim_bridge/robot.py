@@ -78,6 +78,7 @@ class Reading(NamedTuple):
 
     Attributes:
         frame: the sensors that the gait uses.
+        joint_velocity: (n,) [rad/s] between the last two encoder readings.
         joint_effort: (n,) [N m] motor torques.
         sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, in the
             sole frame, as its force sensors give them.
@@ -85,6 +86,7 @@ class Reading(NamedTuple):
     """
 
     frame: SensorFrame
+    joint_velocity: FloatArray
     joint_effort: FloatArray
     sole_wrench: tuple[FloatArray, FloatArray]
     motors: MotorState | None = None
@@ -426,7 +428,8 @@ class SimulatedRobot:
         frame = self._sensors.sample(time, state)
         wrenches = self._force_sensors.read(state.sole_wrench)
         motors = None if self.heat is None else self.heat.state
-        self._delay_line.put(time, Reading(frame, state.joint_torque, wrenches, motors))
+        velocity = self._sensors.joint_velocity
+        self._delay_line.put(time, Reading(frame, velocity, state.joint_torque, wrenches, motors))
 
 
 def _normal_force(state: TrueState, side: int) -> float:

@@ -58,6 +58,7 @@ class SensorModel:
         self._mount = None if straight else as_rotation(body.imu_rotation)
         self._noise_seed = noise_seed
         self._noise = np.random.default_rng(noise_seed)
+        self.joint_velocity: FloatArray = np.zeros(0)
         self._position: FloatArray | None = None
         self._imu_velocity: Point3 = (0.0, 0.0, 0.0)
         self._quaternion = np.zeros(4)
@@ -72,13 +73,12 @@ class SensorModel:
         position = self._encoders.read(state.joint_position)
         first = self._position is None
         before = position if self._position is None else self._position
-        self._position = position
+        self._position, self.joint_velocity = position, (position - before) * self._rate
         spin: Point3 = tuple(state.torso_angular_velocity.tolist())
         noise = self._noise.standard_normal(6).tolist()
         return SensorFrame(
             stamp=stamp,
             joint_position=position,
-            joint_velocity=(position - before) * self._rate,
             angular_velocity=np.array(self._gyro(spin, noise[:3])),
             linear_acceleration=np.array(self._accelerometer(state, spin, noise[3:], first)),
         )

@@ -60,7 +60,7 @@ class ObedientRobot:
         """The next frame; joints: (n,) [rad] in place of the shown ones."""
         joints = self.shown[0] if joints is None else joints
         rate, force = np.array(self.rate), np.array(self.force)
-        return SensorFrame(self.stamp, joints, 0.0 * joints, rate, force)
+        return SensorFrame(self.stamp, joints, rate, force)
 
     def tick(
         self, command: VelocityCommand = STANDSTILL, frame: SensorFrame | None = None

@@ -68,11 +68,8 @@ def flat(truth: GroundTruth) -> FloatArray:
 def flat_frame(frame: SensorFrame) -> FloatArray:
     """Everything but the stamp."""
     return np.concatenate(
-        [
-            frame.joint_position, frame.joint_velocity, frame.angular_velocity,
-            frame.linear_acceleration,
-        ]
-    )  # fmt: skip
+        [frame.joint_position, frame.angular_velocity, frame.linear_acceleration]
+    )
 
 
 def tilt(truth: GroundTruth) -> float:

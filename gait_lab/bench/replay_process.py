@@ -87,9 +87,7 @@ def _converted(message: Message) -> Any:
         imu.orientation_covariance[0] = content.orientation_covariance
         return imu
     if isinstance(content, JointInput):
-        joints = JointState(
-            name=content.names, position=content.position, velocity=content.velocity
-        )
+        joints = JointState(name=content.names, position=content.position)
         joints.header.stamp = to_time(content.sec * _SECOND + content.nanosec)
         return joints
     if isinstance(content, TwistInput):

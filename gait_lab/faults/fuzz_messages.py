@@ -290,7 +290,7 @@ class Fuzzer:
         noise = self.random.normal(0.0, 0.002, len(self._pose))
         position = (np.asarray(self._pose) + noise).tolist()
         sec, nanosec = divmod(self._stamp, 1_000_000_000)
-        return JointInput(sec, nanosec, self._names, position, [0.0] * len(position))
+        return JointInput(sec, nanosec, self._names, position)
 
     def _imu(self) -> ImuInput:
         x, y, z = self.random.normal(0.0, 0.05, 3).tolist()
@@ -330,10 +330,10 @@ class Fuzzer:
             )
         if isinstance(message, TemperatureInput):
             return replace(message, degrees=self._number(50.0))
-        names, position, velocity = self._invalid_lists(
-            list(message.names), list(message.position), list(message.velocity)
+        names, position, _ = self._invalid_lists(
+            list(message.names), list(message.position), [0.0] * len(message.names)
         )
-        return replace(message, names=names, position=position, velocity=velocity)
+        return replace(message, names=names, position=position)
 
     def _invalid_lists(
         self, names: list[str], *columns: list[float]

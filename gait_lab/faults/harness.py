@@ -325,8 +325,8 @@ def sensor_messages(
     wx, wy, wz = frame.angular_velocity.tolist()
     ax, ay, az = frame.linear_acceleration.tolist()
     yield Message("imu/data", ImuInput(sec, nanosec, (wx, wy, wz), (ax, ay, az)))
-    position, velocity = frame.joint_position.tolist(), frame.joint_velocity.tolist()
-    yield Message("joint_states", JointInput(sec, nanosec, joint_names, position, velocity))
+    position = frame.joint_position.tolist()
+    yield Message("joint_states", JointInput(sec, nanosec, joint_names, position))
     for side, name in enumerate(sole_frames):
         force = float(reading.sole_wrench[side][2])
         yield Message(f"{name}/wrench", LoadInput(sec, nanosec, side, force))

@@ -74,18 +74,15 @@ class JointDropout(TemporaryFault):
         if not isinstance(content, JointInput) or not self.active(harness):
             yield Delivery(0, message)
             return
-        names, position, velocity = (
-            list(content.names), list(content.position), list(content.velocity)
-        )  # fmt: skip
+        names, position = list(content.names), list(content.position)
         place = self._joint % len(names)
         if self._kind == "missing":
-            for column in (names, position, velocity):
-                del column[place]
+            del names[place], position[place]
         else:
             if self._value is None:
                 self._value = 0.0 if self._kind == "zero" else position[place]
-            position[place], velocity[place] = self._value, 0.0
-        content = replace(content, names=names, position=position, velocity=velocity)
+            position[place] = self._value
+        content = replace(content, names=names, position=position)
         yield Delivery(0, replace(message, content=content))
 
 

@@ -95,7 +95,7 @@ def joint_input(
     # Cyclone DDS does not say when a message was received.
     received = info["received_timestamp"] or info["source_timestamp"]
     return JointInput(
-        stamp.sec, stamp.nanosec, message.name, message.position, message.velocity,
+        stamp.sec, stamp.nanosec, message.name, message.position,
         waited=(now - received) * 1e-9, arrived=arrived,
     )  # fmt: skip
 

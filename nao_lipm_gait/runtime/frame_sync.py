@@ -144,13 +144,8 @@ class FrameSync:
         return None if sample is None or abs(stamp - sample.stamp) > MAX_IMU_AGE else sample
 
     def _join(self, joints: JointSample, imu: ImuSample | None) -> SensorFrame:
-        velocity, last = joints.velocity, self._last
+        last, self._last = self._last, joints
         elapsed = 0.0 if last is None else (joints.stamp - last.stamp) * 1e-9
-        if velocity is None:
-            velocity = np.zeros_like(joints.position)
-            if last is not None and elapsed > 0.0:
-                velocity = (joints.position - last.position) / elapsed
-        self._last = joints
         if imu is None:
             self.blind_since = joints.stamp if self.blind_since is None else self.blind_since
             arrived, self._imu_arrived = self._imu_arrived, False
@@ -168,7 +163,6 @@ class FrameSync:
         return SensorFrame(
             stamp=joints.stamp,
             joint_position=joints.position,
-            joint_velocity=velocity,
             angular_velocity=rotation,
             linear_acceleration=force,
             mean_angular_velocity=mean_angular_velocity,

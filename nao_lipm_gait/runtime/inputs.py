@@ -68,7 +68,6 @@ class JointInput:
         nanosec: Nanoseconds of the stamp.
         names: Joints in any order; joints that the robot does not have are ignored.
         position: [rad], one for each name.
-        velocity: [rad/s], one for each name, or empty.
         waited: Wall time [s] from the arrival of the message until it was taken; for reports only.
         arrived: Time of its arrival [ns] on the clock of the stamps; None if that is unknown.
     """
@@ -77,7 +76,6 @@ class JointInput:
     nanosec: int
     names: Sequence[str]
     position: Sequence[float]
-    velocity: Sequence[float]
     waited: float = 0.0
     arrived: int | None = None
 

@@ -32,7 +32,7 @@ def warm_up(robot: RobotDescription, parameters: GaitParameters, settings: Setti
     for tick in range(1, WARM_UP_STANDS + WARM_UP_WALKS):
         sec, nanosec = divmod(tick * period, 1_000_000_000)
         receive("imu/data", ImuInput(sec, nanosec, (0.0, 0.0, 0.0), (0.0, 0.0, GRAVITY)))
-        receive("joint_states", JointInput(sec, nanosec, names, pose, []))
+        receive("joint_states", JointInput(sec, nanosec, names, pose))
         if tick == WARM_UP_STANDS:
             receive("cmd_vel", TwistInput((0.1, 0.0, 0.0), (0.0, 0.0, 0.0)))
 

@@ -34,8 +34,6 @@ from nao_lipm_gait.types import FloatArray, JointTargets
 
 JOINT_MARGIN = 0.5
 """[rad] A position further beyond the joint limits than this is a broken reading."""
-JOINT_SPEED_ABSURD = 200.0
-"""[rad/s]"""
 ACCELERATION_ABSURD = 1000.0
 """[m/s^2] Beyond the range of any accelerometer of a robot."""
 ROTATION_ABSURD = 200.0
@@ -87,12 +85,10 @@ class JointSample:
     Attributes:
         stamp: [ns].
         position: (n,) [rad].
-        velocity: (n,) [rad/s]; None if the message has none or the position was substituted.
     """
 
     stamp: int
     position: FloatArray
-    velocity: FloatArray | None
 
 
 class JointReader:
@@ -109,11 +105,11 @@ class JointReader:
         self._names: list[str] | None = None
         self._indices = np.zeros(0, dtype=np.intp)
 
-    def read(self, message: JointInput) -> tuple[FloatArray, FloatArray | None]:
+    def read(self, message: JointInput) -> FloatArray:
         """Check the fields of a message.
 
         Returns:
-            Position (n,) [rad] and velocity (n,) [rad/s], None if the message has no usable one.
+            Position (n,) [rad].
 
         Raises:
             NaoGaitError: With the field that is refused.
@@ -126,12 +122,6 @@ class JointReader:
                 f"{len(message.position)} values",
                 f"{count}, one for each name",
             )
-        if len(message.velocity) not in (0, count):
-            raise NaoGaitError(
-                "joint_states velocity",
-                f"{len(message.velocity)} values",
-                f"{count}, one for each name, or none",
-            )
         q = np.asarray(message.position, dtype=float)[indices]
         inside = (q >= self._lower) & (q <= self._upper)  # false for NaN as well
         if not inside.all():
@@ -141,11 +131,7 @@ class JointReader:
                 float(q[bad]),
                 f"a finite number from {self._lower[bad]:.3g} to {self._upper[bad]:.3g} rad",
             )
-        if len(message.velocity) == 0:
-            return q, None
-        qd = np.asarray(message.velocity, dtype=float)[indices]
-        # The gait needs no velocities. Drivers that do not measure one publish NaN.
-        return q, qd if bool((np.abs(qd) <= JOINT_SPEED_ABSURD).all()) else None
+        return q
 
     def _indices_of(self, names: Sequence[str]) -> np.ndarray:
         if names == self._names:  # the usual case: the same sender as before
@@ -397,7 +383,7 @@ class SensorValidation:
         Raises:
             NaoGaitError: With the field that is refused.
         """
-        return JointSample(stamp, *self._reader.read(message))
+        return JointSample(stamp, self._reader.read(message))
 
     def next_joints(
         self, message: JointInput, stamp: int, *, delay: int, walking: bool
@@ -418,7 +404,7 @@ class SensorValidation:
         """
         commanded = self._commands.position_at(stamp, delay)
         try:
-            position, velocity = self._reader.read(message)
+            position = self._reader.read(message)
         except NaoGaitError as error:
             if commanded is None:
                 raise
@@ -429,7 +415,7 @@ class SensorValidation:
             return self._substituted(stamp, commanded, trouble, trouble)
         position = self._without_spikes(stamp, position, commanded)
         self._joints_at = stamp
-        return JointSample(stamp, position, velocity)
+        return JointSample(stamp, position)
 
     def _are_stuck(
         self, position: FloatArray, commanded: FloatArray | None, walking: bool
@@ -454,7 +440,7 @@ class SensorValidation:
         self.unread_since = stamp if self.unread_since is None else self.unread_since
         text = f"{trouble}; using the commanded joint positions"
         self._diagnostics.event(SENSORS, Level.WARN, key, text, burst=5)
-        return JointSample(stamp, commanded, None)
+        return JointSample(stamp, commanded)
 
     def _without_spikes(
         self, stamp: int, position: FloatArray, commanded: FloatArray | None

@@ -54,7 +54,7 @@ class ReadingWriter:
         message = self._joints
         message.header.stamp = to_time(reading.frame.stamp)
         message.position = to_doubles(reading.frame.joint_position)
-        message.velocity = to_doubles(reading.frame.joint_velocity)
+        message.velocity = to_doubles(reading.joint_velocity)
         message.effort = to_doubles(reading.joint_effort)
         return message
 

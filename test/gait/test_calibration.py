@@ -41,7 +41,7 @@ def frame_of(
     position: FloatArray, rate: FloatArray | None = None, force: FloatArray | None = None
 ) -> SensorFrame:
     return SensorFrame(
-        7, position, np.full(len(position), 0.2),
+        7, position,
         np.array((0.1, 0.2, 0.3)) if rate is None else rate,
         np.array((0.0, 0.0, GRAVITY)) if force is None else force,
     )  # fmt: skip
@@ -49,9 +49,8 @@ def frame_of(
 
 def contents(frame: SensorFrame) -> tuple[object, ...]:
     return (
-        frame.stamp, frame.joint_position, frame.joint_velocity,
-        frame.angular_velocity, frame.linear_acceleration,
-    )  # fmt: skip
+        frame.stamp, frame.joint_position, frame.angular_velocity, frame.linear_acceleration
+    )
 
 
 # -- correction ------------------------------------------------------------------------------------

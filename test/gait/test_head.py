@@ -159,7 +159,7 @@ def walking(goal: object) -> tuple[np.ndarray, GaitState]:
     way = []
     for tick in range(400):
         frame = SensorFrame(
-            tick * 10_000_000, joints, 0.0 * joints, np.zeros(3), np.array((0.0, 0.0, 9.81))
+            tick * 10_000_000, joints, np.zeros(3), np.array((0.0, 0.0, 9.81))
         )
         if tick == 150 and goal is not None:
             gait.request_look(goal)  # type: ignore[arg-type]
@@ -184,7 +184,7 @@ def test_a_motion_without_a_head_leaves_it_to_its_goal() -> None:
     joints = np.array(ROBOT.stand_pose)
     for tick in range(400):
         frame = SensorFrame(
-            tick * 10_000_000, joints, 0.0 * joints, np.zeros(3), np.array((0.0, 0.0, 9.81))
+            tick * 10_000_000, joints, np.zeros(3), np.array((0.0, 0.0, 9.81))
         )
         if tick == 100:
             gait.request_look(Angles(-0.5, 0.1))

@@ -81,7 +81,6 @@ def test_it_acts_in_both_walks_and_only_with_feedback(walk: str) -> None:
             frame = SensorFrame(
                 stamp=round((i + 1) * DT * 1e9),
                 joint_position=np.array(BRUNO.stand_pose),
-                joint_velocity=np.zeros(len(BRUNO.joint_names)),
                 angular_velocity=np.array((0.0, 0.3, 0.0)) if i > 190 else np.zeros(3),
                 linear_acceleration=np.array((0.0, 0.0, GRAVITY)),
             )

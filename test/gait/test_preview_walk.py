@@ -252,7 +252,6 @@ def test_the_gait_walks_and_stops() -> None:
         frame = SensorFrame(
             stamp=round((i + 1) * DT * 1e9),
             joint_position=np.array(robot.stand_pose),
-            joint_velocity=np.zeros(len(robot.joint_names)),
             angular_velocity=np.zeros(3),
             linear_acceleration=np.array((0.0, 0.0, GRAVITY)),
         )

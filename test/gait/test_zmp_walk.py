@@ -245,7 +245,6 @@ def frames(robot_joints: Sequence[float], count: int) -> list[SensorFrame]:
         SensorFrame(
             stamp=round((i + 1) * DT * 1e9),
             joint_position=np.array(robot_joints),
-            joint_velocity=np.zeros(len(robot_joints)),
             angular_velocity=np.zeros(3),
             linear_acceleration=np.array((0.0, 0.0, GRAVITY)),
         )

@@ -61,7 +61,6 @@ def frame(stamp: float) -> SensorFrame:
     return SensorFrame(
         stamp=round(stamp * 1e9),
         joint_position=np.array(NAO.stand_pose),
-        joint_velocity=np.zeros(len(NAO.joint_names)),
         angular_velocity=np.zeros(3),
         linear_acceleration=np.array((0.0, 0.0, 9.81)),
     )

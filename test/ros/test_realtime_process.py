@@ -22,7 +22,7 @@ def standing(tick: int) -> list[Message]:
             Message(f"{frame}/wrench", LoadInput(sec, nanosec, side, 25.0))
             for side, frame in enumerate(robot.sole_frames)
         ),
-        Message("joint_states", JointInput(sec, nanosec, names, pose, [0.0] * len(pose))),
+        Message("joint_states", JointInput(sec, nanosec, names, pose)),
     ]
 
 

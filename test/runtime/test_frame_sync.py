@@ -18,9 +18,8 @@ def sync_at_rest() -> FrameSync:
     return FrameSync(lambda: np.zeros(3), 10 * MS)
 
 
-def joints(ms: int, velocity: bool = True) -> JointSample:
-    rate = np.zeros(2) if velocity else None
-    return JointSample(ms * MS, np.full(2, 0.1 * ms), rate)
+def joints(ms: int) -> JointSample:
+    return JointSample(ms * MS, np.full(2, 0.1 * ms))
 
 
 def test_frame_has_the_imu_sample_of_its_own_stamp():
@@ -131,14 +130,6 @@ def test_new_beginning_keeps_the_imu_sample_that_came_before_its_joints():
     sync.restart(20 * MS)
     (frame,) = sync.add_joints(joints(20))
     assert frame.angular_velocity[0] == 20.0
-
-
-def test_missing_velocity_is_taken_from_the_positions():
-    sync = sync_at_rest()
-    for ms in (10, 20):
-        sync.add_imu(imu(ms))
-        (frame,) = sync.add_joints(joints(ms, velocity=False))
-    np.testing.assert_allclose(frame.joint_velocity, 100.0)  # 0.1 per ms
 
 
 def test_a_clock_that_goes_back_while_the_imu_is_gone_gives_blind_frames():

@@ -26,7 +26,7 @@ class ScriptedGait:
 
 def frame(stamp: int) -> SensorFrame:
     return SensorFrame(
-        stamp, ROBOT.stand_pose, np.zeros(len(ROBOT.stand_pose)), np.zeros(3), np.zeros(3)
+        stamp, ROBOT.stand_pose, np.zeros(3), np.zeros(3)
     )
 
 

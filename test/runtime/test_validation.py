@@ -30,10 +30,8 @@ MS = 1_000_000
 REST = (0.0, 0.0, 9.81)
 
 
-def read(
-    names: Sequence[str], position: Sequence[float], velocity: Sequence[float]
-) -> tuple[FloatArray, FloatArray | None]:
-    return JointReader(ROBOT).read(JointInput(0, 0, names, position, velocity))
+def read(names: Sequence[str], position: Sequence[float]) -> FloatArray:
+    return JointReader(ROBOT).read(JointInput(0, 0, names, position))
 
 
 class Sensors:
@@ -53,7 +51,7 @@ class Sensors:
     ) -> FloatArray:
         """The validated position, `ms` after the last; commanded: targets for this frame."""
         self.stamp += ms * MS
-        message = JointInput(0, 0, NAMES, list(position), [])
+        message = JointInput(0, 0, NAMES, list(position))
         if self.stamp == ms * MS:
             sample = self.validation.read_joints(message, self.stamp)
             self.validation.restart(sample, steady=True)
@@ -79,56 +77,42 @@ class Sensors:
 
 
 def test_joints_in_order_come_out_as_they_are():
-    position, velocity = read(NAMES, POSE, ZEROS)
-    np.testing.assert_array_equal(position, POSE)
-    assert velocity is not None
-    np.testing.assert_array_equal(velocity, ZEROS)
+    np.testing.assert_array_equal(read(NAMES, POSE), POSE)
 
 
 @given(st.permutations(range(len(NAMES) + 2)))
 def test_order_and_extra_joints_do_not_matter(order: list[int]):
     names = [*NAMES, "LHand", "RHand"]
     position = [*POSE, math.nan, 1e9]
-    velocity = [*(0.1 * i for i in range(len(NAMES))), 0.0, 0.0]
-    q, qd = read(
-        [names[i] for i in order], [position[i] for i in order], [velocity[i] for i in order]
-    )
-    np.testing.assert_array_equal(q, POSE)
-    assert qd is not None
-    np.testing.assert_array_equal(qd, velocity[:-2])
+    found = read([names[i] for i in order], [position[i] for i in order])
+    np.testing.assert_array_equal(found, POSE)
 
 
 def test_a_changed_order_is_noticed():
     joints = JointReader(ROBOT)
-    joints.read(JointInput(0, 0, NAMES, POSE, ZEROS))
-    position, _ = joints.read(JointInput(0, 0, NAMES[::-1], POSE[::-1], ZEROS))
+    joints.read(JointInput(0, 0, NAMES, POSE))
+    position = joints.read(JointInput(0, 0, NAMES[::-1], POSE[::-1]))
     np.testing.assert_array_equal(position, POSE)
 
 
 def test_missing_joints_are_named():
     with pytest.raises(NaoGaitError, match="joint_states name: got 'no HeadYaw, HeadPitch'"):
-        read(NAMES[2:], POSE[2:], ZEROS[2:])
+        read(NAMES[2:], POSE[2:])
 
 
 def test_only_the_first_of_many_missing_joints_are_named():
     with pytest.raises(NaoGaitError, match=r"'no HeadYaw, .* and 17 more'; allowed: all 22 joints"):
-        read([], [], [])
+        read([], [])
 
 
 def test_joint_given_twice_is_named():
     with pytest.raises(NaoGaitError, match="LHipRoll more than once"):
-        read([*NAMES, "LHipRoll"], [*POSE, 0.0], [*ZEROS, 0.0])
+        read([*NAMES, "LHipRoll"], [*POSE, 0.0])
 
 
 def test_wrong_lengths_are_refused():
     with pytest.raises(NaoGaitError, match=r"joint_states position: got '21 values'"):
-        read(NAMES, POSE[:-1], ZEROS)
-    with pytest.raises(NaoGaitError, match=r"joint_states velocity: got '21 values'"):
-        read(NAMES, POSE, ZEROS[:-1])
-
-
-def test_no_velocity_at_all_is_allowed():
-    assert read(NAMES, POSE, [])[1] is None
+        read(NAMES, POSE[:-1])
 
 
 @pytest.mark.parametrize("bad", [*BAD_NUMBERS, 7.0, -1e300])
@@ -137,17 +121,7 @@ def test_bad_position_is_refused_by_joint(bad: float, joint: str):
     position = list(POSE)
     position[NAMES.index(joint)] = bad
     with pytest.raises(NaoGaitError, match=rf"joint_states position\[{joint}\]: got .*; allowed: "):
-        read(NAMES, position, ZEROS)
-
-
-@pytest.mark.parametrize("bad", [*BAD_NUMBERS, 1e4])
-def test_velocities_that_are_not_all_usable_are_as_good_as_none(bad: float):
-    """A driver that measures no velocity of a joint publishes NaN."""
-    velocity = list(ZEROS)
-    velocity[NAMES.index("RHipPitch")] = bad
-    position, found = read(NAMES, POSE, velocity)
-    np.testing.assert_array_equal(position, POSE)
-    assert found is None
+        read(NAMES, position)
 
 
 @pytest.mark.parametrize("bad", [math.nan, 0.8])
