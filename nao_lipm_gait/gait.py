@@ -160,19 +160,9 @@ class Gait:
         # Constant errors of the sensors.
         frame = self._correction.sensed(frame)
 
-        # Control periods without a frame: the robot moved on while frames were lost or late, and so
-        # does the pendulum. Periods that `coast` has planned, and frames that come early, get no
-        # plan of their own.
-        missed = self._missed_ticks(frame)
-        due, ahead = self._due_plans(frame.late, missed + 1), self._ahead
-        plans, self._ahead = max(0, due - ahead), max(0, ahead - due)
-        for tick in range(max(missed, plans - 1)):
-            if tick < missed:
-                self._walk.expect()
-            if tick < plans - 1:
-                self._walk.plan(self._last_command, sent=tick < missed)
+        # Control periods without a frame, and plans that are due.
+        missed, plans = self._catch_up(frame)
         dt = (missed + 1) * self._dt
-        self._elapsed = max(1, missed + 1 - ahead) * self._dt
 
         # Expectation: support leg, sole and CoM at the time of the measurement.
         expected = self._walk.expect()
@@ -275,6 +265,32 @@ class Gait:
         return self._for_motors(position)
 
     # -- parts of the tick -------------------------------------------------------------------------
+
+    def _catch_up(self, frame: SensorFrame) -> tuple[int, int]:
+        """Let the pendulum move on through the control periods since the last frame.
+
+        The robot moved on while frames were lost or late. Each period is expected once, by the
+        stamps, and planned once, by the arrival of the frames: periods that `coast` has planned
+        and frames that come early get no plan of their own. Of two lost frames, for example, both
+        are expected and planned here, and the one that has arrived by `step`.
+
+        Args:
+            frame: The frame that has arrived.
+
+        Returns:
+            The lost frames, and the plans that are due in this tick, of which the last is still to
+            be made.
+        """
+        missed = self._missed_ticks(frame)
+        due, ahead = self._due_plans(frame.late, missed + 1), self._ahead
+        plans, self._ahead = max(0, due - ahead), max(0, ahead - due)
+        for tick in range(max(missed, plans - 1)):
+            if tick < missed:
+                self._walk.expect()
+            if tick < plans - 1:
+                self._walk.plan(self._last_command, sent=tick < missed)
+        self._elapsed = max(1, missed + 1 - ahead) * self._dt
+        return missed, plans
 
     def _missed_ticks(self, frame: SensorFrame) -> int:
         """Number of frames lost since the last one; starts again with the first frame or a jump."""

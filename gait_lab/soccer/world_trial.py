@@ -19,8 +19,9 @@ from gait_lab.soccer.ball_course import BallCourse, BallTruth
 from gait_lab.soccer.percept_model import PerceptModel
 from gait_lab.soccer.walks import WalkSamples
 from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
+from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.geometry import compose, relative, rotate_planar, rotation_from_rpy
-from nao_lipm_gait.head.head_control import HeadControl, TorsoPlace
+from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics
 from nao_lipm_gait.types import FloatArray, Pose2

@@ -7,6 +7,7 @@ SensorFrame -> soles and CoM in the torso frame -> torso orientation -> measured
 from math import hypot, sin
 
 from nao_lipm_gait.estimation.com_measurement import (
+    LevelFrame,
     level_frame,
     measured_acceleration_in_q,
     measured_com_in_q,
@@ -19,11 +20,11 @@ from nao_lipm_gait.estimation.odometry_covariance import OdometryCovariance
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
+from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.estimation.yaw_off_feet import YawOffFeet
 from nao_lipm_gait.estimation.yaw_slip import UnseenYawSlip, YawOverSole, YawSlipFromYawGyro
 from nao_lipm_gait.estimation.yaw_slip_from_lean import LEAN_SIGMA, YawSlipFromLean
 from nao_lipm_gait.geometry import as_point
-from nao_lipm_gait.head.head_control import TorsoPlace
 from nao_lipm_gait.motion.keyframes import Posture
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.types import (
@@ -161,23 +162,13 @@ class StateEstimator:
         self._soles = (sole, other) if support == LEFT else (other, sole)
         force = as_point(frame.linear_acceleration)
         rate = self._mean_rate(frame)
-        roll_rate, pitch_rate, _ = rate
         self._lifted = state is LIFTED
         feet_free = state in IN_MOTION or state in DOWN or self._lifted
-        if state is not WALK:
-            # A fall or a shove looks like a bias too, and a walk that begins with one falls.
-            self._bias_jump = GyroBiasJump()
-        if feet_free:
-            # The feet need not stand flat, so they say nothing about the torso.
-            self.orientation.update(rate, force, None, gyro_dt)
-            self.lying_side = self._lying.update(force, gyro_dt)
-        else:
-            # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.
-            turning = (roll_rate, pitch_rate, self.odometry.velocity[2])
-            self.orientation.update(turning, force, sole.normal, gyro_dt)
-            if state is WALK and self._p.feedback and self._flat_stance:
-                after_loss = frame.mean_angular_velocity is not None or dt > self._period
-                self._find_bias_jump(sole.normal, force, gyro_dt, after_loss)
+        after_loss = frame.mean_angular_velocity is not None or dt > self._period
+
+        self._update_orientation(
+            rate, force, None if feet_free else sole.normal, state, gyro_dt, after_loss
+        )
         level = level_frame(sole, self.orientation.up_in_torso)
         com_in_sole, force_in_sole = level.coordinates(com), level.components(force)
         self.com_in_q = measured_com_in_q(com_in_sole, expected.sole_in_q)
@@ -198,15 +189,42 @@ class StateEstimator:
             )  # fmt: skip
         else:
             self._levelling.pause()
-        if feet_free:
-            if state is not MOTION:
-                up = self.orientation.up_in_torso
-                self.odometry.hold(self._off_feet.update(up, rate, gyro_dt))
-            self._yaw_over_sole.interrupt()
+        if not feet_free:
+            self._update_odometry(support, sole, other, level, rate, settled)
             return
+        if state is not MOTION:
+            up = self.orientation.up_in_torso
+            self.odometry.hold(self._off_feet.update(up, rate, gyro_dt))
+        self._yaw_over_sole.interrupt()
+
+    def _update_orientation(
+        self, rate: Point3, force: Point3, stance_normal: Point3 | None, state: GaitState,
+        dt: float, after_loss: bool,
+    ) -> None:  # fmt: skip
+        """The vertical by gyro, accelerometer and, if a foot stands flat, its normal."""
+        if state is not WALK:
+            # A fall or a shove looks like a bias too, and a walk that begins with one falls.
+            self._bias_jump = GyroBiasJump()
+        if stance_normal is None:
+            # The feet need not stand flat, so they say nothing about the torso.
+            self.orientation.update(rate, force, None, dt)
+            self.lying_side = self._lying.update(force, dt)
+            return
+        # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.
+        turning = (rate[0], rate[1], self.odometry.velocity[2])
+        self.orientation.update(turning, force, stance_normal, dt)
+        if state is WALK and self._p.feedback and self._flat_stance:
+            self._find_bias_jump(stance_normal, force, dt, after_loss)
+
+    def _update_odometry(
+        self, support: int, sole: SolePose, other: SolePose, level: LevelFrame, rate: Point3,
+        settled: bool,
+    ) -> None:  # fmt: skip
+        """The pose by the feet; what they do not see of turns, by the gyro."""
         self._off_feet.interrupt()
         over_sole = self._yaw_over_sole.update(support, level, other)
-        velocity = self.odometry.velocity
+        velocity, dt = self.odometry.velocity, self._dt
+        gyro_dt = min(dt, GAP_MAX)
         if self._p.yaw_gyro:
             slip = self._slip_from_yaw_gyro.update(
                 over_sole, level.up, rate, gyro_dt,
@@ -216,7 +234,7 @@ class StateEstimator:
                 slip = 0.0  # the joints turned over the whole gap, the gyro only over a part of it
         elif self._p.yaw_from_lean:
             slip = self._slip_from_lean.update(
-                support, over_sole, sole.normal, level.up, roll_rate, velocity[:2], gyro_dt,
+                support, over_sole, sole.normal, level.up, rate[0], velocity[:2], gyro_dt,
                 at_rest=settled,
             )  # fmt: skip
         else:

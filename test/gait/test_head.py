@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.head.gaze import CAMERA, PAN, TILT, neck_of
@@ -20,7 +21,6 @@ from nao_lipm_gait.head.head_control import (
     SWEEP_TILTS,
     SWEEP_WIDTH,
     HeadControl,
-    TorsoPlace,
     sweep,
 )
 from nao_lipm_gait.parameters import GaitParameters
