@@ -185,9 +185,10 @@ class _Watcher:
         self._robots = {r.name: RobotSnapshot(*r.pose, "stand", "", "") for r in scene.robots}
         self._teams = {robot.name: robot.team for robot in scene.robots}
         self._game: dict[str, str] = {}
+        self._began = START
         self._frames: list[Snapshot] = []
         self._kicks = 0
-        self._expected = Rules(half=60.0 * spec.minutes).duration + START
+        self._expected = Rules(half=60.0 * spec.minutes).duration
         sensors = qos_profile_sensor_data
 
         def subscribe(
@@ -245,7 +246,7 @@ class _Watcher:
             self._spec,
             score,
             goals,
-            self._now * 1e-9 - START,
+            self._now * 1e-9 - self._began,
             falls,
             self._kicks,
             dribble_strokes(self._frames),
@@ -271,8 +272,10 @@ class _Watcher:
         now = message.clock.sec * 1_000_000_000 + message.clock.nanosec
         if now != self._now:
             self._now, self._moved = now, time.monotonic()
-        at = now * 1e-9 - START
-        if self._ball is None or at < 0.0 or not self._game:
+        if self._ball is None or not self._game:
+            return
+        at = now * 1e-9 - self._began
+        if at < 0.0:
             return
         if self._frames and at < self._frames[-1].time + FRAME_PERIOD:
             return
@@ -285,6 +288,8 @@ class _Watcher:
 
     def _on_game(self, message: Any) -> None:
         self._game = _values(message.status)
+        stamp = message.header.stamp
+        self._began = stamp.sec + 1e-9 * stamp.nanosec - float(self._game["time"])
 
     def _on_ball(self, message: Any) -> None:
         self._ball = round(message.point.x, 3), round(message.point.y, 3)

@@ -176,7 +176,7 @@ class RefereeNode(Node):
             self._told = time
             message = self._referee.message(self._version)
             self._control.send(message.encode())
-            self._state.publish(self._game_state(now, message, self._roll_call.count(time)))
+            self._state.publish(self._game_state(now, time, message))
 
     def _put_robot(self, name: str) -> None:
         reset = self._resets[name]
@@ -212,10 +212,11 @@ class RefereeNode(Node):
                 continue
             self._roll_call.note(message.team, message.player, time)
 
-    def _game_state(self, now: int, message: ControlMessage, heard: int) -> DiagnosticArray:
+    def _game_state(self, now: int, time: int, message: ControlMessage) -> DiagnosticArray:
         referee = self._referee
         score = referee.score
         values: dict[str, Any] = {
+            "time": f"{time * 1e-9:.2f}",
             "state": message.phase.value,
             "set_play": message.set_play.value,
             "kicking_team": "" if message.kicking_team is None else message.kicking_team,
@@ -225,7 +226,7 @@ class RefereeNode(Node):
             "red": score["red"],
             "blue": score["blue"],
             "over": referee.over,
-            "robots_heard": heard,
+            "robots_heard": self._roll_call.count(time),
         }
         for goal in range(len(referee.goals_scored)):
             each = referee.goals_scored[goal]

@@ -171,6 +171,12 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
         place = (2.4, 0.0)
         probe.wait(lambda: state("red") == "1", "a goal", every=step)
         assert state("goal_1").split()[1] == "red"
+        assert float(state("goal_1").split()[0]) <= float(state("time"))
+        begins = [
+            each.header.stamp.sec + 1e-9 * each.header.stamp.nanosec - float(values(each)["time"])
+            for each in states
+        ]
+        assert max(begins) - min(begins) < 0.011, "time goes by the stamps, to 10 ms"
         place = (0.0, 0.0)
         probe.wait(lambda: len(puts) >= 2, "the ball in the middle", every=step)
         assert (puts[-1].point.x, puts[-1].point.y) == (0.0, 0.0)
