@@ -5,14 +5,13 @@ from math import atan2, exp, hypot, sqrt
 import numpy as np
 
 from nao_lipm_gait.estimation.yaw_slip import (
+    BIAS_SIGMA,
     UNSEEN_SLIP_SIGMA,
     unseen_rate_variance,
     unseen_yaw_variance,
 )
 from nao_lipm_gait.types import LEFT, FloatArray, Point3, Pose2
 
-BIAS_SIGMA = 0.005
-"""Deviation [rad/s] of the gyro's bias before the robot has stood still."""
 REST_SAMPLES = 50
 """Number of samples whose mean measures the bias at rest."""
 REST_SPREAD = 0.03

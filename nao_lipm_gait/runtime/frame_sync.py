@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from nao_lipm_gait.errors import NaoGaitError
+from nao_lipm_gait.estimation.state_estimator import GAP_MAX
 from nao_lipm_gait.runtime.validation import ImuSample, JointSample
 from nao_lipm_gait.types import FloatArray, SensorFrame
 
@@ -18,8 +19,6 @@ REPEATS = 2
 overtaken an IMU sample that is repeated too."""
 OVERTAKEN = 100_000_000
 """[ns] An IMU sample this little behind the newest one was overtaken; more is a new time base."""
-GAP_MAX = 50_000_000
-"""[ns] Longest gap over which lost IMU samples are interpolated: half a sway of the walk."""
 _NO_ROTATION = np.zeros(3)
 
 
@@ -183,7 +182,7 @@ class FrameSync:
             return None
         since = imu.stamp - complete.stamp
         periods = round(since / self._period)
-        if periods < 2 or since > GAP_MAX:
+        if periods < 2 or since > 1e9 * GAP_MAX:
             return None
         known = [s for s in self._imu if complete.stamp <= s.stamp <= imu.stamp]
         known.sort(key=lambda sample: sample.stamp)
