@@ -54,8 +54,8 @@ REST_FORCE = 0.3
 REST_RATE = 0.05
 """Largest roll and pitch rate [rad/s] at rest."""
 GAP_MAX = 0.05
-"""Longest gap [s] to integrate the gyro over, and to interpolate its samples; beyond half a sway the
-ends say nothing about the rotation in between."""
+"""Longest gap [s] to integrate the gyro over, and to interpolate its samples; beyond half a sway
+both ends say nothing about the rotation in between."""
 
 
 class StateEstimator:
