@@ -234,9 +234,11 @@ class GaitController:
         Returns:
             The answers to send, and log lines.
         """
-        return self.run(topic, lambda: self._take(read()), "; message ignored")
+        return self.run(topic, lambda: self._take(read()))
 
-    def run(self, topic: str, work: Callable[[], object], so: str = "") -> Output:
+    def run(
+        self, topic: str, work: Callable[[], object], so: str = "; message ignored"
+    ) -> Output:
         """Do some work for a topic; an exception is counted, logged and reported.
 
         Args:
@@ -393,7 +395,7 @@ class GaitController:
         For a robot in real time, which does not wait for its answers. To be called once for each
         control period without an answer; after `COAST_MAX` of them the robot holds its targets.
         """
-        return self.run("overdue sensors", self._walk_on)
+        return self.run("overdue sensors", self._walk_on, "")
 
     def _walk_on(self) -> None:
         frame = self._sync.overdue()
