@@ -7,6 +7,7 @@ command may leave keys out.
 """
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import msgpack
@@ -117,7 +118,7 @@ class LolaCommand(NamedTuple):
     position: Sequence[float] | None
     stiffness: Sequence[float] | None
     chest: Sequence[float] | None = None
-    other: Mapping[str, Sequence[float] | Sequence[bool]] = {}
+    other: Mapping[str, Sequence[float] | Sequence[bool]] = MappingProxyType({})
 
 
 # -- sensors ---------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ and then waits out its penalty there; a ball that was out is put a little inside
 """
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -219,7 +220,7 @@ class Referee:
             if self._half_ends
             else round(self.rules.half),
             secondary_time=max(0, math.ceil(free_in)) if self._phase is Phase.PLAYING else 0,
-            players_per_team=max(each.number for each in self._players.values()),
+            players_per_team=max(Counter(each.team for each in self._players.values()).values()),
             packet=self._packet,
             version=version,
         )

@@ -32,7 +32,7 @@ ROBOTS = (Kind.ROBOT_RED, Kind.ROBOT_BLUE)
 
 
 class Box(NamedTuple):
-    """A rectangle of the image [px], for the debug image.
+    """Where an object is in the image, a rectangle [px].
 
     Attributes:
         left: First column.

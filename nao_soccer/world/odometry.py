@@ -100,11 +100,6 @@ class OdometryHistory:
         self._last, self._stamp = np.array(value), stamp
         self._history.add(stamp, self._last)
 
-    def at(self, stamp: int) -> Pose2:
-        """base_footprint in odom at a time [ns]; NaoGaitError if that is not known."""
-        x, y, yaw = self._history.at(stamp)[:3].tolist()
-        return x, y, yaw
-
     def motion(self, since: int, until: int) -> Displacement:
         """How the robot moved from one time [ns] to another.
 

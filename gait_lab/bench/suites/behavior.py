@@ -60,7 +60,7 @@ def behavior(options: Options) -> SuiteResult:
         Measurement("kicks", "kicks", kicks),
     )
     columns = (
-        Column("starts"), Column("goals", "in 120 s"), Column("median", "s", 1),
+        Column("starts"), Column("goals", f"in {options.limit:g} s"), Column("median", "s", 1),
         Column("longest", "s", 1), Column("falls"), Column("balls", "out"), Column("kicks"),
     )  # fmt: skip
     line = (count, len(times), median, times[-1] if times else None, falls, outs, kicks)
