@@ -301,7 +301,8 @@ def command_line(
     Args:
         suite: Its name.
         kind: The class of its options.
-        values: Field -> value. Defaults and the number of processes are left out.
+        values: Field -> value. Defaults and the number of processes are left out, but for the
+            engine, whose default depends on the suite.
         preset: Preset of the gait.
         settings: `name=value` of the gait's parameters.
 
@@ -310,7 +311,9 @@ def command_line(
     """
     words = ["nao_gait", "bench", suite]
     for name, each in declared(kind).items():
-        if name == "jobs" or name not in values or values[name] == default_of(kind, name):
+        if name == "jobs" or name not in values:
+            continue
+        if name != "engine" and values[name] == default_of(kind, name):
             continue
         value = values[name]
         if isinstance(value, bool):

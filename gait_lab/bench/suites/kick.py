@@ -59,7 +59,7 @@ def kicks(options: Options) -> SuiteResult:
     )
     return SuiteResult(
         (*(row for each in spreads for row in each.rows), Measurement("all_stood", "%", share)),
-        f"Kicks; {options.title}, {options.attempts} attempts each",
+        f"Kicks; {options.title}, attempts: {options.attempts} each",
         (Table(columns, [each.line for each in spreads]),), notes,
     )  # fmt: skip
 
