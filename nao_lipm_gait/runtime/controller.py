@@ -237,26 +237,26 @@ class GaitController:
         return self.run(topic, lambda: self._take(read()))
 
     def run(
-        self, topic: str, work: Callable[[], object], so: str = "; message ignored"
+        self, topic: str, work: Callable[[], object], effect: str = "; message ignored"
     ) -> Output:
         """Do some work for a topic; an exception is counted, logged and reported.
 
         Args:
             topic: Under which it is counted.
             work: What to do.
-            so: What follows from an exception, for the log.
+            effect: What an exception leads to, as the end of the log line.
         """
         group = COMMANDS if topic == "cmd_vel" or topic.startswith("~/") else SENSORS
         try:
             work()
         except NaoGaitError as error:
             self._diagnostics.rejected[topic] += 1
-            text = f"{error}{so}"
+            text = f"{error}{effect}"
             self._diagnostics.event(group, Level.WARN, error.field, text, burst=5)
         except Exception as error:
             self._diagnostics.rejected[topic] += 1
             self.unexpected += 1
-            text = f"{topic}: {one_line(error)}{so}"
+            text = f"{topic}: {one_line(error)}{effect}"
             self._diagnostics.event(group, Level.ERROR, topic, text)
         answers = tuple(self._answers)
         self._answers.clear()

@@ -10,7 +10,6 @@ JOINT_PATIENCE = 300_000_000
 """[ns] without readable joints, after which the robot stops walking."""
 LIGHT_TIME = 100_000_000
 """[ns] for which the soles must be light; longer than the flight phase of a walking robot."""
-
 NO_LOAD = (GaitState.LIFTED, GaitState.GETTING_UP)
 """In these states soles without load do not mean a fall."""
 

@@ -45,10 +45,10 @@ def loss(options: Options) -> SuiteResult:
     rows: list[Measurement] = []
     lines = []
     notes = ["Speeds of the robots that stayed upright; flight and slip are not checked."]
-    with_coast = "measures the age of its sensors (`sensor_age`)"
+    settings = "measures the age of its sensors (`sensor_age`)"
     if options.coast:
-        with_coast += " and walks on while they are missing (`coast`)"
-    notes.append(f"The gait {with_coast}: off by default in the node.")
+        settings += " and walks on while they are missing (`coast`)"
+    notes.append(f"The gait {settings}: off by default in the node.")
     for task in tasks_of(options):
         found = parallel_map(
             walk_with_loss, _walks(options, task), jobs=options.jobs, show=options.show,
