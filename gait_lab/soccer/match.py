@@ -174,7 +174,6 @@ class Match:
             kick_off=TEAMS[spec.seed % 2],
         )
         self._strikers = _Strikers(self)
-        self._to_put_back: set[str] = set()
 
     def play(self) -> Iterator[Snapshot]:
         """Play the match; yields a frame of the replay now and then."""
@@ -195,9 +194,6 @@ class Match:
             for robot, pose, tick in zip(pitch.scene.robots, pitch.poses, ticks, strict=True)
         }
         before = self.referee.phase
-        waiting, self._to_put_back = self._to_put_back, set()
-        for name in filter(self.referee.penalized, sorted(waiting)):
-            self._put_back(name)
         for order in self.referee.update(time, pitch.ball_position, places):
             if isinstance(order, PutBall):
                 pitch.world.put_ball(*order.position)
@@ -220,7 +216,7 @@ class Match:
                 try:
                     self.pitch.world.reset_robot(name)
                 except NaoGaitError:
-                    self._to_put_back.add(name)  # somebody stands there: once more at the next look
+                    self.referee.refuse(name)  # another robot stands there
                     return
                 player.put_back()
 

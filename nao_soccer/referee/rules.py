@@ -91,7 +91,7 @@ class PutBall(NamedTuple):
 
 
 class PutRobot(NamedTuple):
-    """A robot is to be put back to its start."""
+    """A robot is to be put back to its start; `Referee.refuse` if that cannot be done now."""
 
     name: str
 
@@ -169,6 +169,7 @@ class Referee:
         self._goals = goals
         self._radius = ball_radius
         self._players = {name: _Player(*each) for name, each in players.items()}
+        self._refused: set[str] = set()
         self._keepers = dict(goalkeepers or {})
         self._first_kick = kick_off
         self._kicks: str | None = kick_off
@@ -239,6 +240,13 @@ class Referee:
 
     # -- update ------------------------------------------------------------------------------------
 
+    def refuse(self, name: str) -> None:
+        """A robot could not be put back, e.g. because another one stands on its start.
+
+        The next update orders it again, unless the penalty has ended by then.
+        """
+        self._refused.add(name)
+
     def update(
         self, time: float, ball: Point3, robots: Mapping[str, RobotPlace]
     ) -> Sequence[Order]:
@@ -253,7 +261,8 @@ class Referee:
             What is to be done now.
         """
         since, self._time = time - self._time, time
-        orders: list[Order] = []
+        refused, self._refused = self._refused, set()
+        orders: list[Order] = [PutRobot(name) for name in sorted(refused) if self.penalized(name)]
         self._watch_ball(ball, robots, since)
         self._watch_robots(robots, orders)
         if self._phase is Phase.INITIAL:

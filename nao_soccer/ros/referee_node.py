@@ -108,7 +108,6 @@ class RefereeNode(Node):
         self._inputs = Inputs(self, burst=1)
         self._state = self.create_publisher(DiagnosticArray, "game_state", 10)
         self._put = self.create_publisher(PointStamped, "put_ball", 10)
-        self._to_put_back: set[str] = set()
         self._resets: dict[str, Client] = {
             name: self.create_client(Trigger, f"{name}/sim_bridge/reset") for name in players
         }
@@ -157,9 +156,6 @@ class RefereeNode(Node):
         """Keep the rules at a time [ns] of the match; `now` [ns] is that of the simulation."""
         self._hear(time)
         before = self._referee.phase
-        waiting, self._to_put_back = self._to_put_back, set()
-        for name in filter(self._referee.penalized, sorted(waiting)):
-            self._put_robot(name)
         for order in self._referee.update(time * 1e-9, ball, self._robots):
             if isinstance(order, PutBall):
                 self._put_ball(now, order)
@@ -183,6 +179,7 @@ class RefereeNode(Node):
         if not reset.service_is_ready():  # its request would be lost, and kept for ever
             text = f"{name} cannot be put back: no service {reset.srv_name}"
             self._inputs.warn(f"reset of {name}", text)
+            self._referee.refuse(name)
             return
         future = reset.call_async(Trigger.Request())
         future.add_done_callback(partial(self._on_put_back, name))
@@ -192,7 +189,7 @@ class RefereeNode(Node):
         if answer is not None and answer.success:
             self.get_logger().info(f"{name} is put back to its start")
             return
-        self._to_put_back.add(name)  # somebody stands there: once more at the next look
+        self._referee.refuse(name)
         text = "no answer" if answer is None else answer.message
         self._inputs.warn(f"reset of {name}", f"{name} cannot be put back yet: {text}")
 

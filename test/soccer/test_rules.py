@@ -224,6 +224,20 @@ def test_a_robot_that_leaves_the_field_is_put_back() -> None:
     assert PutRobot("red1") in game.run(0.2)
 
 
+def test_a_robot_that_could_not_be_put_back_is_ordered_again_while_its_penalty_lasts() -> None:
+    game = Game()
+    game.kick_off()
+    game.robots["red1"] = RobotPlace((-1.0, 2.0), True)
+    assert game.run(0.1) == [PutRobot("red1")]
+    game.referee.refuse("red1")
+    assert game.run(0.5) == [PutRobot("red1")]
+    game.robots["red1"] = RobotPlace(STARTS["red1"], True)
+    game.run(RULES.penalty)
+    assert not game.referee.penalized("red1")
+    game.referee.refuse("red1")
+    assert PutRobot("red1") not in game.run(0.5)
+
+
 def test_a_ball_that_rests_for_long_is_put_to_the_middle() -> None:
     game = Game()
     game.kick_off()
