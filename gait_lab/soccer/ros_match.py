@@ -239,7 +239,9 @@ class _Watcher:
             )
         ]
         falls = {
-            name: int(self._game[name].split()[-2]) for name in self._robots if name in self._game
+            name: int(self._game[f"robot/{name}"].split()[-2])
+            for name in self._robots
+            if f"robot/{name}" in self._game
         }
         score = {team: int(self._game.get(team, "0")) for team in TEAMS}
         return MatchResult(

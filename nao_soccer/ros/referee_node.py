@@ -233,6 +233,6 @@ class RefereeNode(Node):
         for team in ("red", "blue"):
             for name in self._teams[team]:
                 penalty = "penalized" if referee.penalized(name) else "plays"
-                values[name] = f"{penalty}, {referee.falls[name]} falls"
+                values[f"robot/{name}"] = f"{penalty}, {referee.falls[name]} falls"
         text = f"{message.phase.value}, red {score['red']} : {score['blue']} blue"
         return status_message(now, "referee", text, values)

@@ -166,6 +166,7 @@ class WorldModel:
     def add_mate(self, mate: TeamMate) -> None:
         """What a team mate told of itself."""
         self._team.add(mate)
+        self._judge_half()
 
     def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
         """The robot now is at one of these poses in `field`; see `Localization.start`."""
@@ -197,9 +198,20 @@ class WorldModel:
         self.localization.see(Evidence.of(percepts, self._field))
         if percepts.ball is not None:
             self._ball.see(percepts.ball)
+            self._judge_half()
         else:
             self._ball.miss(percepts.visible)
         self._obstacles.see(percepts.of(*ROBOTS), percepts.visible)
+
+    def _judge_half(self) -> None:
+        """Compare the ball that was seen lately with those that team mates told of lately."""
+        if self._time is None:
+            return
+        motion = self._odometry.motion(self._time, self._time)
+        own = self.localization.estimate(motion)
+        ball = self._own_ball(own, motion, 0.0)
+        for log_ratio in self._team.half_evidence(self._time, own, ball):
+            self.localization.judge_half(log_ratio)
 
     def _advance(self, stamp: int) -> None:
         """Bring all filters to a time [ns]."""
@@ -227,8 +239,6 @@ class WorldModel:
         mates = self._team.at(now)
         robots = tuple(self._robots(now, own, motion, mates))
         told = None if ball is None else own_team_ball(ball)
-        for log_ratio in self._team.half_evidence(now, own, ball):
-            self.localization.judge_half(log_ratio)
         if ball is None or not ball.seen_recently:
             ball = self._team.ball(now, own, ball) or ball
         return WorldState(
