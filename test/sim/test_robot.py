@@ -171,7 +171,7 @@ def test_targets_are_copied(robot: RobotDescription, ideal: Plant) -> None:
         assert yaw == pytest.approx(robot.upper[robot.index("HeadYaw")], abs=2e-3)
 
 
-@pytest.mark.parametrize("force", (1e8, 1e300))
+@pytest.mark.parametrize("force", [1e8, 1e300])
 def test_unstable_physics_is_an_error(
     robot: RobotDescription, engine: str, force: float
 ) -> None:

@@ -5,7 +5,6 @@ from typing import Any
 
 import mujoco
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
