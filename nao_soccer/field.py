@@ -252,7 +252,7 @@ class Field(Settings):
         Args:
             ball: x, y, z [m] of its centre.
             radius: [m].
-            goals: the goals; None = there are none.
+            goals: The goals; None = there are none.
         """
         x, y, z = ball
         beyond = self.line_width / 2.0 + radius

@@ -35,7 +35,7 @@ class Ball:
         y: [m] in the world at the start.
         radius: [m].
         mass: [kg].
-        color: red, green, blue; for pictures.
+        color: Red, green, blue; for pictures.
     """
 
     x: float = 0.5
@@ -101,8 +101,8 @@ def ball_position(
     Args:
         x: [m] in the world.
         y: [m] in the world.
-        radius: of the ball [m].
-        ground: prisms that rise above the floor.
+        radius: Of the ball [m].
+        ground: Prisms that rise above the floor.
 
     Returns:
         (3,) [m] in the world.

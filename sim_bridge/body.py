@@ -35,9 +35,9 @@ class Link:
     """A rigid body in the frame of the joint that moves it (the root: in the torso frame).
 
     Attributes:
-        name: name of the link.
-        joint: name of the joint that moves it; empty for the root.
-        parent: name of the parent link; empty for the root.
+        name: Name of the link.
+        joint: Name of the joint that moves it; empty for the root.
+        parent: Name of the parent link; empty for the root.
         position: (3,) [m] of the joint in the parent link.
         rotation: (3, 3) of the joint in the parent link.
         axis: (3,) of the joint.
@@ -47,8 +47,8 @@ class Link:
         com: (3,) [m] centre of mass.
         inertia: (3, 3) [kg m^2] about the centre of mass.
         side: `left` or `right` for the links of the legs, otherwise empty.
-        collision: shapes for contacts.
-        visual: shapes for pictures.
+        collision: Shapes for contacts.
+        visual: Shapes for pictures.
     """
 
     name: str
@@ -72,13 +72,13 @@ class Sole:
     """A sole: a frame fixed to a foot, with its contact points.
 
     Attributes:
-        name: name of the sole frame.
-        parent: name of the foot link.
+        name: Name of the sole frame.
+        parent: Name of the foot link.
         position: (3,) [m] in the foot link.
         rotation: (3, 3), sole to foot link.
         points: (3,) [m] centres of the contact spheres in the sole frame; the lowest points of the
             spheres are in its plane z = 0.
-        plate: in the foot link; meets the other leg, never the floor.
+        plate: In the foot link; meets the other leg, never the floor.
     """
 
     name: str
@@ -107,7 +107,7 @@ class Body:
     """The whole body of one individual.
 
     Attributes:
-        links: parents come first; the root is the torso.
+        links: Parents come first; the root is the torso.
         soles: left, right.
         mass: [kg].
         imu_position: (3,) [m] in the torso frame.
@@ -125,12 +125,12 @@ class Body:
 
         Args:
             robot: URDF, joint names and frames.
-            individual: masses and encoder offsets.
-            soles: contact points; None = the corners of the robot's own soles.
-            color: of the upper body in pictures; None = those of the URDF.
+            individual: Masses and encoder offsets.
+            soles: Contact points; None = the corners of the robot's own soles.
+            color: Of the upper body in pictures; None = those of the URDF.
 
         Raises:
-            NaoGaitError: the URDF lacks a frame, or the torso or IMU is not fixed to the root.
+            NaoGaitError: The URDF lacks a frame, or the torso or IMU is not fixed to the root.
         """
         tree = ET.fromstring(robot.urdf)
         for link in tree.findall("link"):

@@ -23,13 +23,13 @@ class ForceSensorModel:
         """Prepare the sensors.
 
         Args:
-            robot: places of the sensors.
-            plant: noise and dead zone.
-            individual: gains and offsets.
-            noise_seed: of the noise.
+            robot: Places of the sensors.
+            plant: Noise and dead zone.
+            individual: Gains and offsets.
+            noise_seed: Of the noise.
 
         Raises:
-            NaoGaitError: the plant wants sensors that this robot does not have.
+            NaoGaitError: The plant wants sensors that this robot does not have.
         """
         self._settings = plant.force_sensors
         self._places = robot.force_sensors

@@ -24,7 +24,7 @@ class MotorState(NamedTuple):
         temperature: (n,) [deg C] of each joint's motor.
         current: (n,) [A].
         share: (n,) share of its torque that a motor has left, by temperature and voltage.
-        charge: of the battery, 0 to 1.
+        charge: Of the battery, 0 to 1.
         voltage: [V] of the battery.
         power: [W] that robot and electronics take.
     """
@@ -50,7 +50,7 @@ class HeatModel:
         """Read the facts.
 
         Raises:
-            NaoGaitError: this robot's nominal torques or its battery are not known.
+            NaoGaitError: This robot's nominal torques or its battery are not known.
         """
         motors = [robot.motors[joint] for joint in robot.joint_names]
         nominal = [motor.nominal_torque for motor in motors]

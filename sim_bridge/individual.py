@@ -22,16 +22,16 @@ class Individual:
     """Errors of one robot. The gait has no access to them.
 
     Attributes:
-        seed: number of the robot; -1 = nominal.
+        seed: Number of the robot; -1 = nominal.
         joint_zero: (n,) [rad] encoder offsets: true angle = commanded angle + offset, encoder
             reading = true angle - offset.
         imu_rotation: (3, 3) orientation of the IMU's axes in the IMU frame of the URDF.
         gyro_bias: (3,) [rad/s] in the IMU's axes.
         accel_bias: (3,) [m/s^2] in the IMU's axes.
-        mass_scale: factor on mass and inertia, for each link of the URDF that has a mass.
+        mass_scale: Factor on mass and inertia, for each link of the URDF that has a mass.
         friction: Coulomb coefficient of the pair sole and floor.
-        stiffness_scale: factor on the contact stiffness.
-        motor_strength: factor on every motor's torque.
+        stiffness_scale: Factor on the contact stiffness.
+        motor_strength: Factor on every motor's torque.
         force_gain: (2, 4) factor on the readings of the force sensors, left and right sole.
         force_offset: (2, 4) [N] added to them.
     """
@@ -61,7 +61,7 @@ def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individ
     later leaves the others, and so all published robots, as they are.
 
     Raises:
-        NaoGaitError: the seed is not a whole number from -1.
+        NaoGaitError: The seed is not a whole number from -1.
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < NOMINAL:
         raise NaoGaitError("robot_seed", seed, "a whole number from 0, or -1 for the nominal robot")

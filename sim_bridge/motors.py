@@ -26,10 +26,10 @@ class Setpoints:
         """Read the limits.
 
         Args:
-            robot: joint limits, joint speeds and coupled joints.
-            plant: whether speeds are limited.
-            individual: encoder offsets.
-            substeps: physics steps per control period.
+            robot: Joint limits, joint speeds and coupled joints.
+            plant: Whether speeds are limited.
+            individual: Encoder offsets.
+            substeps: Physics steps per control period.
         """
         self._lower = np.asarray(robot.lower, dtype=float)
         self._upper = np.asarray(robot.upper, dtype=float)
@@ -120,7 +120,7 @@ class TorqueLimits:
         Args:
             velocity: (n,) joint velocity [rad/s].
             torque: (n,) motor torque [N m].
-            share: of the limit, for all motors or (n,) for each.
+            share: Of the limit, for all motors or (n,) for each.
         """
         driving = np.maximum(self.standstill - self.loss * np.abs(velocity), 0.0)
         limit = np.where(velocity * torque > 0.0, driving, self.standstill)

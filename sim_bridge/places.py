@@ -21,7 +21,7 @@ class Place(NamedTuple):
     """A box in the world.
 
     Attributes:
-        name: of what is there.
+        name: Of what is there.
         low: (3,) [m] smallest x, y, z.
         high: (3,) [m] largest x, y, z.
     """
@@ -39,7 +39,7 @@ def check_places(robots: Sequence[SimulatedRobot], surroundings: Surroundings) -
     """Refuse robots that start in each other, in a goal, in a pole or on the ball.
 
     Raises:
-        NaoGaitError: names the two things that overlap.
+        NaoGaitError: Names the two things that overlap.
     """
     starts = [_start_of(robot) for robot in robots]
     if len(robots) == 1 and not surroundings.fixtures:
@@ -58,12 +58,12 @@ def check_free(
     """Refuse to put a robot at its start while another one or the ball is there.
 
     Args:
-        robot: the robot.
-        robots: all robots.
+        robot: The robot.
+        robots: All robots.
         ball: (3,) [m] centre and radius [m]; None = none.
 
     Raises:
-        NaoGaitError: names what is there.
+        NaoGaitError: Names what is there.
     """
     taken = [_now(other) for other in robots if other is not robot]
     if ball is not None:

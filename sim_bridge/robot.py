@@ -53,14 +53,14 @@ class RobotSpec:
     """A robot of a world.
 
     Attributes:
-        robot: description of this kind of robot.
-        seed: number of the individual; -1 = the nominal robot.
-        noise_seed: seed of the sensor noise, at least 0.
+        robot: Description of this kind of robot.
+        seed: Number of the individual; -1 = the nominal robot.
+        noise_seed: Seed of the sensor noise, at least 0.
         sensor_delay: [s], 0 to 1; None = the plant's.
-        start_state: one of `START_STATES`.
-        name: unique in its world; empty for a robot that is alone.
+        start_state: One of `START_STATES`.
+        name: Unique in its world; empty for a robot that is alone.
         pose: x [m], y [m], heading [rad] of the torso at the start, in the world.
-        color: red, green, blue of its upper body in pictures; None = those of the URDF.
+        color: Red, green, blue of its upper body in pictures; None = those of the URDF.
     """
 
     robot: RobotDescription
@@ -77,12 +77,12 @@ class Reading(NamedTuple):
     """All sensors of one instant.
 
     Attributes:
-        frame: the sensors that the gait uses.
+        frame: The sensors that the gait uses.
         joint_velocity: (n,) [rad/s] between the last two encoder readings.
         joint_effort: (n,) [N m] motor torques.
         sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, in the
             sole frame, as its force sensors give them.
-        motors: temperatures, currents and battery; None in a plant without heat.
+        motors: Temperatures, currents and battery; None in a plant without heat.
     """
 
     frame: SensorFrame
@@ -118,10 +118,10 @@ class GroundTruth(NamedTuple):
         sole_force: (2,) [N] normal force on the left and the right sole.
         sole_slip: (2,) [m/s] mean sliding speed of the centre of pressure over the last control
             period; NaN for a sole that was not loaded at its start and end.
-        legs_touch: the legs touched each other during the last control period.
+        legs_touch: The legs touched each other during the last control period.
         joint_position: (n,) [rad] true angles.
         joint_torque: (n,) [N m].
-        torque_saturated: number of joints whose motor is at its torque limit.
+        torque_saturated: Number of joints whose motor is at its torque limit.
     """
 
     stamp: int
@@ -151,17 +151,17 @@ class SimulatedRobot:
     """One individual robot. `World` steps it; users command it and read its sensors.
 
     Attributes:
-        spec: which robot it is, and where it starts.
-        name: unique in its world; empty for a robot that is alone.
-        model: what the engine builds.
-        description: facts of all robots of this kind.
-        plant: the plant with this robot's own sensors.
-        body: masses, joints and shapes of this individual.
-        individual: the errors of this robot.
-        start: where a reset puts the robot.
-        cameras: its cameras, in the order of its description; empty in a world without.
-        last_command: the last accepted joint targets since the start; None = none yet.
-        heat: temperatures of its motors and its battery; None in a plant without heat.
+        spec: Which robot it is, and where it starts.
+        name: Unique in its world; empty for a robot that is alone.
+        model: What the engine builds.
+        description: Facts of all robots of this kind.
+        plant: The plant with this robot's own sensors.
+        body: Masses, joints and shapes of this individual.
+        individual: The errors of this robot.
+        start: Where a reset puts the robot.
+        cameras: Its cameras, in the order of its description; empty in a world without.
+        last_command: The last accepted joint targets since the start; None = none yet.
+        heat: Temperatures of its motors and its battery; None in a plant without heat.
     """
 
     def __init__(
@@ -175,14 +175,14 @@ class SimulatedRobot:
         """Draw the individual and prepare its motors and sensors.
 
         Args:
-            spec: which robot.
-            plant: kind of robot and floor.
-            ground: prisms that rise above the floor.
+            spec: Which robot.
+            plant: Kind of robot and floor.
+            ground: Prisms that rise above the floor.
             control_period: [ns], a multiple of the plant's physics step.
-            cameras: settings of its cameras; None = without cameras.
+            cameras: Settings of its cameras; None = without cameras.
 
         Raises:
-            NaoGaitError: a value of `spec` is not allowed, or the robot has no camera.
+            NaoGaitError: A value of `spec` is not allowed, or the robot has no camera.
         """
         if spec.start_state not in START_STATES:
             raise NaoGaitError("start_state", spec.start_state, ", ".join(START_STATES))
@@ -236,7 +236,7 @@ class SimulatedRobot:
         frames of the time before the last restart are left out.
 
         Raises:
-            NaoGaitError: the targets are not usable; the last ones stay.
+            NaoGaitError: The targets are not usable; the last ones stay.
         """
         if targets is None or 0 < targets.stamp < self._restarted:
             return
@@ -291,7 +291,7 @@ class SimulatedRobot:
             duration: [s], rounded to physics steps, at least one.
 
         Raises:
-            NaoGaitError: the force or the duration is not usable.
+            NaoGaitError: The force or the duration is not usable.
         """
         force = np.array(force, dtype=float)
         if force.shape != (3,) or not np.isfinite(force).all():
@@ -307,7 +307,7 @@ class SimulatedRobot:
         Of joints with one motor the leader's share counts.
 
         Raises:
-            NaoGaitError: the robot has no such joint, or the share is not from 0 to 1.
+            NaoGaitError: The robot has no such joint, or the share is not from 0 to 1.
         """
         if joint not in self.description.joint_names:
             raise NaoGaitError("joint", joint, f"a joint of {self.description.name}")
@@ -330,7 +330,7 @@ class SimulatedRobot:
         """Set the friction of the soles on the floor from now on; None = the individual's own.
 
         Raises:
-            NaoGaitError: it is not from 0 to 10.
+            NaoGaitError: It is not from 0 to 10.
         """
         if friction is not None and not (math.isfinite(friction) and 0.0 <= friction <= 10.0):
             raise NaoGaitError("friction", friction, "0 to 10")
@@ -367,7 +367,7 @@ class SimulatedRobot:
 
         Args:
             time: [ns] now.
-            state: the robot at its start.
+            state: The robot at its start.
         """
         self._restarted = time
         self._setpoints.reset(self.start.joint_position - self.individual.joint_zero)
@@ -466,10 +466,10 @@ def _start_state(
     On uneven ground the robot starts above the highest point under a standing sole.
 
     Args:
-        body: the body of the individual.
+        body: The body of the individual.
         joint_zero: (n,) [rad] encoder offsets of the individual.
-        spec: kind of robot, start state and pose.
-        ground: prisms that rise above the floor.
+        spec: Kind of robot, start state and pose.
+        ground: Prisms that rise above the floor.
     """
     joints = spec.robot.stand_pose + joint_zero
     if spec.start_state == "stand":

@@ -97,11 +97,11 @@ class Scene(Settings):
         """The robots for a world; each has sensor noise of its own.
 
         Args:
-            noise_seed: of the first robot; the next ones have the numbers after it.
+            noise_seed: Of the first robot; the next ones have the numbers after it.
             sensor_delay: [s]; None = the plant's.
 
         Raises:
-            NaoGaitError: a URDF cannot be used.
+            NaoGaitError: A URDF cannot be used.
         """
         loaded: dict[str, RobotDescription] = {}
         specs = []
@@ -130,10 +130,10 @@ class Scene(Settings):
         """What surrounds the robots.
 
         Args:
-            ground: prisms that rise above the floor.
+            ground: Prisms that rise above the floor.
 
         Raises:
-            NaoGaitError: the scene has a field and the ground is not level.
+            NaoGaitError: The scene has a field and the ground is not level.
         """
         if ground and self.field is not None:
             raise NaoGaitError("plant terrain", "uneven", f"flat or carpet in scene {self.name}")
@@ -151,7 +151,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     """Read a scene from a shipped name or a YAML file.
 
     Raises:
-        NaoGaitError: the file, a key or a value cannot be used; a name or a number is there twice.
+        NaoGaitError: The file, a key or a value cannot be used; a name or a number is there twice.
     """
     path = find("scenes", name_or_path)
     values = schema.read_yaml(path, "scene")

@@ -40,10 +40,10 @@ class SensorModel:
         """Prepare the sensors.
 
         Args:
-            plant: noise, ranges and resolution.
-            individual: offsets, biases and the mounting of the IMU.
-            body: place of the IMU in the torso.
-            noise_seed: of the noise.
+            plant: Noise, ranges and resolution.
+            individual: Offsets, biases and the mounting of the IMU.
+            body: Place of the IMU in the torso.
+            noise_seed: Of the noise.
             period: [s] between two samples.
         """
         self._sensors = plant.sensors
@@ -120,11 +120,11 @@ def _read(
     """Reading of a sensor.
 
     Args:
-        true: true values.
-        bias: constant errors.
-        noise: standard normal samples.
-        sigma: standard deviation of the noise.
-        limit: readings are clipped to +- this; None = no limit.
+        true: True values.
+        bias: Constant errors.
+        noise: Standard normal samples.
+        sigma: Standard deviation of the noise.
+        limit: Readings are clipped to +- this; None = no limit.
     """
     (x, y, z), (bx, by, bz), (nx, ny, nz) = true, bias, noise
     reading = x + bx + nx * sigma, y + by + ny * sigma, z + bz + nz * sigma

@@ -23,7 +23,7 @@ class Shape:
         size: [m] box: edges x, y, z; sphere: radius; cylinder: radius, length along z.
         position: (3,) [m] of its centre.
         rotation: (3, 3), shape to link.
-        color: red, green, blue, alpha; for pictures.
+        color: Red, green, blue, alpha; for pictures.
     """
 
     kind: str
@@ -50,10 +50,10 @@ def read_shapes(
     """Read the primitives of a link; meshes are left out.
 
     Args:
-        link: element of the URDF.
+        link: Element of the URDF.
         tag: `collision` or `visual`.
-        placement: of the link in the frame in which the shapes are wanted.
-        colors: by name of the material.
+        placement: Of the link in the frame in which the shapes are wanted.
+        colors: By name of the material.
     """
     shapes = []
     for element in link.findall(tag):

@@ -47,7 +47,7 @@ def sole_points(plant: Plant, robot: RobotDescription) -> SolePoints:
     """The soles of this plant; on uneven ground a flat sole also touches between its corners.
 
     Raises:
-        NaoGaitError: a soft sole or a carpet on a rigid floor.
+        NaoGaitError: A soft sole or a carpet on a rigid floor.
     """
     if plant.contact.rigid and _soft(plant):
         raise NaoGaitError(

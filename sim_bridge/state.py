@@ -27,7 +27,7 @@ class StepInput(NamedTuple):
 
     Attributes:
         setpoint: (n,) [rad] true joint angles that the servos are to reach.
-        torque_scale: share of the motors' torque limits that may be used, 0 to 1; one number for
+        torque_scale: Share of the motors' torque limits that may be used, 0 to 1; one number for
             all motors, or (n,) for each.
         push_force: (3,) [N] in the world frame, on the centre of mass of the torso link.
     """
@@ -48,11 +48,11 @@ class TrueState(NamedTuple):
         torso_angular_velocity: (3,) [rad/s] in the torso frame.
         joint_position: (n,) [rad], true angles.
         joint_velocity: (n,) [rad/s].
-        pose: centre of mass and soles in that configuration.
+        pose: Centre of mass and soles in that configuration.
         joint_torque: (n,) [N m] of the motors during the last step.
         sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, about
             the origin of the sole frame, in its axes.
-        legs_touch: the legs touched each other in any step since the last observation.
+        legs_touch: The legs touched each other in any step since the last observation.
     """
 
     torso_position: FloatArray

@@ -21,9 +21,9 @@ class Fixture:
     """A thing that does not move.
 
     Attributes:
-        name: unique.
+        name: Unique.
         kind: `post`, `bar`, `net` or `pole`. A net takes the speed of a ball.
-        shape: in the world.
+        shape: In the world.
     """
 
     name: str
@@ -36,11 +36,11 @@ class Surroundings:
     """The world without its robots.
 
     Attributes:
-        ground: prisms that rise above the floor.
+        ground: Prisms that rise above the floor.
         ball: None = none.
-        field: lines and carpet; None = a plain floor.
+        field: Lines and carpet; None = a plain floor.
         goals: None = none.
-        poles: landmarks.
+        poles: Landmarks.
     """
 
     ground: tuple[Prism, ...] = ()

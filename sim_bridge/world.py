@@ -38,9 +38,9 @@ class World:
     Use it as a context manager, or call `close`.
 
     Attributes:
-        robots: the robots, in the order in which they were given.
-        scene: field and robots by their names; None = a plain floor.
-        surroundings: ground, field, goals, poles and ball.
+        robots: The robots, in the order in which they were given.
+        scene: Field and robots by their names; None = a plain floor.
+        surroundings: Ground, field, goals, poles and ball.
         control_period: [ns] simulated time of one `step`.
         time: [ns] since the start; a reset does not set it back.
     """
@@ -61,18 +61,18 @@ class World:
         """Build the robots and the engine, and put everything at its start.
 
         Args:
-            plant: kind of the robots and their floor. The first robot's seed draws the terrain.
-            robots: at least one; several must have different names.
+            plant: Kind of the robots and their floor. The first robot's seed draws the terrain.
+            robots: At least one; several must have different names.
             engine: `pybullet` or `mujoco`.
             control_period: [s], a multiple of the plant's physics step.
-            gui: open the engine's own window.
-            visual: with what can be seen, for pictures; always so with `gui` or cameras.
-            cameras: settings of the robots' cameras; None = without cameras.
-            ball: ball on a floor without a scene; None = none.
-            scene: field, goals, poles and ball; None = a plain floor.
+            gui: Open the engine's own window.
+            visual: With what can be seen, for pictures; always so with `gui` or cameras.
+            cameras: Settings of the robots' cameras; None = without cameras.
+            ball: Ball on a floor without a scene; None = none.
+            scene: Field, goals, poles and ball; None = a plain floor.
 
         Raises:
-            NaoGaitError: an argument is not allowed, robots overlap, or the engine cannot honour
+            NaoGaitError: An argument is not allowed, robots overlap, or the engine cannot honour
                 the plant or render images.
         """
         step = round(plant.physics.step * _SECOND)
@@ -191,7 +191,7 @@ class World:
             velocity: x, y [m/s] of its centre; it does not spin.
 
         Raises:
-            NaoGaitError: there is no ball, or a number is not usable.
+            NaoGaitError: There is no ball, or a number is not usable.
         """
         ball = self.surroundings.ball
         if ball is None:
@@ -219,7 +219,7 @@ class World:
         """Put one robot back to its start, at rest; its delayed frames are lost.
 
         Raises:
-            NaoGaitError: there is no such robot, or another one or the ball is where it starts.
+            NaoGaitError: There is no such robot, or another one or the ball is where it starts.
         """
         names = [robot.name for robot in self.robots]
         if name not in names:
@@ -236,7 +236,7 @@ class World:
         """Advance by one control period with the last commands of the robots.
 
         Raises:
-            NaoGaitError: the simulation has become unstable.
+            NaoGaitError: The simulation has become unstable.
         """
         for index, robot in enumerate(self.robots):
             faults = robot.new_faults()
@@ -265,7 +265,7 @@ class World:
         Only in a world with cameras, or that is `visual`.
 
         Raises:
-            NaoGaitError: what the engine needs for images is not installed.
+            NaoGaitError: What the engine needs for images is not installed.
         """
         return self._engine.render(view)
 

@@ -23,7 +23,7 @@ class SupportPhase:
     Attributes:
         stamp: [ns] of its first tick.
         end: [ns] of the next one's first tick.
-        state: stand, walk, stop, fallen, relaxed.
+        state: `stand`, `walk`, `stop`, `fallen` or `relaxed`.
         support: DOUBLE, LEFT or RIGHT.
         sole_in_odom: The support sole as the phase began; None where no footsteps were recorded.
         q_in_odom: The paper's Q.

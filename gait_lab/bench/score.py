@@ -141,7 +141,7 @@ class Score:
         """A statistic of the magnitude of a metric over the robots.
 
         Args:
-            pick: max, mean, ...
+            pick: `max`, `mean`, ...
             attribute: Attribute of `Metrics`.
             factor: Factor from SI to the unit of the table.
 

@@ -35,7 +35,7 @@ class PhysicsSteps:
         """Build the engine of this world once more.
 
         Args:
-            world: its robots and surroundings.
+            world: Its robots and surroundings.
             engine: `pybullet` or `mujoco`.
         """
         robots = world.robots

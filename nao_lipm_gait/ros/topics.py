@@ -64,9 +64,9 @@ class Inputs:
         """Prepare the log.
 
         Args:
-            node: the node that subscribes.
-            name: of the robot that gets the messages; empty = the only one, or the world.
-            burst: number of refusals with the same reason before further ones are held back.
+            node: The node that subscribes.
+            name: Of the robot that gets the messages; empty = the only one, or the world.
+            burst: Number of refusals with the same reason before further ones are held back.
         """
         self._node = node
         self._prefix = f"{name}: " if name else ""

@@ -54,10 +54,10 @@ class CommandInput:
 
         Args:
             sender: header.frame_id of the command; each gait has its own.
-            now: time [s] of the robot's clock, in a simulation the simulated time.
+            now: Time [s] of the robot's clock, in a simulation the simulated time.
 
         Raises:
-            NaoGaitError: another gait is in control.
+            NaoGaitError: Another gait is in control.
         """
         owner = self._sender
         if owner not in (None, sender) and now - self._last_command < TAKE_OVER:
@@ -81,11 +81,11 @@ class CommandInput:
 
         Args:
             sender: header.frame_id of the command.
-            now: time [s] of the robot's clock, in a simulation the simulated time.
+            now: Time [s] of the robot's clock, in a simulation the simulated time.
             stamp: [ns] of the sensors that the command answers; 0 = of none.
-            names: joints in any order; joints that are not named keep target and stiffness.
+            names: Joints in any order; joints that are not named keep target and stiffness.
             position: [rad], one for each name.
-            effort: share of the motor torque that may be used, 0 to 1, one for each name; empty =
+            effort: Share of the motor torque that may be used, 0 to 1, one for each name; empty =
                 1 for all.
 
         Returns:
@@ -93,7 +93,7 @@ class CommandInput:
             A warning if a target is outside its joint limits, where the robot will stop.
 
         Raises:
-            NaoGaitError: the command is not usable; the last targets stay.
+            NaoGaitError: The command is not usable; the last targets stay.
         """
         if 0 < stamp <= self._valid_from:
             return None, None
@@ -162,7 +162,7 @@ def read_push(force: Sequence[float], torque: Sequence[float], frame: str) -> Fl
         (3,) [N] in the world frame.
 
     Raises:
-        NaoGaitError: the push is not usable.
+        NaoGaitError: The push is not usable.
     """
     if frame not in ("", "world"):
         raise NaoGaitError("push header.frame_id", frame, "world, or empty")

@@ -54,9 +54,9 @@ class SimulatedCamera:
     """One camera of one robot.
 
     Attributes:
-        name: name of the camera.
-        model: pinhole and pose in the torso.
-        enabled: images are rendered; without, an exposure is left out and costs nothing.
+        name: Name of the camera.
+        model: Pinhole and pose in the torso.
+        enabled: Images are rendered; without, an exposure is left out and costs nothing.
     """
 
     def __init__(
@@ -73,13 +73,13 @@ class SimulatedCamera:
         """Draw the camera of one individual.
 
         Args:
-            robot: the robot.
-            name: one of its cameras.
-            plant: errors and delay.
-            settings: rate and size of the images.
-            seed: number of the individual; -1 = nominal.
-            noise_seed: of the noise.
-            phase: share of a period by which it exposes before a multiple of the period.
+            robot: The robot.
+            name: One of its cameras.
+            plant: Errors and delay.
+            settings: Rate and size of the images.
+            seed: Number of the individual; -1 = nominal.
+            noise_seed: Of the noise.
+            phase: Share of a period by which it exposes before a multiple of the period.
         """
         intrinsics = Intrinsics.from_fov(settings.width, settings.height, robot.cameras[name].hfov)
         errors = plant.camera
@@ -157,14 +157,14 @@ def make_cameras(
     """All cameras of a robot; they expose one after the other, not at the same time.
 
     Args:
-        robot: the robot.
-        plant: errors and delay.
-        settings: rate and size of the images.
-        seed: number of the individual; -1 = nominal.
-        noise_seed: of the noise.
+        robot: The robot.
+        plant: Errors and delay.
+        settings: Rate and size of the images.
+        seed: Number of the individual; -1 = nominal.
+        noise_seed: Of the noise.
 
     Raises:
-        NaoGaitError: the robot has no camera.
+        NaoGaitError: The robot has no camera.
     """
     if not robot.cameras:
         allowed = f"false: {robot.urdf_path} has no optical frame of a camera"

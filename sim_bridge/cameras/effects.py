@@ -28,11 +28,11 @@ class ImageEffects:
         """Draw the camera of one individual.
 
         Args:
-            plant: how cameras differ, and their noise.
-            camera: name of the camera.
-            seed: number of the individual; -1 = nominal.
-            noise_seed: of the noise.
-            intrinsics: size and principal point of the image.
+            plant: How cameras differ, and their noise.
+            camera: Name of the camera.
+            seed: Number of the individual; -1 = nominal.
+            noise_seed: Of the noise.
+            intrinsics: Size and principal point of the image.
         """
         self._noise = plant.noise
         self._seed = [noise_seed, crc32(camera.encode())]
@@ -57,7 +57,7 @@ class ImageEffects:
         """The image (h, w, 3) that the camera gives of a rendered one.
 
         Args:
-            image: as rendered.
+            image: As rendered.
             stamp: [ns] middle of the exposure. The noise depends on it alone, not on the images
                 before.
             motion: u, v [px] by which the middle of the image moves during the exposure.

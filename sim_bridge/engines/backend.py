@@ -21,11 +21,11 @@ class RobotModel:
     """One individual robot, as an engine builds it.
 
     Attributes:
-        description: facts of all robots of this kind.
-        plant: the plant with the robot's own sensors.
-        individual: the errors of this robot.
-        body: masses, joints and shapes of this individual.
-        name: unique in its world; empty for a robot that is alone.
+        description: Facts of all robots of this kind.
+        plant: The plant with the robot's own sensors.
+        individual: The errors of this robot.
+        body: Masses, joints and shapes of this individual.
+        name: Unique in its world; empty for a robot that is alone.
     """
 
     description: RobotDescription
@@ -50,14 +50,14 @@ def make_robot_model(
     """One individual of this kind of robot in this plant.
 
     Args:
-        description: facts of all robots of this kind.
-        plant: kind of robot and floor.
-        seed: number of the individual; -1 = nominal.
-        name: unique in its world; empty for a robot that is alone.
-        color: red, green, blue of its torso in pictures; None = those of the URDF.
+        description: Facts of all robots of this kind.
+        plant: Kind of robot and floor.
+        seed: Number of the individual; -1 = nominal.
+        name: Unique in its world; empty for a robot that is alone.
+        color: Red, green, blue of its torso in pictures; None = those of the URDF.
 
     Raises:
-        NaoGaitError: the seed is not allowed, or the soles do not fit the floor.
+        NaoGaitError: The seed is not allowed, or the soles do not fit the floor.
     """
     plant = with_sensors_of(plant, description)
     individual = draw_individual(plant, description, seed)
@@ -88,9 +88,9 @@ class Backend(Protocol):
         """Set the faults of a robot from now on; a reset does not repair them.
 
         Args:
-            robot: index of the robot.
+            robot: Index of the robot.
             torque_share: (n,) share of each motor's torque that is left, 0 to 1.
-            friction: coefficient of both soles on the floor; None = the individual's own.
+            friction: Coefficient of both soles on the floor; None = the individual's own.
         """
 
     def ball(self) -> BallState | None:
@@ -108,7 +108,7 @@ class Backend(Protocol):
         Only in a world with what can be seen.
 
         Raises:
-            NaoGaitError: what the engine needs for images is not installed.
+            NaoGaitError: What the engine needs for images is not installed.
         """
 
     def close(self) -> None:

@@ -31,14 +31,14 @@ def make_backend(
     """The backend of an engine.
 
     Args:
-        engine: one of `ENGINES`.
-        robots: the individuals; all have the same physics and floor.
-        surroundings: what is around the robots.
-        gui: open the engine's own window.
-        visual: with what can be seen; always so with `gui`.
+        engine: One of `ENGINES`.
+        robots: The individuals; all have the same physics and floor.
+        surroundings: What is around the robots.
+        gui: Open the engine's own window.
+        visual: With what can be seen; always so with `gui`.
 
     Raises:
-        NaoGaitError: the engine is unknown or not installed, cannot honour an option of the plant
+        NaoGaitError: The engine is unknown or not installed, cannot honour an option of the plant
             or the surroundings, or cannot open a window.
     """
     if engine not in ENGINES:

@@ -23,9 +23,9 @@ class CameraTopics:
         """Make the publishers.
 
         Args:
-            node: the bridge.
-            camera: the camera.
-            below: prefix of the topics: empty, or the robot's name and a slash.
+            node: The bridge.
+            camera: The camera.
+            below: Prefix of the topics: empty, or the robot's name and a slash.
         """
         self._camera = camera
         name = f"{below}{camera.name}"

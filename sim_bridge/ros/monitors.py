@@ -35,7 +35,7 @@ class SpeedMonitor:
         """A line for the log if the speed has changed.
 
         Args:
-            now: wall time [ns].
+            now: Wall time [ns].
             lost: [ns] of wall time given up so far, as of `Pacer`.
         """
         elapsed = now - self._window_start
@@ -78,7 +78,7 @@ class PublisherMonitor:
         """Lines for the log about topics whose number of publishers has changed.
 
         Args:
-            counts: number of publishers by topic, the bridge included.
+            counts: Number of publishers by topic, the bridge included.
         """
         lines = []
         for topic, count in counts.items():

@@ -28,8 +28,8 @@ class RobotInterface:
     The topics of a robot with a name are below it.
 
     Attributes:
-        robot: the robot.
-        joint_states: full name of the topic.
+        robot: The robot.
+        joint_states: Full name of the topic.
         awaited: [ns] stamp of the reading that lockstep waits for; None = of none.
     """
 
@@ -39,9 +39,9 @@ class RobotInterface:
         """Make the publishers and subscriptions.
 
         Args:
-            node: the bridge.
-            robot: the robot.
-            lockstep: each reading waits for its answer.
+            node: The bridge.
+            robot: The robot.
+            lockstep: Each reading waits for its answer.
             push_duration: [s] for which a push acts.
         """
         self.robot = robot

@@ -44,10 +44,10 @@ class MujocoBackend:
         """Compile the model and open the window.
 
         Args:
-            robots: the individuals, at least one.
-            surroundings: what is around them.
-            gui: open MuJoCo's window.
-            visual: with what can be seen; always so with `gui`.
+            robots: The individuals, at least one.
+            surroundings: What is around them.
+            gui: Open MuJoCo's window.
+            visual: With what can be seen; always so with `gui`.
 
         Raises:
             NaoGaitError: MuJoCo cannot honour an option of the plant.

@@ -22,7 +22,7 @@ class MujocoModel:
 
     Attributes:
         model: MuJoCo's own.
-        parts: the robots, in the order in which they were given.
+        parts: The robots, in the order in which they were given.
     """
 
     def __init__(
@@ -35,9 +35,9 @@ class MujocoModel:
         """Compile the model.
 
         Args:
-            robots: the individuals; all have the same physics and floor.
-            surroundings: what is around them.
-            visual: with visual shapes and light.
+            robots: The individuals; all have the same physics and floor.
+            surroundings: What is around them.
+            visual: With visual shapes and light.
 
         Raises:
             NaoGaitError: MuJoCo cannot honour an option of the plant.

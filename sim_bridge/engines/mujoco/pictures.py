@@ -45,12 +45,12 @@ class MujocoPictures:
         """Make an OpenGL context.
 
         Args:
-            model: with visible shapes.
-            width: of the images [px].
-            height: of the images [px].
+            model: With visible shapes.
+            width: Of the images [px].
+            height: Of the images [px].
 
         Raises:
-            NaoGaitError: there is no OpenGL without a window here.
+            NaoGaitError: There is no OpenGL without a window here.
         """
         self._model = model
         visual = model.vis

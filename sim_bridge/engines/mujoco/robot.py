@@ -47,10 +47,10 @@ class RobotParts:
     The names of its parts begin with the robot's `prefix`.
 
     Attributes:
-        robot: the individual.
+        robot: The individual.
         damping: (n,) [N m s/rad] of the servos.
-        sole_geoms: names of the contact points of the left and the right sole.
-        joints_with_play: names of the joints that have play, without prefix.
+        sole_geoms: Names of the contact points of the left and the right sole.
+        joints_with_play: Names of the joints that have play, without prefix.
     """
 
     def __init__(
@@ -66,12 +66,12 @@ class RobotParts:
         """Add the robot.
 
         Args:
-            spec: the model.
-            robot: the individual.
-            bit: collision bit of this robot, for others; 0 = none.
-            meets: collision bits of other robots and fixtures that it meets.
-            ball: there is a ball, which meets everything but the soles.
-            visual: with visual shapes.
+            spec: The model.
+            robot: The individual.
+            bit: Collision bit of this robot, for others; 0 = none.
+            meets: Collision bits of other robots and fixtures that it meets.
+            ball: There is a ball, which meets everything but the soles.
+            visual: With visual shapes.
 
         Raises:
             NaoGaitError: MuJoCo cannot honour an option of the plant.

@@ -17,16 +17,16 @@ class MujocoRobot:
     """One robot of a running simulation.
 
     Attributes:
-        torso: number of the body of its torso, the root of all its bodies.
+        torso: Number of the body of its torso, the root of all its bodies.
     """
 
     def __init__(self, parts: RobotParts, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Find the robot in the model.
 
         Args:
-            parts: the robot.
-            model: the compiled model.
-            data: its state.
+            parts: The robot.
+            model: The compiled model.
+            data: Its state.
         """
         robot = parts.robot
         plant, self._individual = robot.plant, robot.individual
@@ -189,7 +189,7 @@ def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> F
     """Force [N] and torque [N m] (6,) of the floor on a sole, about its origin and in its axes.
 
     Args:
-        contact: reading of the contact sensor, in the world: force and torque of the sole on the
+        contact: Reading of the contact sensor, in the world: force and torque of the sole on the
             floor, and the point of reference of the torque.
         origin: (3,) [m] of the sole in the world.
         rotation: (3, 3), sole to world.

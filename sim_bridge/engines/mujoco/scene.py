@@ -47,10 +47,10 @@ def add_surroundings(
     """All but the ball.
 
     Args:
-        spec: the model.
-        surroundings: what to add.
-        step: physics step [s].
-        visible: with light and visible shapes.
+        spec: The model.
+        surroundings: What to add.
+        step: Physics step [s].
+        visible: With light and visible shapes.
     """
     pitch = surroundings.carpet is not None
     add_ground(spec, surroundings.ground, visible=visible and not pitch)
@@ -121,9 +121,9 @@ def add_ground(spec: mujoco.MjSpec, ground: Iterable[Prism], *, visible: bool) -
     """The floor at height 0, and each prism as a convex mesh.
 
     Args:
-        spec: the model.
-        ground: prisms that rise above the floor.
-        visible: with light and a visible floor, for the window.
+        spec: The model.
+        ground: Prisms that rise above the floor.
+        visible: With light and a visible floor, for the window.
     """
     spec.worldbody.add_geom(
         name="floor",
@@ -173,12 +173,12 @@ def add_ball(
     """The ball at its start. Added after the robot, so that its degrees of freedom come last.
 
     Args:
-        spec: the model.
-        ball: the ball.
-        step: physics step [s].
+        spec: The model.
+        ball: The ball.
+        step: Physics step [s].
         gravity: [m/s^2].
-        visible: seen in the window.
-        meets: collision bits of what it meets beside floor and robots.
+        visible: Seen in the window.
+        meets: Collision bits of what it meets beside floor and robots.
     """
     body = spec.worldbody.add_body(name=_BALL, pos=ball.start)
     body.explicitinertial = True

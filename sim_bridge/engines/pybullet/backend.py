@@ -35,7 +35,7 @@ class PyBulletBackend:
     stiffness of its own, so stiffness, rotor inertia, dry friction and play are refused.
 
     Attributes:
-        client: of PyBullet; for pictures.
+        client: Of PyBullet; for pictures.
     """
 
     def __init__(
@@ -49,10 +49,10 @@ class PyBulletBackend:
         """Connect to PyBullet; the world is built by `reset`.
 
         Args:
-            robots: the individuals, at least one.
-            surroundings: what is around them.
-            gui: open PyBullet's window.
-            visual: images can be rendered, which is always so.
+            robots: The individuals, at least one.
+            surroundings: What is around them.
+            gui: Open PyBullet's window.
+            visual: Images can be rendered, which is always so.
 
         Raises:
             NaoGaitError: PyBullet cannot honour an option of the plant, or the window cannot be

@@ -55,8 +55,8 @@ class PyBulletPictures:
         """Build what is seen.
 
         Args:
-            bodies: of the robots.
-            surroundings: what is around them.
+            bodies: Of the robots.
+            surroundings: What is around them.
         """
         with silenced():
             self._client = bullet.connect(bullet.DIRECT)
@@ -78,8 +78,8 @@ class PyBulletPictures:
         """The world as a camera in the world frame images it.
 
         Args:
-            view: the camera.
-            states: of the robots.
+            view: The camera.
+            states: Of the robots.
             ball: None in a world without one.
         """
         for body, links, state in zip(self._bodies, self._links, states, strict=True):

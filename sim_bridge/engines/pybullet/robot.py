@@ -32,12 +32,12 @@ class RobotBody:
     """One robot in a PyBullet world.
 
     Attributes:
-        body: the body of the whole robot; its base is the torso.
+        body: The body of the whole robot; its base is the torso.
         joints: (n) PyBullet's joints, in the order of the joint arrays.
         soles: left, right: links with the contact points of the soles.
         inertial_position: (3,) [m] of the base's inertial frame in the torso.
-        inertial_rotation: quaternion of the base's inertial frame in the torso.
-        inertial_inverse: quaternion of the torso in the base's inertial frame.
+        inertial_rotation: Quaternion of the base's inertial frame in the torso.
+        inertial_inverse: Quaternion of the torso in the base's inertial frame.
     """
 
     def __init__(
@@ -54,13 +54,13 @@ class RobotBody:
         """Load the robot.
 
         Args:
-            client: of PyBullet.
-            robot: the individual.
-            visible: with visual shapes.
-            sole_friction: coefficient of the soles on the floor.
-            ball: there is a ball, which meets everything but the soles.
-            bit: collision group of this robot.
-            meets: groups of other robots and fixtures that it meets.
+            client: Of PyBullet.
+            robot: The individual.
+            visible: With visual shapes.
+            sole_friction: Coefficient of the soles on the floor.
+            ball: There is a ball, which meets everything but the soles.
+            bit: Collision group of this robot.
+            meets: Groups of other robots and fixtures that it meets.
         """
         self._client = client
         self._robot = robot

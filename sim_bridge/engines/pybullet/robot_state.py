@@ -27,8 +27,8 @@ class PyBulletRobot:
         """Prepare the servos; `build` loads the robot.
 
         Args:
-            client: of PyBullet.
-            robot: the individual.
+            client: Of PyBullet.
+            robot: The individual.
         """
         self._client, self._robot, self._plant = client, robot, robot.plant
         plant = robot.plant
@@ -48,12 +48,12 @@ class PyBulletRobot:
         """Load the robot into an empty world; `RobotBody` explains the other arguments.
 
         Args:
-            floor: body of the floor.
-            terrain: bodies of the terrain.
-            visible: with visual shapes.
-            ball: there is a ball.
-            bit: collision group of this robot.
-            meets: groups that it meets.
+            floor: Body of the floor.
+            terrain: Bodies of the terrain.
+            visible: With visual shapes.
+            ball: There is a ball.
+            bit: Collision group of this robot.
+            meets: Groups that it meets.
         """
         self._floor, self._terrain = floor, terrain
         self._model = RobotBody(

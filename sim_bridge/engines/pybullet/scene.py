@@ -65,10 +65,10 @@ def add_terrain(
     """Add each prism as a convex hull that does not move.
 
     Args:
-        client: of PyBullet.
-        ground: the prisms.
-        collides: with a collision shape.
-        visible: with a visual shape.
+        client: Of PyBullet.
+        ground: The prisms.
+        collides: With a collision shape.
+        visible: With a visual shape.
 
     Returns:
         Bodies of the prisms, in their order.
@@ -130,10 +130,10 @@ def _add_quads(
     """Add visible quadrangles that look upwards.
 
     Args:
-        client: of PyBullet.
+        client: Of PyBullet.
         quads: x, y [m] of the four corners of each, counter-clockwise.
         height: [m] of all.
-        color: red, green, blue, alpha.
+        color: Red, green, blue, alpha.
     """
     vertices: list[list[float]] = []
     indices: list[int] = []
@@ -173,9 +173,9 @@ def add_fixtures(client: int, fixtures: Iterable[Fixture], *, visible: bool) -> 
     """Goals and poles.
 
     Args:
-        client: of PyBullet.
-        fixtures: what to add.
-        visible: with visual shapes.
+        client: Of PyBullet.
+        fixtures: What to add.
+        visible: With visual shapes.
     """
     for fixture in fixtures:
         shape, net = fixture.shape, fixture.kind == "net"
