@@ -9,8 +9,8 @@ from gait_lab.terminal import EXIT_OK, say
 def run(arguments: argparse.Namespace) -> int:
     """Make a colour table; the exit status."""
     from gait_lab.vision import color_images
+    from gait_lab.vision.color_calibration import Sample
     from nao_lipm_gait.errors import NaoGaitError
-    from nao_soccer.vision.color_calibration import Sample
 
     samples = []
     for name, *numbers in arguments.sample:

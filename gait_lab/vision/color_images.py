@@ -9,9 +9,9 @@ import numpy as np
 import yaml
 
 from gait_lab.trials.rendered_frames import HeadSweep, RenderSpec, rendered_frames
+from gait_lab.vision.color_calibration import CalibratedColors, Sample, calibrate_colors
 from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.resources import names
-from nao_soccer.vision.color_calibration import CalibratedColors, Sample, calibrate_colors
 from nao_soccer.vision.colors import (
     BALL,
     BLUE,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gait_lab import cli
+from gait_lab.vision.color_calibration import Sample, calibrate_colors
 from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.vision.color_calibration import Sample, calibrate_colors
 from nao_soccer.vision.colors import (
     BALL,
     FIELD,
