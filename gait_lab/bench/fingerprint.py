@@ -2,9 +2,9 @@
 
 Every preset but `nao_v6` walks a short course of commands with a push, and every motion of a robot
 that begins from a stand, the front or the back runs once, in each engine; in MuJoCo, every fault of
-the gait disturbs one walk. Hashed are the motion itself (joints, torso, motor torques) and the
-gait's own estimates (odometry, CoM), so that a refactoring can show that it changed nothing, and a
-figure can say which walk it was measured on.
+the gait disturbs one walk, and four players play without a referee. Hashed are the motion itself
+(joints, torso, motor torques) and the gait's own estimates (odometry, CoM), so that a refactoring
+can show that it changed nothing, and a figure can say which walk it was measured on.
 """
 
 import hashlib
@@ -19,6 +19,7 @@ import numpy as np
 from gait_lab.analysis.metrics import yaw_of
 from gait_lab.faults.catalogue import FAULTS
 from gait_lab.faults.harness import Harness
+from gait_lab.soccer.pitch import practice
 from gait_lab.trials.motions import spot_in_world
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.trial import (
@@ -40,6 +41,7 @@ from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.types import STANDSTILL, GaitStatus, VelocityCommand
 from sim_bridge.ball import Ball
 from sim_bridge.robot import GroundTruth
+from sim_bridge.scene import load_scene
 from sim_bridge.world import World
 
 State = tuple[GroundTruth, GaitStatus | None]
@@ -80,6 +82,8 @@ STARTS = {
 """Start states of the simulation by the posture that a motion begins from."""
 PLACE_TOLERANCE, TURN_TOLERANCE = 0.02, math.radians(2.0)
 """[m] and [rad] between two ends of the same walk on other processors."""
+PLAY_SCENE, PLAY_TIME = "pitch_small", 6.0
+"""Scene of the players, and for how long [s] they play; they reach the ball in it."""
 MOTION_AT, MOTION_REST = 1.5, 1.0
 """[s] when a motion is requested, and for how long the robot is watched after it."""
 
@@ -91,7 +95,7 @@ class Case:
     Attributes:
         engine: `mujoco` or `pybullet`.
         robot: Name of the URDF.
-        name: `walk/PRESET`, `motion/ROBOT/MOTION` or `fault/FAULT`.
+        name: `walk/PRESET`, `motion/ROBOT/MOTION`, `fault/FAULT` or `soccer/play`.
     """
 
     engine: str
@@ -148,12 +152,13 @@ def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
         if engine == "mujoco":
             for fault in FAULTS:
                 yield Case(engine, "nao_h21_v33", f"fault/{fault}")
+            yield Case(engine, "nao_h21_v33", "soccer/play")
 
 
 def fingerprint(case: Case) -> Fingerprint:
     """Run one reference rollout."""
     kind, _, name = case.name.partition("/")
-    run = {"walk": _walk, "motion": _motion, "fault": _fault}[kind]
+    run = {"walk": _walk, "motion": _motion, "fault": _fault, "soccer": _soccer}[kind]
     ticks = run(case, name.rpartition("/")[2])
     whole, truth = hashlib.sha256(), None
     for truth, status in ticks:
@@ -258,3 +263,12 @@ def _fault(case: Case, name: str) -> Iterator[State]:
         for _ in range(round(fault.end / CONTROL_PERIOD)):
             harness.step()
             yield harness.truth, harness.gaits[0].controller.last_status if harness.gaits else None
+
+
+def _soccer(case: Case, _: str) -> Iterator[State]:
+    pitch = practice(load_scene(PLAY_SCENE), SEED, case.engine, "reference")
+    with pitch:
+        periods = round(PLAY_TIME / CONTROL_PERIOD)
+        for ticks in islice(pitch.run(lambda _: None), periods):
+            for tick in ticks:
+                yield tick.truth, tick.status

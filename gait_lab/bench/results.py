@@ -36,6 +36,7 @@ KEPT = ROOT / "build" / "results"
 REPORTED = {"robots": 20, "seed": 40, "engine": "mujoco"}
 """Robots 40 to 59. The parameters were chosen on robots 0 to 39."""
 WALK = "mujoco/walk/default"
+SOCCER = (WALK, "mujoco/soccer/play")
 Values = Mapping[str, float | None]
 
 
@@ -125,7 +126,7 @@ SECTIONS = (
     Section("faults", "Faults in the middle of a walk", "faults", {"runs": 10_000},
             {"runs": 56}, (WALK, "mujoco/fault/imu_outage", "mujoco/fault/frozen")),
     Section("faults_soccer", "Faults in the middle of a match", "faults", {"scope": "soccer"},
-            {"runs": 4}),
+            {"runs": 4}, SOCCER),
     Section("faults_robot", "Faults of the nodes", "faults", {"scope": "robot"}, {"runs": 3}),
     Section("ablation", "One extension at a time", "ablation", {"robots": 10},
             {"robots": 2, "window": 4.0, "phases": 2, "tasks": ("forward",)},
@@ -145,10 +146,28 @@ SECTIONS = (
     Section("vision_pybullet", "Vision in PyBullet", "vision", {"robots": 8, "engine": "pybullet"},
             {"robots": 1, "window": 1.0}, ("pybullet/walk/default",)),
     Section("localization", "Self-localisation", "localization", quick=_SHORT_TRIALS,
-            figure=delay_figure, caption=_LATE),
+            walks=SOCCER, figure=delay_figure, caption=_LATE),
     Section("localization_spl", "Self-localisation on the SPL field", "localization",
-            {"scene": "pitch", "ablation": False}, _SHORT_TRIALS),
-    Section("ball", "Ball", "ball", quick=_SHORT_TRIALS, figure=delay_figure, caption=_LATE),
+            {"scene": "pitch", "ablation": False}, _SHORT_TRIALS, SOCCER),
+    Section("ball", "Ball", "ball", quick=_SHORT_TRIALS, walks=SOCCER, figure=delay_figure,
+            caption=_LATE),
+    Section("behavior", "Goals of a robot alone", "behavior", {"attempts": 2}, {"robots": 2},
+            SOCCER),
+    Section("behavior_rendered", "Goals of a robot alone by rendered images", "behavior",
+            {"robots": 8, "rendered": True}, {"robots": 1}, SOCCER),
+    Section("keeper", "Shots at a keeper", "keeper", quick={"robots": 2},
+            walks=(*SOCCER, "mujoco/motion/nao_h21_v33/dive_left",
+                            "mujoco/motion/nao_h21_v33/dive_right")),
+    Section("scenes", "Backheel, and two at the ball", "scenes", quick={"robots": 2},
+            walks=SOCCER),
+    Section("challenges", "Technical challenges", "challenges", quick={"robots": 1},
+            walks=SOCCER),
+    Section("match", "Matches", "match", quick={"robots": 1, "minutes": 0.25}, walks=SOCCER),
+    Section("match_roles", "Matches with roles against without", "match",
+            {"minutes": 0.5, "red_alone": True}, {"robots": 1, "minutes": 0.25}, SOCCER),
+    Section("match_silence", "Matches with lost messages and a silent referee", "match",
+            {"robots": 4, "minutes": 0.5, "loss": 0.3, "silence": 10.0},
+            {"robots": 1, "minutes": 0.25}, SOCCER),
     Section("compute", "Cost of control", "compute", {}, {"window": 10.0},
             of_this_machine=True),
     Section("realtime", "Ticks on a busy machine", "realtime", {}, {"window": 5.0},
