@@ -89,6 +89,7 @@ def _cross_a_field(path: Path) -> None:
 
 _FEW = {"robots": 4, "window": 4.0}
 _ONE_LOOP = {"open_loop": "off"}
+_V6 = {**_ONE_LOOP, "half_speed": False, "window": 8.0}
 _LATE = "Median errors by the delay of the images; grey: the filters do not know the delay."
 _SHORT_TRIALS = {"robots": 2, "window": 30.0}
 _PUSH = "Largest impulse that is survived, by the direction of the push; ahead is up."
@@ -100,6 +101,9 @@ SECTIONS = (
     Section("speed_worn", "Speed on worn joints", "speed",
             {"plant": "worn", "tasks": ("forward=33", "back=25", "side=13", "turn=80")},
             {"robots": 6, "window": 5.0, "half_speed": False, **_ONE_LOOP}),
+    Section("speed_v6", "Speed of a NAO V6", "speed", {"urdf": "nao_v6", **_V6}, _FEW),
+    Section("speed_v6_12ms", "Speed of a NAO V6 in LoLA's period", "speed",
+            {"urdf": "nao_v6", "control_period": 0.012, **_V6}, _FEW),
     Section("soles", "Level soles", "soles", {"robots": 40}),
     Section("paper", "The results of the first paper", "paper", {},
             {"robots": 6, "window": 5.0, "push": False},
@@ -123,6 +127,17 @@ SECTIONS = (
             {**_FEW, "tasks": ("forward=20",), **_ONE_LOOP}),
     Section("loss", "Lost messages", "loss", quick={"robots": 3, "window": 10.0},
             walks=(WALK, "mujoco/fault/loss")),
+    Section("loss_wander", "Sensors whose age wanders", "loss",
+            {"loss": 0.0, "wander": 80.0, "plant_options": (("sensors.delay", 0.02),)},
+            {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/wandering_age")),
+    Section("loss_wander_hold", "The same without walking on", "loss",
+            {"loss": 0.0, "wander": 80.0, "plant_options": (("sensors.delay", 0.02),),
+             "coast": False},
+            {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/wandering_age")),
+    Section("loss_15", "More lost messages", "loss", {"loss": 15.0},
+            {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/loss")),
+    Section("loss_20", "Still more lost messages", "loss", {"loss": 20.0},
+            {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/loss")),
     Section("faults", "Faults in the middle of a walk", "faults", {"runs": 10_000},
             {"runs": 56}, (WALK, "mujoco/fault/imu_outage", "mujoco/fault/frozen")),
     Section("faults_soccer", "Faults in the middle of a match", "faults", {"scope": "soccer"},
