@@ -110,7 +110,7 @@ class PlayerKilled(NodeFault):
     """The player dies."""
 
     summary = "the player is killed; in half of the runs it is started again after 1 to 5 s"
-    says = ("no cmd_vel",)
+    says = ("no cmd_vel", "own pose not valid")
     victim = "player"
 
 

@@ -82,7 +82,16 @@ STRIKER: _Option = Option(
     _State(
         "find place",
         basic.find_place,
-        [When(symbols.place_known, "play"), After(12.0, "play all the same")],
+        [When(symbols.place_known, "play"), After(3.0, "ask the team")],
+    ),
+    _State(
+        "ask the team",
+        basic.find_place,
+        [
+            When(symbols.place_known, "play"),
+            When(symbols.is_alone, "play all the same"),
+            After(9.0, "play all the same"),
+        ],
     ),
     _State(
         "play all the same",

@@ -128,6 +128,11 @@ def place_known(s: Situation) -> bool:
     return not s.lost
 
 
+def is_alone(s: Situation) -> bool:
+    """No team mate has spoken lately, who could tell the half by the ball."""
+    return not s.world.mates
+
+
 # -- the ball --------------------------------------------------------------------------------------
 
 

@@ -39,7 +39,14 @@ from nao_soccer.team.message import NEVER, TeamMessage, decode
 from nao_soccer.team.role import Role
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import BallEstimate, HeadMode, Obstacle, PoseEstimate, WorldState
+from nao_soccer.world.state import (
+    BallEstimate,
+    HeadMode,
+    Obstacle,
+    PoseEstimate,
+    TeamMate,
+    WorldState,
+)
 
 SCENE = settings_of_scene("pitch_small")
 GOALS = SCENE.goals or Goals()
@@ -445,17 +452,25 @@ def test_a_robot_beside_this_one_that_may_have_moved_is_looked_at_more_often() -
     assert share(2.0) > 0.6
 
 
-def test_a_striker_that_is_lost_leaves_the_ball_to_others_and_plays_on_in_the_end() -> None:
-    mind, seen = new_mind(), []
+MATE = TeamMate(2, 0, (-1.5, 0.0, 0.0), valid=True)
+
+
+@pytest.mark.parametrize(("mates", "patience"), [((), 3.0), ((MATE,), 12.0)])
+def test_a_striker_that_is_lost_leaves_the_ball_to_others_and_plays_on_in_the_end(
+    mates: tuple[TeamMate, ...], patience: float
+) -> None:
+    """Alone it does not wait: on a symmetric field only a team mate could tell the half."""
+    mind, looked = new_mind(), []
     for i in range(180):
-        lost = world((-1.0, 0.0, 0.0), (-0.8, 0.05), time=0.1 * i, valid=i < 10)
-        decision = mind.update(lost, Body(GaitState.WALK))
-        seen.append((decision.path[-1].state, mind.lost))
-        if decision.path[-1].state == "find place":
-            assert (decision.action.walk.x, decision.action.walk.y) == (0.0, 0.0)
-    assert seen[25] != ("find place", True)  # a short doubt changes nothing
-    assert all(each == ("find place", True) for each in seen[40:140])
-    assert seen[-1][0] not in ("find place", "search for the ball")
+        state = world((-1.0, 0.0, 0.0), (-0.8, 0.05), time=0.1 * i, valid=i < 10)
+        decision = mind.update(replace(state, mates=mates), Body(GaitState.WALK))
+        if decision.path[-1].state in ("find place", "ask the team"):
+            looked.append(0.1 * i)
+            assert mind.lost
+            assert decision.action.walk.is_zero
+    assert looked[0] > 2.5  # a short doubt changes nothing
+    assert looked[-1] - looked[0] == pytest.approx(patience, abs=0.3)
+    assert len(looked) == pytest.approx(10.0 * patience, abs=3)
     found = mind.update(world((-1.0, 0.0, 0.0), (-0.8, 0.05), time=18.0), Body(GaitState.WALK))
     assert found.path[-2].state == "play"
     assert not mind.lost
@@ -607,8 +622,13 @@ def test_a_player_says_what_it_lacks() -> None:
     player.hear_referee(control(Phase.PLAYING), 0.0)
     assert remark(1.0) == "no team mate heard: this robot plays as if alone"
     assert remark(6.0) == "referee not heard for 6 s: playing goes on"
-    assert remark(6.0, image_age=3.0) == "no usable image for 3 s: the robot stands"
-    assert remark(6.0, sight_age=20.0).endswith("for 20 s: the robot stands")
+    lost = replace(state.own, valid=False)
+    player.hear_referee(control(Phase.PLAYING, packet=2), 7.0)
+    assert remark(7.5, own=lost).startswith("no team mate")
+    assert remark(8.5, own=lost).startswith("own pose not valid")
+    assert remark(14.0).startswith("referee not heard")
+    assert remark(14.0, image_age=3.0) == "no usable image for 3 s: the robot stands"
+    assert remark(14.0, sight_age=20.0).endswith("for 20 s: the robot stands")
     alone = new_player(players=1, waits=False)
     alone.update(state, Body())
     assert alone.remark == ""
