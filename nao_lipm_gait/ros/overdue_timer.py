@@ -25,7 +25,7 @@ class OverdueTimer:
     def __init__(self, node: Node, period: float, callback: Callable[[], None]) -> None:
         self._first, self._next = round(OVERDUE * period * 1e9), round(period * 1e9)
         self._callback = callback
-        self._fires = self._graced = False
+        self._graced = False
         self._wait = self._first
         self._timer = node.create_timer(
             OVERDUE * period, self._on_time, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -33,8 +33,11 @@ class OverdueTimer:
 
     def restart(self) -> None:
         """Begin a control period: sensors have been answered."""
+        self._begin(self._first)
+
+    def _begin(self, time: int) -> None:
         self._graced = False
-        self._wait_for(self._next if self._fires else self._first)
+        self._wait_for(time)
 
     def _wait_for(self, time: int) -> None:
         if time != self._wait:
@@ -46,8 +49,7 @@ class OverdueTimer:
             self._graced = True
             self._wait_for(GRACE)
             return
-        self._fires = True
         try:
             self._callback()
         finally:
-            self._fires = False
+            self._begin(self._next)
