@@ -18,14 +18,11 @@ from sim_bridge.places import check_free, check_places
 from sim_bridge.plant import Plant
 from sim_bridge.robot import RobotSpec, SimulatedRobot
 from sim_bridge.scene import Scene
-from sim_bridge.state import TrueState
 from sim_bridge.surroundings import Surroundings
 from sim_bridge.terrain import prisms
 
 MAX_BALL_SPEED = 20.0
 """[m/s] that a ball can be given."""
-TORSO_SPEED_MAX = 50.0
-"""[m/s] A faster torso comes from an unstable simulation; PyBullet caps velocities at 100."""
 _SECOND = 1_000_000_000
 
 
@@ -212,7 +209,7 @@ class World:
         ball = self.surroundings.ball
         if ball is not None and self.surroundings.ground:
             self.put_ball(ball.x, ball.y)
-        for robot, state in zip(self.robots, self._observe(), strict=True):
+        for robot, state in zip(self.robots, self._engine.observe(), strict=True):
             robot.restart(self.time, state)
 
     def reset_robot(self, name: str) -> None:
@@ -230,7 +227,7 @@ class World:
         here = None if spec is None or ball is None else (ball.position, spec.radius)
         check_free(robot, self.robots, here)
         self._engine.place(index, robot.start)
-        robot.restart(self.time, self._observe()[index])
+        robot.restart(self.time, self._engine.observe()[index])
 
     def step(self) -> None:
         """Advance by one control period with the last commands of the robots.
@@ -245,19 +242,10 @@ class World:
         for inputs in zip(*(robot.step_inputs() for robot in self.robots), strict=True):
             self._engine.step(inputs)
         self.time += self.control_period
-        for robot, state in zip(self.robots, self._observe(), strict=True):
+        for robot, state in zip(self.robots, self._engine.observe(), strict=True):
             robot.observe(self.time, state)
         for robot in self.robots:
             robot.expose(self.render)
-
-    def _observe(self) -> list[TrueState]:
-        states = self._engine.observe()
-        for state in states:
-            if not np.abs(state.torso_linear_velocity).max() <= TORSO_SPEED_MAX:  # NaN too
-                raise NaoGaitError(
-                    "physics", "an unstable simulation", "smaller forces, or smaller steps"
-                )
-        return states
 
     def render(self, view: CameraView) -> RgbImage:
         """The world now, as a camera in the world frame would image it, without effects.

@@ -59,7 +59,7 @@ def linear_system(
         k: Natural frequency [1/s].
         time: t_e [s].
         next_begin: t_b-bar [s].
-        step_size: S-bar [m].
+        step_size: Step size s-bar [m].
 
     Returns:
         The four unknowns by name.

@@ -1,6 +1,6 @@
 """Hashes of reference rollouts: the same hashes, the same walk to the bit.
 
-Every preset but `nao_v6` walks a short course of commands with a push, and every motion of a robot
+Every preset walks a short course of commands with a push, and every motion of a robot
 that begins from a stand, the front or the back runs once, in each engine; in MuJoCo, every fault of
 the gait disturbs one walk, and four players play without a referee. Hashed are the motion itself
 (joints, torso, motor torques) and the gait's own estimates (odometry, CoM), so that a refactoring
@@ -9,7 +9,7 @@ can show that it changed nothing, and a figure can say which walk it was measure
 
 import hashlib
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from typing import Any
@@ -45,6 +45,8 @@ from sim_bridge.scene import load_scene
 from sim_bridge.world import World
 
 State = tuple[GroundTruth, GaitStatus | None]
+Moment = tuple[Sequence[State], Sequence[float]]
+"""All robots after a control period, and what else is hashed."""
 
 ENGINES = ("mujoco", "pybullet")
 SEED = 3
@@ -58,6 +60,7 @@ PRESETS = {
     "zmp": ("nao_h21_v33", "reference", (), 0.5),
     "preview": ("nao_h21_v33", "reference", (), 0.5),
     "ideal": ("nao_h21_v33", "ideal", (), 0.6),
+    "nao_v6": ("nao_v6", "reference", (), 1.0),
     "bruno": ("bruno", "reference", (), 0.6),
     "rough_fast": ("bruno", "reference", (HEXAGONS, ("sole.kind", "sponge")), 0.4),
     "rough_slow": ("bruno", "reference", (HEXAGONS, ("sole.kind", "spring")), 0.2),
@@ -115,7 +118,7 @@ class Fingerprint:
     Attributes:
         key: ENGINE/ and the name of the case.
         digest: The first 16 hexadecimal digits of a SHA-256.
-        pose: Where the torso ended: x, y [m] in the world, yaw [rad].
+        pose: Where the torso ended: x, y [m] in the world, yaw [rad]; of several robots the sums.
     """
 
     key: str
@@ -158,15 +161,17 @@ def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
 def fingerprint(case: Case) -> Fingerprint:
     """Run one reference rollout."""
     kind, _, name = case.name.partition("/")
+    run: Callable[[Case, str], Iterator[Moment]]
     run = {"walk": _walk, "motion": _motion, "fault": _fault, "soccer": _soccer}[kind]
-    ticks = run(case, name.rpartition("/")[2])
-    whole, truth = hashlib.sha256(), None
-    for truth, status in ticks:
-        whole.update(_bytes(truth, status))
-    assert truth is not None
-    x, y, _ = truth.torso_position.tolist()
-    pose = (x, y, float(yaw_of(truth.torso_quaternion)))
-    return Fingerprint(case.key, whole.hexdigest()[:16], pose)
+    whole = hashlib.sha256()
+    states: Sequence[State] = ()
+    for states, others in run(case, name.rpartition("/")[2]):
+        for truth, status in states:
+            whole.update(_bytes(truth, status))
+        whole.update(np.array(others, dtype=float).tobytes())
+    ends = [(*truth.torso_position[:2], yaw_of(truth.torso_quaternion)) for truth, _ in states]
+    x, y, yaw = np.sum(ends, axis=0).tolist()
+    return Fingerprint(case.key, whole.hexdigest()[:16], (x, y, yaw))
 
 
 def fingerprints(
@@ -216,14 +221,14 @@ def _spec(case: Case, preset: str, **options: Any) -> TrialSpec:
     )
 
 
-def _walk(case: Case, preset: str) -> Iterator[State]:
+def _walk(case: Case, preset: str) -> Iterator[Moment]:
     _, plant, options, share = PRESETS[preset]
     spec = _spec(case, preset, plant=plant, plant_options=options)
     policy = TimedCommands(lambda time: _command_at(time, share), (PUSH,))
     with make_world(spec) as world:
         ticks = run(world, make_gait(spec), policy)
         for tick in islice(ticks, round(COURSE_TIME / CONTROL_PERIOD)):
-            yield tick.truth, tick.status
+            yield [(tick.truth, tick.status)], ()
 
 
 class _OneMotion(Policy):
@@ -241,7 +246,7 @@ class _OneMotion(Policy):
         return STANDSTILL
 
 
-def _motion(case: Case, name: str) -> Iterator[State]:
+def _motion(case: Case, name: str) -> Iterator[Moment]:
     robot = loaded_robot(case.robot)
     motion = shipped_library(robot).find(name)
     start = next(state for posture, state in STARTS.items() if motion.begins_from(posture))
@@ -252,23 +257,22 @@ def _motion(case: Case, name: str) -> Iterator[State]:
         count = round((MOTION_AT + motion.time + MOTION_REST) / CONTROL_PERIOD)
         for before, tick in pairwise(islice(ticks, count + 1)):
             # The state after a control period, with the status of the frame answered before it.
-            yield tick.truth, before.status
+            yield [(tick.truth, before.status)], ()
 
 
-def _fault(case: Case, name: str) -> Iterator[State]:
+def _fault(case: Case, name: str) -> Iterator[Moment]:
     spec = _spec(case, "default")
     with make_world(spec) as world:
         fault = FAULTS[name](np.random.default_rng(SEED))
         harness = Harness(world, spec.parameters, fault, VelocityCommand(0.2, 0.0, 0.0))
         for _ in range(round(fault.end / CONTROL_PERIOD)):
             harness.step()
-            yield harness.truth, harness.gaits[0].controller.last_status if harness.gaits else None
+            status = harness.gaits[0].controller.last_status if harness.gaits else None
+            yield [(harness.truth, status)], ()
 
 
-def _soccer(case: Case, _: str) -> Iterator[State]:
-    pitch = practice(load_scene(PLAY_SCENE), SEED, case.engine, "reference")
-    with pitch:
+def _soccer(case: Case, _: str) -> Iterator[Moment]:
+    with practice(load_scene(PLAY_SCENE), SEED, case.engine, "reference") as pitch:
         periods = round(PLAY_TIME / CONTROL_PERIOD)
         for ticks in islice(pitch.run(lambda _: None), periods):
-            for tick in ticks:
-                yield tick.truth, tick.status
+            yield [(tick.truth, tick.status) for tick in ticks], pitch.ball_position

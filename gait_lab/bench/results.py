@@ -36,6 +36,7 @@ KEPT = ROOT / "build" / "results"
 REPORTED = {"robots": 20, "seed": 40, "engine": "mujoco"}
 """Robots 40 to 59. The parameters were chosen on robots 0 to 39."""
 WALK = "mujoco/walk/default"
+V6 = "mujoco/walk/nao_v6"
 SOCCER = (WALK, "mujoco/soccer/play")
 Values = Mapping[str, float | None]
 
@@ -101,16 +102,16 @@ SECTIONS = (
     Section("speed_worn", "Speed on worn joints", "speed",
             {"plant": "worn", "tasks": ("forward=33", "back=25", "side=13", "turn=80")},
             {"robots": 6, "window": 5.0, "half_speed": False, **_ONE_LOOP}),
-    Section("speed_v6", "Speed of a NAO V6", "speed", {"urdf": "nao_v6", **_V6}, _FEW),
+    Section("speed_v6", "Speed of a NAO V6", "speed", {"urdf": "nao_v6", **_V6}, _FEW, (V6,)),
     Section("speed_v6_12ms", "Speed of a NAO V6 in LoLA's period", "speed",
-            {"urdf": "nao_v6", "control_period": 0.012, **_V6}, _FEW),
+            {"urdf": "nao_v6", "control_period": 0.012, **_V6}, _FEW, (V6,)),
     Section("soles", "Level soles", "soles", {"robots": 40}),
     Section("paper", "The results of the first paper", "paper", {},
             {"robots": 6, "window": 5.0, "push": False},
             (WALK, "mujoco/walk/paper")),
     Section("odometry", "Odometry", "odometry", {}, {"robots": 4}),
     Section("odometry_v6", "Odometry with a yaw gyro", "odometry",
-            {"urdf": "nao_v6", "courses": ("tour",)}, {"robots": 4}),
+            {"urdf": "nao_v6", "courses": ("tour",)}, {"robots": 4}, (V6,)),
     Section("error", "Error of the centre of mass", "error", quick={"robots": 3, "window": 5.0}),
     Section("push_spot", "Pushes on the spot", "push", {"robots": 10, "tasks": ("spot",)},
             {"robots": 4, "phases": 4, "directions": ("forward", "left", "back", "right")},
@@ -130,19 +131,20 @@ SECTIONS = (
     Section("loss_wander", "Sensors whose age wanders", "loss",
             {"loss": 0.0, "wander": 80.0, "plant_options": (("sensors.delay", 0.02),)},
             {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/wandering_age")),
-    Section("loss_wander_hold", "The same without walking on", "loss",
+    Section("loss_wander_hold", "Sensors whose age wanders, without walking on", "loss",
             {"loss": 0.0, "wander": 80.0, "plant_options": (("sensors.delay", 0.02),),
              "coast": False},
             {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/wandering_age")),
-    Section("loss_15", "More lost messages", "loss", {"loss": 15.0},
+    Section("loss_15", "Lost messages, 15 %", "loss", {"loss": 15.0},
             {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/loss")),
-    Section("loss_20", "Still more lost messages", "loss", {"loss": 20.0},
+    Section("loss_20", "Lost messages, 20 %", "loss", {"loss": 20.0},
             {"robots": 3, "window": 10.0}, (WALK, "mujoco/fault/loss")),
     Section("faults", "Faults in the middle of a walk", "faults", {"runs": 10_000},
             {"runs": 56}, (WALK, "mujoco/fault/imu_outage", "mujoco/fault/frozen")),
     Section("faults_soccer", "Faults in the middle of a match", "faults", {"scope": "soccer"},
             {"runs": 4}, SOCCER),
-    Section("faults_robot", "Faults of the nodes", "faults", {"scope": "robot"}, {"runs": 3}),
+    Section("faults_robot", "Faults of the nodes", "faults", {"scope": "robot"}, {"runs": 3},
+            SOCCER),
     Section("ablation", "One extension at a time", "ablation", {"robots": 10},
             {"robots": 2, "window": 4.0, "phases": 2, "tasks": ("forward",)},
             (WALK, "mujoco/walk/paper")),
@@ -380,7 +382,13 @@ def load(file: Path) -> dict[str, Any]:
 def is_current(content: Mapping[str, Any], found: Mapping[str, Fingerprint]) -> bool:
     """Whether the walks of a results file are those of the present code."""
     stored: Mapping[str, Sequence[Any]] = content["fingerprints"]
-    return all(key in found and found[key].is_same_walk(each) for key, each in stored.items())
+    same = all(key in found and found[key].is_same_walk(each) for key, each in stored.items())
+    return same and set(_walks_of(content)) <= set(stored)
+
+
+def _walks_of(content: Mapping[str, Any]) -> Sequence[str]:
+    """The walks that a results file depends on by the present code."""
+    return next((each.walks for each in SECTIONS if each.name == content.get("section")), ())
 
 
 def outdated(files: Iterable[Path], jobs: int | None = None, show: bool = True) -> list[Path]:

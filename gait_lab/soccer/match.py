@@ -216,7 +216,7 @@ class Match:
                 try:
                     self.pitch.world.reset_robot(name)
                 except NaoGaitError:
-                    self.referee.refuse(name)  # another robot stands there
+                    self.referee.not_put_back(name)  # something is there
                     return
                 player.put_back()
 

@@ -19,11 +19,11 @@ class OverdueTimer:
     Args:
         node: The node of the gait.
         period: Control period [s].
-        callback: What to do; it may call `restart`.
+        callback: What to do. It is called again after `period`, if nothing is answered before.
     """
 
     def __init__(self, node: Node, period: float, callback: Callable[[], None]) -> None:
-        self._first, self._next = round(OVERDUE * period * 1e9), round(period * 1e9)
+        self._first, self._next = round(OVERDUE * period * 1e9), round(period * 1e9) - GRACE
         self._callback = callback
         self._graced = False
         self._wait = self._first

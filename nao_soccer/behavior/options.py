@@ -82,10 +82,10 @@ STRIKER: _Option = Option(
     _State(
         "find place",
         basic.find_place,
-        [When(symbols.place_known, "play"), After(3.0, "ask the team")],
+        [When(symbols.place_known, "play"), After(3.0, "wait for the team")],
     ),
     _State(
-        "ask the team",
+        "wait for the team",
         basic.find_place,
         [
             When(symbols.place_known, "play"),

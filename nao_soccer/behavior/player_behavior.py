@@ -205,8 +205,9 @@ class PlayerBehavior:
             return "no referee heard yet: the robot stands"
         if self.identity.waits and silence > REFEREE_SILENCE:
             return f"referee not heard for {silence:.0f} s: {game.phase.value} goes on"
-        if self._mind.lost and game.phase is Phase.PLAYING:
-            return "own pose not valid: the robot looks for landmarks, then plays all the same"
+        plays = state.upright and game.phase is Phase.PLAYING and not game.penalized
+        if self._mind.lost and plays:
+            return "own pose not valid: the robot looks for landmarks"
         alone = self.identity.roles and self.identity.players > 1 and not state.mates
         if alone and game.phase is Phase.PLAYING:
             return "no team mate heard: this robot plays as if alone"

@@ -129,7 +129,7 @@ def place_known(s: Situation) -> bool:
 
 
 def is_alone(s: Situation) -> bool:
-    """No team mate has spoken lately, who could tell the half by the ball."""
+    """No team mate, who could tell the half by the ball, has spoken lately."""
     return not s.world.mates
 
 

@@ -91,7 +91,7 @@ class PutBall(NamedTuple):
 
 
 class PutRobot(NamedTuple):
-    """A robot is to be put back to its start; `Referee.refuse` if that cannot be done now."""
+    """A robot is to be put back to its start; `Referee.not_put_back` if that cannot be done now."""
 
     name: str
 
@@ -169,7 +169,7 @@ class Referee:
         self._goals = goals
         self._radius = ball_radius
         self._players = {name: _Player(*each) for name, each in players.items()}
-        self._refused: set[str] = set()
+        self._not_put_back: set[str] = set()
         self._keepers = dict(goalkeepers or {})
         self._first_kick = kick_off
         self._kicks: str | None = kick_off
@@ -240,12 +240,12 @@ class Referee:
 
     # -- update ------------------------------------------------------------------------------------
 
-    def refuse(self, name: str) -> None:
-        """A robot could not be put back, e.g. because another one stands on its start.
+    def not_put_back(self, name: str) -> None:
+        """A robot could not be put back, for example because something is on its start.
 
         The next update orders it again, unless the penalty has ended by then.
         """
-        self._refused.add(name)
+        self._not_put_back.add(name)
 
     def update(
         self, time: float, ball: Point3, robots: Mapping[str, RobotPlace]
@@ -261,10 +261,11 @@ class Referee:
             What is to be done now.
         """
         since, self._time = time - self._time, time
-        refused, self._refused = self._refused, set()
-        orders: list[Order] = [PutRobot(name) for name in sorted(refused) if self.penalized(name)]
+        orders: list[Order] = []
         self._watch_ball(ball, robots, since)
+        waiting, self._not_put_back = self._not_put_back, set()
         self._watch_robots(robots, orders)
+        orders += [PutRobot(name) for name in sorted(waiting) if self.penalized(name)]
         if self._phase is Phase.INITIAL:
             self._half = 1
             self._enter(Phase.READY)

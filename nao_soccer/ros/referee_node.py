@@ -179,7 +179,7 @@ class RefereeNode(Node):
         if not reset.service_is_ready():  # its request would be lost, and kept for ever
             text = f"{name} cannot be put back: no service {reset.srv_name}"
             self._inputs.warn(f"reset of {name}", text)
-            self._referee.refuse(name)
+            self._referee.not_put_back(name)
             return
         future = reset.call_async(Trigger.Request())
         future.add_done_callback(partial(self._on_put_back, name))
@@ -189,7 +189,7 @@ class RefereeNode(Node):
         if answer is not None and answer.success:
             self.get_logger().info(f"{name} is put back to its start")
             return
-        self._referee.refuse(name)
+        self._referee.not_put_back(name)
         text = "no answer" if answer is None else answer.message
         self._inputs.warn(f"reset of {name}", f"{name} cannot be put back yet: {text}")
 

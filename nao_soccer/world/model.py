@@ -165,8 +165,8 @@ class WorldModel:
 
     def add_mate(self, mate: TeamMate) -> None:
         """What a team mate told of itself."""
-        self._team.add(mate)
-        self._judge_half()
+        if self._team.add(mate):
+            self._judge_half()
 
     def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
         """The robot now is at one of these poses in `field`; see `Localization.start`."""

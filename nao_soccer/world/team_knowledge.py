@@ -39,11 +39,17 @@ class TeamKnowledge:
         self._mates: dict[int, TeamMate] = {}
         self._judged: dict[int, int] = {}
 
-    def add(self, mate: TeamMate) -> None:
-        """Keep what a team mate told; an older message does not replace a newer one."""
+    def add(self, mate: TeamMate) -> bool:
+        """Keep what a team mate told, and say whether it is new.
+
+        An older message does not replace a newer one.
+        """
         before = self._mates.get(mate.number)
-        if before is None or mate.stamp > before.stamp or before.stamp - mate.stamp > SILENT * 1e9:
+        since = math.inf if before is None else (mate.stamp - before.stamp) * 1e-9
+        is_new = since > 0.0 or since < -SILENT
+        if is_new:
             self._mates[mate.number] = mate
+        return is_new
 
     def at(self, now: int) -> tuple[TeamMate, ...]:
         """Team mates who spoke lately, by their numbers."""

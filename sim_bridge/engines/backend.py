@@ -82,7 +82,11 @@ class Backend(Protocol):
         """Advance by one physics step, with one input per robot."""
 
     def observe(self) -> list[TrueState]:
-        """The state of each robot now; not finite, or huge, if the simulation is unstable."""
+        """The state of each robot now.
+
+        Raises:
+            NaoGaitError: The simulation has become unstable, in an engine that notices it.
+        """
 
     def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
         """Set the faults of a robot from now on; a reset does not repair them.

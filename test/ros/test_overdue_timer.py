@@ -13,58 +13,66 @@ PERIOD = 10_000_000
 
 
 class Timer:
-    """A timer, and the node that makes it; it fires by hand.
+    """A timer of rclpy, and the node that makes it, on a clock by hand.
 
     Attributes:
         timer_period_ns: As of a timer of rclpy.
-        calls: Number of control periods without an answer.
-        answers: The callback answers, as `coast` does.
+        now: [ns]
+        calls: Times [ns] at which the gait was asked for a period without sensors.
+        answers: The gait answers, as it does while it walks.
     """
 
     def __init__(self) -> None:
-        self.timer_period_ns = 0
-        self.calls = 0
+        self.timer_period_ns = self.now = self._began = 0
+        self.calls: list[int] = []
         self.answers = True
         self.overdue = OverdueTimer(self, PERIOD * 1e-9, self._on_overdue)  # type: ignore[arg-type]
 
     def create_timer(self, seconds: float, callback: Any, clock: object) -> "Timer":
         """As of a node."""
-        self.timer_period_ns, self.fire = round(seconds * 1e9), callback
+        self.timer_period_ns, self._fire = round(seconds * 1e9), callback
         return self
 
     def reset(self) -> None:
         """Begin to wait again."""
+        self._began = self.now
+
+    def wait(self, time: int) -> None:
+        """Let time pass [ns]."""
+        end = self.now + time
+        while self._began + self.timer_period_ns <= end:
+            self.now = self._began = self._began + self.timer_period_ns
+            self._fire()
+        self.now = end
 
     def _on_overdue(self) -> None:
-        self.calls += 1
+        self.calls.append(self.now)
         if self.answers:
             self.overdue.restart()
 
 
+def test_nothing_is_overdue_while_sensors_are_answered() -> None:
+    timer = Timer()
+    for _ in range(20):
+        timer.wait(round(1.4 * PERIOD))
+        timer.overdue.restart()
+    assert timer.calls == []
+
+
 def test_messages_that_have_arrived_come_before_a_period_without_sensors() -> None:
     timer = Timer()
-    assert timer.timer_period_ns == OVERDUE * PERIOD
-    timer.fire()
-    assert (timer.calls, timer.timer_period_ns) == (0, GRACE)
+    timer.wait(round(OVERDUE * PERIOD) + GRACE // 2)
     timer.overdue.restart()  # a message was waiting
-    assert (timer.calls, timer.timer_period_ns) == (0, OVERDUE * PERIOD)
+    timer.wait(round(OVERDUE * PERIOD))
+    assert timer.calls == []
+    timer.wait(GRACE)
+    assert len(timer.calls) == 1
 
 
-def test_each_further_period_without_sensors_is_called_back_once() -> None:
+@pytest.mark.parametrize("answers", [True, False])
+def test_a_gait_is_asked_once_in_each_period_without_sensors(answers: bool) -> None:
     timer = Timer()
-    for calls in (1, 2, 3):
-        timer.fire()
-        assert (timer.calls, timer.timer_period_ns) == (calls - 1, GRACE)
-        timer.fire()
-        assert (timer.calls, timer.timer_period_ns) == (calls, PERIOD)
-    timer.overdue.restart()
-    assert timer.timer_period_ns == OVERDUE * PERIOD
-
-
-def test_a_gait_that_does_not_answer_is_asked_once_in_each_period() -> None:
-    timer = Timer()
-    timer.answers = False
-    for calls in (1, 2):
-        timer.fire()
-        timer.fire()
-        assert (timer.calls, timer.timer_period_ns) == (calls, PERIOD)
+    timer.answers = answers
+    timer.wait(10 * PERIOD)
+    first = round(OVERDUE * PERIOD) + GRACE
+    assert timer.calls == list(range(first, 10 * PERIOD + 1, PERIOD))

@@ -171,12 +171,10 @@ def test_targets_are_copied(robot: RobotDescription, ideal: Plant) -> None:
         assert yaw == pytest.approx(robot.upper[robot.index("HeadYaw")], abs=2e-3)
 
 
-@pytest.mark.parametrize("force", [1e8, 1e300])
-def test_unstable_physics_is_an_error(
-    robot: RobotDescription, engine: str, force: float
-) -> None:
-    with World.single(robot, load_plant("reference"), 0, engine=engine) as world:
-        world.robot.push(np.array((force, 0.0, 0.0)), 0.1)
+def test_unstable_physics_is_an_error(robot: RobotDescription) -> None:
+    pytest.importorskip("mujoco")
+    with World.single(robot, load_plant("reference"), 0, engine="mujoco") as world:
+        world.robot.push(np.array((1e8, 0.0, 0.0)), 0.1)
 
         def go_on() -> None:
             for _ in range(20):

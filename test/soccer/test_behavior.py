@@ -459,12 +459,12 @@ MATE = TeamMate(2, 0, (-1.5, 0.0, 0.0), valid=True)
 def test_a_striker_that_is_lost_leaves_the_ball_to_others_and_plays_on_in_the_end(
     mates: tuple[TeamMate, ...], patience: float
 ) -> None:
-    """Alone it does not wait: on a symmetric field only a team mate could tell the half."""
+    """Alone it waits a short time: on a symmetric field only a team mate could tell the half."""
     mind, looked = new_mind(), []
     for i in range(180):
         state = world((-1.0, 0.0, 0.0), (-0.8, 0.05), time=0.1 * i, valid=i < 10)
         decision = mind.update(replace(state, mates=mates), Body(GaitState.WALK))
-        if decision.path[-1].state in ("find place", "ask the team"):
+        if decision.path[-1].state in ("find place", "wait for the team"):
             looked.append(0.1 * i)
             assert mind.lost
             assert decision.action.walk.is_zero
@@ -626,6 +626,10 @@ def test_a_player_says_what_it_lacks() -> None:
     player.hear_referee(control(Phase.PLAYING, packet=2), 7.0)
     assert remark(7.5, own=lost).startswith("no team mate")
     assert remark(8.5, own=lost).startswith("own pose not valid")
+    assert remark(8.5, own=lost, upright=False).startswith("no team mate")
+    player.hear_referee(control(Phase.PLAYING, 3, Penalty.PUSHING), 8.6)
+    assert remark(8.6, own=lost).startswith("no team mate")
+    player.hear_referee(control(Phase.PLAYING, 4), 8.7)
     assert remark(14.0).startswith("referee not heard")
     assert remark(14.0, image_age=3.0) == "no usable image for 3 s: the robot stands"
     assert remark(14.0, sight_age=20.0).endswith("for 20 s: the robot stands")

@@ -229,12 +229,12 @@ def test_a_robot_that_could_not_be_put_back_is_ordered_again_while_its_penalty_l
     game.kick_off()
     game.robots["red1"] = RobotPlace((-1.0, 2.0), True)
     assert game.run(0.1) == [PutRobot("red1")]
-    game.referee.refuse("red1")
+    game.referee.not_put_back("red1")
     assert game.run(0.5) == [PutRobot("red1")]
     game.robots["red1"] = RobotPlace(STARTS["red1"], True)
     game.run(RULES.penalty)
     assert not game.referee.penalized("red1")
-    game.referee.refuse("red1")
+    game.referee.not_put_back("red1")
     assert PutRobot("red1") not in game.run(0.5)
 
 

@@ -299,14 +299,30 @@ def test_an_old_ball_of_a_team_mate_is_not_used():
     assert run.go(3.5).ball is None
 
 
-def test_team_mates_tell_which_half_the_robot_is_in():
+@pytest.mark.parametrize("told_first", [False, True])
+def test_team_mates_tell_which_half_the_robot_is_in(told_first):
+    """By a ball that was seen shortly before their message, or is seen shortly after it."""
     run = Run(ball=(0.3, 0.2))
     x, y, yaw = START
     run.player.world.start(((-x, -y, yaw + math.pi),))
-    assert run.place_error(run.go(1.0, turn=0.2)) > 2.0
-    for _ in range(30):
-        run.player.world.add_mate(mate(run, (0.3, 0.2)))
-        state = run.go(0.3, turn=0.2)
+
+    def stand(seconds, *, sees):
+        return run.go(seconds, sees=sees, turn=0.0, speed=0.0)
+
+    assert run.place_error(stand(1.0, sees=True)) > 2.0
+    for _ in range(20):
+        if told_first:
+            stand(1.6, sees=False)  # the ball was not seen lately
+            run.player.world.add_mate(mate(run, (0.3, 0.2)))
+            stand(0.3, sees=True)
+        else:
+            stand(0.3, sees=True)
+            run.player.world.add_mate(mate(run, (0.3, 0.2)))
+            stand(3.5, sees=False)  # then the message is too old
+    state = stand(0.3, sees=True)
+    again = run.player.world.state()
+    assert again is not None
+    assert again.own == state.own
     assert run.place_error(state) < 0.15
 
 

@@ -78,7 +78,8 @@ def loss(options: Options) -> SuiteResult:
         Column("worst", "cm/s"), Column("median", "cm/s"), Column("violations"),
     )  # fmt: skip
     title = (
-        "Sensor messages, velocity commands and joint commands are lost all the time; "
+        ("Sensor messages, velocity commands and joint commands are lost all the time; "
+         if options.loss > 0.0 else "")
         + (f"sensors are up to {options.wander:g} ms later; " if options.wander > 0.0 else "")
         + ("" if options.coast else "the gait does not walk on without sensors; ")
         + f"{options.window:g} s, {options.title}"

@@ -82,7 +82,7 @@ class StepPlan:
     Attributes:
         time: Time until the support change, t_e from now [s].
         origin: Pendulum origin r, x and y in Q [m].
-        step_size: S-bar, the pose of Q-bar in Q.
+        step_size: Step size s-bar, the pose of Q-bar in Q.
     """
 
     __slots__ = ("origin", "step_size", "time")

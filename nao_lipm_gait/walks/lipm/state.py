@@ -74,7 +74,7 @@ class NextSupport:
     """The next single support: Q-bar and the leg that supports in it.
 
     Attributes:
-        step_size: S-bar, the pose of Q-bar in Q.
+        step_size: Step size s-bar, the pose of Q-bar in Q.
         sole_in_next_q: Pose of the new supporting sole in Q-bar.
     """
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import mujoco
 
+from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.robot.camera import CameraView, RgbImage
 from nao_lipm_gait.types import FloatArray
 from sim_bridge.ball import BallState
@@ -61,6 +62,11 @@ class MujocoBackend:
         self._owners = {robot.torso: index for index, robot in enumerate(self._robots)}
         if self._ball is not None:
             self._owners[ball_body(self.model)] = BALL
+        warnings = mujoco.mjtWarning
+        self._unstable = [
+            self.data.warning[int(kind)]
+            for kind in (warnings.mjWARN_BADQPOS, warnings.mjWARN_BADQVEL, warnings.mjWARN_BADQACC)
+        ]
         self._pictures: MujocoPictures | None = None
         self._shown = 0.0
         self._viewer = _open_viewer(self.model, self.data) if gui else None
@@ -89,6 +95,10 @@ class MujocoBackend:
 
     def observe(self) -> list[TrueState]:
         """See `Backend`."""
+        if any(warning.number for warning in self._unstable):
+            raise NaoGaitError(
+                "physics", "a state that is not finite, or huge", "smaller forces, or smaller steps"
+            )
         # mj_step leaves the poses of the bodies as they were before the step.
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)

@@ -31,6 +31,8 @@ from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 class PyBulletBackend:
     """`Backend` with PyBullet.
 
+    It caps velocities at 100 m/s and rad/s: an unstable simulation stays finite, and unnoticed.
+
     A position servo is a constraint on the joint's velocity with a torque limit. It has no
     stiffness of its own, so stiffness, rotor inertia, dry friction and play are refused.
 
