@@ -221,3 +221,26 @@ def test_every_node_parameter_is_documented():
     for section, parameters in ((gait, node.NODE_PARAMETERS), (robot, bridge.NODE_PARAMETERS)):
         for parameter in parameters:
             assert f"| `{parameter.name}` |" in section, parameter.name
+
+
+def _anchor(heading: str) -> str:
+    """The anchor that GitHub gives a heading."""
+    text = re.sub(r"[`*]|\[([^]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
+    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+
+
+@pytest.mark.parametrize(
+    "page", [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "urdf" / "README.md"],
+    ids=lambda page: page.name,
+)  # fmt: skip
+def test_links_of_the_documents_lead_somewhere(page: Path):
+    text = page.read_text(encoding="utf-8")
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"[a-z]+:", link):
+            continue
+        name, _, anchor = link.partition("#")
+        target = page.parent / name if name else page
+        assert target.exists(), link
+        if anchor:
+            headings = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in map(_anchor, headings), link

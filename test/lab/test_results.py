@@ -176,6 +176,17 @@ def test_another_walk_makes_results_old_until_they_are_marked(bench: Bench, tmp_
     assert "earlier walk" not in (tmp_path / "results.md").read_text()
 
 
+def test_a_result_without_a_walk_that_its_section_depends_on_is_out_of_date(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(tmp_path)
+    files = sorted((tmp_path / "results").glob("*.json"))
+    one, two = results.SECTIONS
+    more = replace(two, walks=(*two.walks, "mujoco/soccer/play"))
+    monkeypatch.setattr(results, "SECTIONS", (one, more))
+    assert [file.stem for file in results.outdated(files)] == ["two"]
+
+
 def test_uncommitted_changes_are_refused_unless_asked_for(bench: Bench, tmp_path: Path) -> None:
     bench.code = replace(CODE, changes="0123456789ab")
     with pytest.raises(NaoGaitError, match=r"uncommitted changes.*--allow-dirty"):
