@@ -232,11 +232,8 @@ class Match:
             x, y, heading = (round(each, 3) for each in pose)
             role = player.behavior.role.value
             # From the field of the team into the world is the same turn as back.
-            # A robot that lies has no heading to be wrong about.
-            turned = (
-                player.estimated_pose is not None
-                and is_upright(tick)
-                and is_turned(heading, in_field(player.estimated_pose, robot.team)[2])
+            turned = player.estimated_pose is not None and is_turned(
+                heading, in_field(player.estimated_pose, robot.team)[2]
             )
             robots[robot.name] = RobotSnapshot(x, y, heading, state, role, doing, turned)
         score = self.referee.score

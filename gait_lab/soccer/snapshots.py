@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from nao_lipm_gait.types import Point2
+from nao_lipm_gait.types import DOWN, GETTING_UP, Point2
 from nao_soccer.referee.rules import Goal
 
 STROKE_SPEED = 0.3
@@ -17,6 +17,7 @@ STROKE_TIME = 0.5
 """[s] in which a robot hits the ball once: the time of a step."""
 DRIBBLES = ": dribble", ": push"
 """Ends of what a dribbling robot does."""
+_LYING = {state.value for state in (*DOWN, GETTING_UP)}
 
 
 class RobotSnapshot(NamedTuple):
@@ -68,13 +69,15 @@ def is_turned(heading: float, estimated: float) -> bool:
 def wrong_half(goals: Sequence[Goal], frames: Sequence[Snapshot]) -> int:
     """Number of goals into the own goal by robots that took it for the opponents'.
 
-    A ball that a defender only deflects is an own goal too, but none of these.
+    A ball that a defender only deflects is an own goal too, but none of these; nor is one off a
+    robot that lies or gets up, whose heading says nothing.
     """
     count = 0
     for goal in goals:
         before = next((each for each in reversed(frames) if each.time <= goal.time), None)
         robot = None if before is None else before.robots.get(goal.player)
-        count += goal.own and robot is not None and robot.turned
+        if goal.own and robot is not None and robot.state not in _LYING:
+            count += robot.turned
     return count
 
 

@@ -188,14 +188,15 @@ def test_a_finished_match_is_not_played_again(tmp_path: Path) -> None:
 
 
 def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_others() -> None:
-    def frame(time: float, believed: float) -> Snapshot:
-        robot = RobotSnapshot(-1.5, 0.0, 3.1, "walk", "striker", "", is_turned(3.1, believed))
+    def frame(time: float, believed: float, state: str = "walk") -> Snapshot:
+        robot = RobotSnapshot(-1.5, 0.0, 3.1, state, "striker", "", is_turned(3.1, believed))
         return Snapshot(time, (-2.0, 0.0), {"red1": robot}, "playing", (0, 0))
 
     goal = Goal(10.0, "blue", "red1", True)
     assert wrong_half([goal], [frame(9.9, 0.1), frame(10.1, 3.0)]) == 1
     assert wrong_half([goal], [frame(9.9, 3.0), frame(10.1, 0.1)]) == 0
     assert wrong_half([goal._replace(own=False)], [frame(9.9, 0.1)]) == 0
+    assert wrong_half([goal], [frame(9.9, 0.1, "getting_up")]) == 0
 
 
 def test_a_stroke_is_a_ball_that_a_dribbling_robot_makes_faster() -> None:
