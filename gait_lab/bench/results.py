@@ -199,10 +199,10 @@ INTRODUCTION = """\
 
 Written by `nao_gait results` from the files in [results/](results). Each table is followed by the
 command that measures it again (after `source .venv/bin/activate`). With the compiled gait, which
-walks as the Python code does, to the bit, it is faster: `nao_gait bench soles --seed 40` is then
-`make bench ARGS="soles --seed 40"`. Physics and noise have seeds: the same walk gives the same
-figures, with any number of processes. Results of earlier commits are kept while the reference
-walks are the same (`nao_gait fingerprint`). {form}
+walks as the Python code does, to the bit, it is faster: `nao_gait bench kick --seed 40 --engine
+mujoco` is then `make bench ARGS="kick --seed 40 --engine mujoco"`. Physics and noise have seeds:
+the same walk gives the same figures, with any number of processes (`--jobs`; all cores). Results of
+earlier commits are kept while the reference walks are the same (`nao_gait fingerprint`). {form}
 
 - A *robot* is an individual drawn from the plant: joint zero errors, sensor biases, masses,
   friction, motor strength ([plants.md](plants.md)). *Worst* is the slowest robot, for errors and
