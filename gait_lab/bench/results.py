@@ -36,7 +36,7 @@ KEPT = ROOT / "build" / "results"
 REPORTED = {"robots": 20, "seed": 40, "engine": "mujoco"}
 """Robots 40 to 59. The parameters were chosen on robots 0 to 39."""
 WALK = "mujoco/walk/default"
-V6 = "mujoco/walk/nao_v6"
+V6_WALK = "mujoco/walk/nao_v6"
 SOCCER = (WALK, "mujoco/soccer/play")
 Values = Mapping[str, float | None]
 
@@ -90,7 +90,7 @@ def _cross_a_field(path: Path) -> None:
 
 _FEW = {"robots": 4, "window": 4.0}
 _ONE_LOOP = {"open_loop": "off"}
-_V6 = {**_ONE_LOOP, "half_speed": False, "window": 8.0}
+_V6_OPTIONS = {**_ONE_LOOP, "half_speed": False, "window": 8.0}
 _LATE = "Median errors by the delay of the images; grey: the filters do not know the delay."
 _SHORT_TRIALS = {"robots": 2, "window": 30.0}
 _PUSH = "Largest impulse that is survived, by the direction of the push; ahead is up."
@@ -102,16 +102,17 @@ SECTIONS = (
     Section("speed_worn", "Speed on worn joints", "speed",
             {"plant": "worn", "tasks": ("forward=33", "back=25", "side=13", "turn=80")},
             {"robots": 6, "window": 5.0, "half_speed": False, **_ONE_LOOP}),
-    Section("speed_v6", "Speed of a NAO V6", "speed", {"urdf": "nao_v6", **_V6}, _FEW, (V6,)),
+    Section("speed_v6", "Speed of a NAO V6", "speed", {"urdf": "nao_v6", **_V6_OPTIONS},
+            _FEW, (V6_WALK,)),
     Section("speed_v6_12ms", "Speed of a NAO V6 in LoLA's period", "speed",
-            {"urdf": "nao_v6", "control_period": 0.012, **_V6}, _FEW, (V6,)),
+            {"urdf": "nao_v6", "control_period": 0.012, **_V6_OPTIONS}, _FEW, (V6_WALK,)),
     Section("soles", "Level soles", "soles", {"robots": 40}),
     Section("paper", "The results of the first paper", "paper", {},
             {"robots": 6, "window": 5.0, "push": False},
             (WALK, "mujoco/walk/paper")),
     Section("odometry", "Odometry", "odometry", {}, {"robots": 4}),
     Section("odometry_v6", "Odometry with a yaw gyro", "odometry",
-            {"urdf": "nao_v6", "courses": ("tour",)}, {"robots": 4}, (V6,)),
+            {"urdf": "nao_v6", "courses": ("tour",)}, {"robots": 4}, (V6_WALK,)),
     Section("error", "Error of the centre of mass", "error", quick={"robots": 3, "window": 5.0}),
     Section("push_spot", "Pushes on the spot", "push", {"robots": 10, "tasks": ("spot",)},
             {"robots": 4, "phases": 4, "directions": ("forward", "left", "back", "right")},
