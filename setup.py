@@ -11,6 +11,7 @@ from setuptools import find_packages, setup
 
 NAME = "nao_lipm_gait"
 
+PACKAGES = ("robot_core", NAME, "nao_soccer", "lola_bridge", "sim_bridge", "gait_lab")
 SHARED_FOLDERS = ("config", "urdf", "launch")
 
 CORE = ("attrs>=23", "msgpack>=1.0,<2", "numpy>=1.26", "pin>=3.0", "pybullet>=3.2.6", "pyyaml>=6.0")
@@ -82,7 +83,7 @@ setup(
     maintainer_email="maintainers@nao-lipm-gait.invalid",
     python_requires=">=3.11",
     packages=find_packages(
-        include=[NAME, f"{NAME}.*", "sim_bridge*", "gait_lab*", "nao_soccer*", "lola_bridge*"]
+        include=[f"{top}*" for top in PACKAGES]
     ),
     package_data={"gait_lab.report": ["assets/*"]},
     data_files=[

@@ -23,7 +23,7 @@ from gait_lab.commands import (
 )
 from gait_lab.compiled import check_fresh
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 _COMMANDS = (
     ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", demo.add),

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nao_lipm_gait.parameters import PARAMETERS
-from nao_lipm_gait.resources import share
-from nao_lipm_gait.schema import Field
+from robot_core.resources import share
+from robot_core.schema import Field
 
 HEAD = """\
 # Parameters of the gait

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.process import stay_local, stop_on_signal
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.ros.process import stay_local, stop_on_signal
+from robot_core.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import share
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
 
 MODELS: dict[str, tuple[str, str]] = {
     "nao_h21_v33": ("nao_h21_facts.yaml", "v33"),

@@ -25,7 +25,7 @@ from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 # name, type, nodes that take it, meaning (default)
 ARGUMENTS = (
@@ -139,7 +139,7 @@ class Robot(NamedTuple):
 
 
 def _robots(context: LaunchContext) -> list[Robot]:
-    from nao_lipm_gait.robot import load_robot
+    from robot_core.robot import load_robot
     from sim_bridge.scene import FLOOR, load_scene
 
     namespace, asked = _text(context, "namespace"), _text(context, "scene")
@@ -215,7 +215,7 @@ def _rviz(context: LaunchContext, robot: Robot) -> list[Action]:
     if not _is_on(context, "rviz"):
         return []
     _require("rviz", _text(context, "rviz"), "rviz2")
-    from nao_lipm_gait.resources import share
+    from robot_core.resources import share
 
     return [
         Node(
@@ -259,7 +259,7 @@ def _state_publisher(context: LaunchContext, robot: Robot) -> list[Action]:
         return []
     else:
         _require("robot_state_publisher", asked, "robot_state_publisher")
-    from nao_lipm_gait.robot import load_robot
+    from robot_core.robot import load_robot
 
     urdf = load_robot(robot.urdf or "nao_h21_v33").urdf
     return [

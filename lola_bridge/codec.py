@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import msgpack
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 SENSOR_BYTES = 896
 """Size of a sensor message."""

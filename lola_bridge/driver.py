@@ -42,8 +42,8 @@ from lola_bridge.link import (
     unpack_command,
 )
 from lola_bridge.safety import JointCommand, Mode, SafeCommand, Safety, SafetySettings
-from nao_lipm_gait.errors import NaoGaitError, one_line
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine, Throttle
+from robot_core.errors import NaoGaitError, one_line
+from robot_core.log import Level, LogLine, Throttle
 
 ANSWER_SHARE = 0.67
 """Share of a period for which an answer waits for the command of its frame. LoLA wants the answer

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from lola_bridge.codec import JOINTS
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.keyframes import Posture
-from nao_lipm_gait.motion.library import library_of
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.motion.keyframes import Posture
+from robot_core.motion.library import library_of
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 
 UNUSED_RANGE = {"LWristYaw": (-1.8238, 1.8238), "RWristYaw": (-1.8238, 1.8238),
                 "LHand": (0.0, 1.0), "RHand": (0.0, 1.0)}  # fmt: skip

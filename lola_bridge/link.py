@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from lola_bridge.codec import JOINTS, SENSOR_BYTES
 from lola_bridge.safety import JointCommand, Mode
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level, LogLine
 
 _MODES = tuple(Mode)
 _FRAME = struct.Struct("<cqBIIIff")

@@ -15,8 +15,8 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from lola_bridge.codec import JOINTS, TOUCH, LolaSensors
-from nao_lipm_gait.rate_limiter import limited_step
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine
+from robot_core.log import Level, LogLine
+from robot_core.rate_limiter import limited_step
 
 BODY_VERSION = "6."
 """Begin of the body versions whose joints, limits and masses this package knows."""

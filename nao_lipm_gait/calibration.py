@@ -3,10 +3,10 @@
 import attrs
 import numpy as np
 
-from nao_lipm_gait.geometry import as_point, float_view, rotate, rotation_from_rpy
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.schema import Settings, number
-from nao_lipm_gait.types import FloatArray, SensorFrame
+from robot_core.geometry import as_point, float_view, rotate, rotation_from_rpy
+from robot_core.robot import RobotDescription
+from robot_core.schema import Settings, number
+from robot_core.types import FloatArray, SensorFrame
 
 
 @attrs.frozen

@@ -6,9 +6,9 @@ import attrs
 import yaml
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.schema import Settings, group, number, read_yaml, text
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.schema import Settings, group, number, read_yaml, text
 
 DIGITS = 6
 """Decimals of the numbers in a file; they are known to three."""

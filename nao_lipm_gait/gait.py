@@ -10,24 +10,33 @@ from collections.abc import Sequence
 import numpy as np
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration, SensorCorrection
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
-from nao_lipm_gait.geometry import ORIGIN
 from nao_lipm_gait.head.gaze import PAN, TILT
-from nao_lipm_gait.head.goals import Goal
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
-from nao_lipm_gait.motion.joints import BODY, joint_groups
-from nao_lipm_gait.motion.keyframes import Motion
-from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.rate_limiter import RateLimiter
-from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.status import make_status
-from nao_lipm_gait.types import (
+from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold
+from nao_lipm_gait.walks.base import BodyTargets, make_walk
+from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.com_placement import ComPlacement
+from nao_lipm_gait.whole_body.legs import make_legs
+from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
+from nao_lipm_gait.whole_body.stand_blend import StandBlend
+from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import ORIGIN
+from robot_core.head_goals import Goal
+from robot_core.joint_limits import JointLimits
+from robot_core.motion.joints import BODY, joint_groups
+from robot_core.motion.keyframes import Motion
+from robot_core.motion.library import MotionLibrary
+from robot_core.rate_limiter import RateLimiter
+from robot_core.robot import RobotDescription
+from robot_core.types import (
     DOWN,
     IN_MOTION,
     LIFTED,
@@ -45,15 +54,6 @@ from nao_lipm_gait.types import (
     SensorFrame,
     VelocityCommand,
 )
-from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold
-from nao_lipm_gait.walks.base import BodyTargets, make_walk
-from nao_lipm_gait.whole_body.body_model import BodyModel
-from nao_lipm_gait.whole_body.com_placement import ComPlacement
-from nao_lipm_gait.whole_body.joint_limits import JointLimits
-from nao_lipm_gait.whole_body.legs import make_legs
-from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
-from nao_lipm_gait.whole_body.stand_blend import StandBlend
-from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
 
 MISSED_TICKS_MAX = 20
 """Longest gap between two frames that the gait bridges; after a longer one it restarts."""

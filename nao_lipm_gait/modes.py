@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
-from nao_lipm_gait.types import (
+from robot_core.motion.keyframes import LYING, Motion, Posture
+from robot_core.types import (
     BUSY,
     DOWN,
     FALLEN,

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.schema import Settings, choice, number, switch
 from nao_lipm_gait.walk_engines import WALKS
+from robot_core import schema
+from robot_core.resources import find
+from robot_core.schema import Settings, choice, number, switch
 
 
 @attrs.frozen

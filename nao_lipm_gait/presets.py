@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.robot import RobotDescription
 
 DEFAULT = "default"
 

@@ -1,9 +1,9 @@
 """The state of the gait as one record, for topics, bags and figures."""
 
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
-from nao_lipm_gait.geometry import ORIGIN, compose, relative
-from nao_lipm_gait.types import LEFT, GaitState, GaitStatus, Pose2, Pose6
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, Walk
+from robot_core.geometry import ORIGIN, compose, relative
+from robot_core.types import LEFT, GaitState, GaitStatus, Pose2, Pose6
 
 _NO_POSE: Pose6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -2,7 +2,7 @@
 
 from math import copysign, remainder, tau
 
-from nao_lipm_gait.types import Pose2, VelocityCommand
+from robot_core.types import Pose2, VelocityCommand
 
 SETTLING_TIME = 0.5
 """Time [s] after the last commanded turn in which its steps still turn the robot."""

@@ -9,8 +9,6 @@ goal = player.look(decision.world, decision.action.head)
 
 from dataclasses import replace
 
-from nao_lipm_gait.head.goals import Goal
-from nao_lipm_gait.types import Pose2
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import PlayerBehavior
 from nao_soccer.behavior.situation import Body
@@ -18,6 +16,8 @@ from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, WorldState
+from robot_core.head_goals import Goal
+from robot_core.types import Pose2
 
 
 class Player:

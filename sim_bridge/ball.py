@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.types import FloatArray
 from sim_bridge.body import Sole
 from sim_bridge.shapes import Color, Shape
 from sim_bridge.terrain import Prism, ground_height

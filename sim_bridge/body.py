@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.individual import Individual
 from sim_bridge.shapes import Color, Shape, half_height, read_colors, read_shapes
 from sim_bridge.soles import SolePoints, corner_points

@@ -3,7 +3,7 @@
 from collections import deque
 from typing import Generic, TypeVar
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 Item = TypeVar("Item")
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point2
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point2
 from sim_bridge.individual import Individual, stream
 from sim_bridge.plant import Plant
 

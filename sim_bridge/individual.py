@@ -8,9 +8,9 @@ from zlib import crc32
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.plant import Plant
 
 NOMINAL = -1

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import rotation_matrix
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotation_matrix
+from robot_core.types import FloatArray
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.shapes import half_height
 from sim_bridge.surroundings import Surroundings

@@ -12,11 +12,11 @@ from typing import Any
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.schema import Interval, Number, Settings, choice, group, number, switch
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find
+from robot_core.robot import RobotDescription
+from robot_core.schema import Interval, Number, Settings, choice, group, number, switch
 
 
 def _range(minimum: float, maximum: float, meaning: str) -> Any:

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import ORIGIN, rotation_matrix
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, JointTargets, Pose2, SensorFrame
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import ORIGIN, rotation_matrix
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, JointTargets, Pose2, SensorFrame
 from sim_bridge.body import Body
 from sim_bridge.cameras.camera import (
     CameraImage,

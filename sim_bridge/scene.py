@@ -1,7 +1,7 @@
 """A scene: a field with goals and poles, a ball, and the robots on it.
 
 One YAML file per scene, in `config/scenes/`. The world has the frame of the field (see
-`nao_soccer.field`). The plant is not part of a scene: it says what floor and robots are made of.
+`robot_core.field`). The plant is not part of a scene: it says what floor and robots are made of.
 """
 
 from pathlib import Path
@@ -10,13 +10,13 @@ from typing import Any
 import attrs
 import yaml
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.schema import NAME, Group, Kind, Number, Sequence, Settings
-from nao_lipm_gait.types import Pose2
-from nao_soccer.field import COLORS, TEAMS, Field, Goals, Pole, faults
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.field import COLORS, TEAMS, Field, Goals, Pole, faults
+from robot_core.resources import find
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.schema import NAME, Group, Kind, Number, Sequence, Settings
+from robot_core.types import Pose2
 from sim_bridge.ball import Ball
 from sim_bridge.robot import START_STATES, RobotSpec
 from sim_bridge.surroundings import Surroundings

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.geometry import as_rotation, cross, rotate, rotate_back, rotation_halfway
-from nao_lipm_gait.types import FloatArray, Point3, SensorFrame
+from robot_core.geometry import as_rotation, cross, rotate, rotate_back, rotation_halfway
+from robot_core.types import FloatArray, Point3, SensorFrame
 from sim_bridge.body import Body
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 
 Color = tuple[float, float, float]
 """Red, green and blue, 0 to 1."""

@@ -8,9 +8,9 @@ sponge. The paper does not give their stiffness; it is chosen here.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import Point2
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import Point2
 from sim_bridge.individual import Individual
 from sim_bridge.plant import Plant
 from sim_bridge.terrain import is_uneven

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 from sim_bridge.body import BodyPose
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_soccer.field import COLORS, SIDES, BallPlace, Field, Goals, Marking, Pole
+from robot_core.field import COLORS, SIDES, BallPlace, Field, Goals, Marking, Pole
 from sim_bridge.ball import Ball, BallState
 from sim_bridge.shapes import Shape
 from sim_bridge.terrain import Prism

@@ -10,7 +10,7 @@ from zlib import crc32
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 from sim_bridge.plant import Terrain
 
 LEVELS = 4

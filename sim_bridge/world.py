@@ -6,11 +6,11 @@ from typing import Self
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraView, RgbImage
-from nao_lipm_gait.types import Point2
-from nao_soccer.field import BallPlace
+from robot_core.errors import NaoGaitError
+from robot_core.field import BallPlace
+from robot_core.robot import RobotDescription
+from robot_core.robot.camera import CameraView, RgbImage
+from robot_core.types import Point2
 from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.engines.registry import make_backend

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from engine_bench import Bench, weightless
-from nao_lipm_gait.robot import RobotDescription, load_robot
+from robot_core.robot import RobotDescription, load_robot
 from sim_bridge.engines import registry as engines
 from sim_bridge.plant import Plant, load_plant
 

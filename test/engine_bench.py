@@ -10,9 +10,9 @@ import pinocchio as pin
 
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
-from nao_lipm_gait.geometry import rotation_matrix
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.geometry import rotation_matrix
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.engines import registry as engines
 from sim_bridge.engines.backend import Backend, make_robot_model
 from sim_bridge.individual import NOMINAL

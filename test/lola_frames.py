@@ -5,7 +5,7 @@ from typing import Any
 from lola_bridge.codec import LolaSensors, RobotConfig
 from lola_bridge.joints import JointMap, sitting_pose
 from lola_bridge.safety import SafetySettings
-from nao_lipm_gait.robot import load_robot
+from robot_core.robot import load_robot
 
 LIGHTS: dict[str, Any] = {
     **{key: [0.5] * count for key, count in (

@@ -3,10 +3,10 @@
 import numpy as np
 
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import (
+from robot_core.motion.library import MotionLibrary
+from robot_core.robot import RobotDescription
+from robot_core.types import (
     STANDSTILL,
     FloatArray,
     GaitState,

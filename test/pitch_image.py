@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
-from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.robot.camera import CameraPose, CameraView, Intrinsics
-from nao_soccer.field import Field
+from robot_core.field import Field
+from robot_core.geometry import rotation_from_rpy
+from robot_core.robot.camera import CameraPose, CameraView, Intrinsics
 
 GREEN, WHITE, ORANGE, SKY = (26, 115, 41), (242, 242, 242), (242, 115, 13), (140, 150, 170)
 _OPTICAL = np.array(((0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0)))

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.types import Point2, Pose2
-from nao_soccer.field import Field, Goals
 from nao_soccer.vision.percepts import CROSSINGS, Kind, Percept, Percepts
 from nao_soccer.world.field_map import FieldMap
+from robot_core.field import Field, Goals
+from robot_core.types import Point2, Pose2
 
 SMALL = Field(
     length=4.5, width=3.0, border=0.5, goal_area_length=0.3, goal_area_width=1.6,

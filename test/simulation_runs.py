@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame
+from robot_core.types import FloatArray, JointTargets, SensorFrame
 from sim_bridge.plant import Plant
 from sim_bridge.robot import GroundTruth
 from sim_bridge.world import World

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_lipm_gait.resources import share
+from robot_core.resources import share
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = {

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
 
-from nao_lipm_gait.resources import find
+from robot_core.resources import find
 
 Xml = Callable[[ET.Element], None]
 """An edit of the tree of a URDF."""

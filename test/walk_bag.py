@@ -17,16 +17,11 @@ from gait_lab.analysis.trace import Recorder
 from gait_lab.trials.rollout import RolloutSpec, make_pair, task_ticks
 from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.ros.messages import (
-    JointStateWriter,
-    StatusWriter,
-    diagnostic_array,
-    footsteps,
-    support_text,
-)
+from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
 from nao_lipm_gait.runtime.reports import Health, reports
 from nao_lipm_gait.runtime.tick_times import TickTimes
-from nao_lipm_gait.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
+from robot_core.ros.messages import diagnostic_array
+from robot_core.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
 

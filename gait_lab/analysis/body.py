@@ -11,9 +11,9 @@ import pinocchio as pin
 
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.analysis.trace import IntArray
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import FloatArray
 
 
 def robot_of(walk: RecordedWalk) -> tuple[RobotDescription | None, str]:

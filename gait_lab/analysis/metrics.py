@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, BoolArray, FloatArray, IntArray, Trace
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 from sim_bridge.ball import SHOE_HEIGHT
 
 LOADED = 2.0

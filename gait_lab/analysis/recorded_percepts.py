@@ -8,8 +8,8 @@ import numpy as np
 from gait_lab.analysis.body import BodyTrack, footprint_of
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.analysis.trace import IntArray
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind
+from robot_core.types import FloatArray
 from sim_bridge.scene import parse_scene
 
 KINDS = tuple(Kind)

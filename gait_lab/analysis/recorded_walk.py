@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from gait_lab.analysis.bag import BagContents, TopicSummary, open_bag
 from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.types import FloatArray
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POINT = "geometry_msgs/msg/PointStamped"

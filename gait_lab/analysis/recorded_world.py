@@ -10,8 +10,8 @@ from gait_lab.analysis.body import BodyTrack
 from gait_lab.analysis.recorded_percepts import footprints_at, nearest_rows
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.analysis.trace import IntArray
-from nao_lipm_gait.types import FloatArray
-from nao_soccer.field import SIDES, TEAMS
+from robot_core.field import SIDES, TEAMS
+from robot_core.types import FloatArray
 from sim_bridge.scene import parse_scene
 
 

@@ -8,8 +8,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.body import Body
 from sim_bridge.engines.simulation_urdf import simulation_urdf
 from sim_bridge.individual import Individual

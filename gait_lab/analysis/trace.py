@@ -9,8 +9,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import GaitStatus, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.types import GaitStatus, VelocityCommand
 from sim_bridge.robot import GroundTruth
 
 FloatArray = NDArray[np.float64]

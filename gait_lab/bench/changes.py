@@ -5,11 +5,11 @@ from typing import Any
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.resources import share
-from nao_lipm_gait.schema import Anything, Settings, Table
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
+from robot_core.schema import Anything, Settings, Table
 
 UNCHANGED = "unchanged"
 """Name of the gait without a change."""

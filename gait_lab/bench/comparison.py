@@ -10,7 +10,7 @@ from gait_lab.bench.score import FallDetection, Score, Variant, walk_all
 from gait_lab.trials.tasks import Task
 from gait_lab.trials.trial import Walker
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.robot import RobotDescription
 
 Pushes = Sequence[tuple[str, float]]
 """Directions and impulses [N s]."""

@@ -35,10 +35,10 @@ from gait_lab.trials.trial import (
     run,
 )
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.keyframes import Motion, Posture
-from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import load_preset
-from nao_lipm_gait.types import STANDSTILL, GaitStatus, VelocityCommand
+from robot_core.motion.keyframes import Motion, Posture
+from robot_core.motion.library import shipped_library
+from robot_core.types import STANDSTILL, GaitStatus, VelocityCommand
 from sim_bridge.ball import Ball
 from sim_bridge.robot import GroundTruth
 from sim_bridge.scene import load_scene

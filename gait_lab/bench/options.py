@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from gait_lab.trials.tasks import SPEED_TASKS
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
-from nao_lipm_gait.resources import names
+from robot_core.errors import NaoGaitError
+from robot_core.resources import names
 from sim_bridge.plant import PlantOption, option_text, parse_options
 
 _KEY = "option"

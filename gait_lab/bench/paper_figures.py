@@ -15,9 +15,9 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout, task_ticks
 from gait_lab.trials.tasks import find_task
 from gait_lab.trials.trial import Push, TimedCommands, loaded_robot, run
-from nao_lipm_gait.geometry import compose
-from nao_lipm_gait.types import LEFT, RIGHT, GaitStatus, Pose2
 from nao_lipm_gait.walks.steps import home_sole
+from robot_core.geometry import compose
+from robot_core.types import LEFT, RIGHT, GaitStatus, Pose2
 
 SHOWN = 4.0
 """[s] of the CoM that figures 6 and 7 show."""

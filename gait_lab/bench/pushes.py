@@ -24,9 +24,9 @@ from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
 from gait_lab.trials.tasks import STAND_TIME, Task, find_task
 from gait_lab.trials.trial import Push, Walker
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import STANDSTILL
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import STANDSTILL
 
 DIRECTIONS: Mapping[str, float] = {
     "forward": 0.0, "forward_left": 45.0, "left": 90.0, "back_left": 135.0,

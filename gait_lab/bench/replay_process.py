@@ -23,10 +23,10 @@ from sensor_msgs.msg import Imu, JointState
 from gait_lab.bench.ros_replay import ReplayTimes
 from gait_lab.bench.wake_up import Sleeper, sleep_until
 from gait_lab.faults.channel import Message
-from nao_lipm_gait.ros.messages import to_time
-from nao_lipm_gait.ros.process import stay_local
-from nao_lipm_gait.ros.topics import publisher, subscription
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from robot_core.ros.messages import to_time
+from robot_core.ros.process import stay_local
+from robot_core.ros.topics import publisher, subscription
 
 FIND_TIME, SETTLE_TIME = 60.0, 1.0
 """[s] to find the gait at most, and to wait after that and after the last message."""

@@ -17,9 +17,9 @@ from gait_lab.bench.result import Measurement, loop_name
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec, run_all
 from gait_lab.trials.tasks import AXES, Task, find_task
 from gait_lab.trials.trial import Walker
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
 from sim_bridge.plant import PlantOption, option_text
 
 RULES = (

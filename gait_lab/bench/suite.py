@@ -18,9 +18,9 @@ from gait_lab.bench.options import BenchOptions, Option, command_line, declared,
 from gait_lab.bench.result import SuiteResult
 from gait_lab.compiled import is_compiled
 from gait_lab.trials.tasks import find_task
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 from sim_bridge.plant import load_plant, with_options
 
 QUICK_ENGINE = "mujoco"

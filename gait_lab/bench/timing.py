@@ -10,7 +10,7 @@ import numpy as np
 
 from gait_lab.trials.several import make_gaits, make_scene_world, run_several
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick, TimedCommands
-from nao_lipm_gait.types import JointTargets, VelocityCommand
+from robot_core.types import JointTargets, VelocityCommand
 from sim_bridge.engines.registry import make_backend
 from sim_bridge.motors import Setpoints
 from sim_bridge.plant import Plant

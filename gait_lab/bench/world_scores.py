@@ -22,8 +22,8 @@ from gait_lab.soccer.world_trial import (
     turned_after,
 )
 from gait_lab.trials.parallel import parallel_map
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.world.state import HeadMode
+from robot_core.types import FloatArray
 from sim_bridge.plant import load_plant, with_options
 
 SETTLED = 2.0

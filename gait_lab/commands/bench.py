@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gait_lab.terminal import EXIT_OK, say
-from nao_lipm_gait import resources
+from robot_core import resources
 
 if TYPE_CHECKING:
     from gait_lab.bench.suite import Suite

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from gait_lab.terminal import say
-from nao_lipm_gait.resources import names
+from robot_core.resources import names
 
 
 def run(arguments: argparse.Namespace) -> int:

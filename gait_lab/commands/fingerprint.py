@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK, say
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 if TYPE_CHECKING:
     from gait_lab.bench.fingerprint import Fingerprint

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from gait_lab.terminal import EXIT_OK, say
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import names
+from robot_core.errors import NaoGaitError
+from robot_core.resources import names
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Make a colour table; the exit status."""
     from gait_lab.vision import color_images
     from gait_lab.vision.color_calibration import Sample
-    from nao_lipm_gait.errors import NaoGaitError
+    from robot_core.errors import NaoGaitError
 
     samples = []
     for name, *numbers in arguments.sample:

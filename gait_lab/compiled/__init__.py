@@ -6,7 +6,7 @@ from pathlib import Path
 
 import gait_lab
 import nao_lipm_gait
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 SOURCE = Path(gait_lab.__file__).resolve().parents[1] / "nao_lipm_gait"
 """The package beside this one, which is compiled."""

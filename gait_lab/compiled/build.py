@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from gait_lab.compiled import MADE_OF, SOURCE, sources
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import share
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
 
 FOLDERS = ("estimation", "walks", "whole_body")
 AS_PYTHON = (

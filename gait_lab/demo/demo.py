@@ -25,10 +25,10 @@ from gait_lab.demo.tour import (
 )
 from gait_lab.demo.tour_driver import TourDriver, TourError
 from gait_lab.ros_session import ros_node
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.ros.process import DomainClaim, stop_on_signal
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find
+from robot_core.ros.process import DomainClaim, stop_on_signal
+from robot_core.types import VelocityCommand
 
 EXIT_FAILED = 1
 REST_SPEED = 0.02

@@ -10,7 +10,7 @@ from gait_lab.analysis.metrics import velocity_in_heading, yaw_of
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.demo.tour import TourPhase
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 
 COM_WINDOW = 3.0
 """[s] shown of the CoM."""
@@ -225,7 +225,7 @@ def frames_figure(
         The file.
     """
     from gait_lab.analysis.render import Renderer
-    from nao_lipm_gait.robot import load_robot
+    from robot_core.robot import load_robot
     from sim_bridge.individual import draw_individual
     from sim_bridge.plant import load_plant
 

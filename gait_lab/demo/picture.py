@@ -7,8 +7,8 @@ import numpy as np
 
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.analysis.render import TILE_PERIOD, Camera, Renderer
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import FloatArray
 from sim_bridge.individual import draw_individual
 from sim_bridge.plant import load_plant
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from gait_lab.analysis.metrics import fall_tick, measure
 from gait_lab.analysis.trace import Trace
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.types import STANDSTILL, VelocityCommand
 
 SETTLE = 2.5
 """Time [s] after a change of the command from which a phase is measured."""

@@ -10,8 +10,8 @@ from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.demo.tour import TourPhase, duration, phase_at
 from gait_lab.record.recorder import TopicRecorder
 from gait_lab.ros_session import VelocityPublisher
-from nao_lipm_gait.ros.process import StopRequest
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.ros.process import StopRequest
+from robot_core.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -65,7 +65,7 @@ class TourDriver:
         from rosgraph_msgs.msg import Clock
         from std_msgs.msg import String
 
-        from nao_lipm_gait.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED
 
         self._tour = tour
         self._stop = stop

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 from gait_lab.ros_session import VelocityPublisher, ros_node
 from gait_lab.trials.calibration_procedure import CalibrationError, Phase, Procedure
 from nao_lipm_gait.calibration_file import CalibrationFile, Deviation
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.process import StopRequest, stop_on_signal
 from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
 from nao_lipm_gait.runtime.commands import read_velocity
+from robot_core.errors import NaoGaitError
+from robot_core.ros.process import StopRequest, stop_on_signal
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -47,7 +47,7 @@ class _RobotClient:
         from rclpy.qos import qos_profile_sensor_data
         from std_msgs.msg import String
 
-        from nao_lipm_gait.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED
 
         self.robot = self.problem = ""
         self.heard: float | None = None

@@ -15,17 +15,17 @@ import numpy as np
 import yaml
 
 from gait_lab.ros_session import ros_node
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.check import fastest
-from nao_lipm_gait.motion.joints import HEAD, joint_groups
-from nao_lipm_gait.motion.keyframes import Interpolation, Motion, Posture
-from nao_lipm_gait.motion.library import shipped_library
-from nao_lipm_gait.motion.motion_file import STAND, load_motions
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.ros.process import stop_on_signal
-from nao_lipm_gait.schema import is_name
-from nao_lipm_gait.types import IN_MOTION, FloatArray, GaitState, state_of
-from nao_lipm_gait.whole_body.joint_limits import JointLimits
+from robot_core.errors import NaoGaitError
+from robot_core.joint_limits import JointLimits
+from robot_core.motion.check import fastest
+from robot_core.motion.joints import HEAD, joint_groups
+from robot_core.motion.keyframes import Interpolation, Motion, Posture
+from robot_core.motion.library import shipped_library
+from robot_core.motion.motion_file import STAND, load_motions
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.ros.process import stop_on_signal
+from robot_core.schema import is_name
+from robot_core.types import IN_MOTION, FloatArray, GaitState, state_of
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -170,7 +170,7 @@ class _RobotClient:
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
 
-        from nao_lipm_gait.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED
 
         self._node, self._robot = node, robot
         self._text, self._trigger = String, Trigger

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from gait_lab.ros_session import VelocityPublisher, ros_node
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.process import StopRequest, stop_on_signal
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.ros.process import StopRequest, stop_on_signal
+from robot_core.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -143,7 +143,7 @@ class _RobotClient:
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
 
-        from nao_lipm_gait.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED
 
         self.velocity = VelocityPublisher(node, stamped=stamped)
         self.state = "not received yet"

@@ -10,7 +10,7 @@ from gait_lab.faults.harness import PERIOD, Harness
 from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import TASKS
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import GaitState, VelocityCommand
+from robot_core.types import GaitState, VelocityCommand
 from sim_bridge.plant import PlantOption
 
 WALKS, STOPPED, FELL, VIOLATED = "walks", "stopped", "fell", "violated"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
 from nao_lipm_gait.runtime.inputs import Input
-from nao_lipm_gait.types import JointTargets
+from robot_core.types import JointTargets
 
 Item = TypeVar("Item")
 

@@ -12,10 +12,10 @@ import yaml
 from gait_lab.analysis.bag import BagWriter, open_bag
 from gait_lab.bench.changes import load_changes
 from gait_lab.tune.study import load_study
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
-from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
+from robot_core.robot import load_robot
 from sim_bridge.plant import load_plant
 
 Load = Callable[[Path], Any]

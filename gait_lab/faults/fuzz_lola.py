@@ -20,8 +20,8 @@ from lola_bridge.codec import (
 from lola_bridge.joints import JointMap, sitting_pose
 from lola_bridge.link import pack_command, unpack_command
 from lola_bridge.safety import JointCommand, Safety, SafetySettings
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 
 PERIOD = 0.012
 BAD_SHARE = 0.3

@@ -10,13 +10,8 @@ from typing import Any
 import numpy as np
 
 from gait_lab.faults.invariants import HANG, CommandCheck
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.head.gaze import PAN, TILT
-from nao_lipm_gait.head.goals import Goal
-from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.inputs import (
@@ -28,7 +23,12 @@ from nao_lipm_gait.runtime.inputs import (
     TwistInput,
 )
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
-from nao_lipm_gait.types import GaitStatus, JointTargets
+from robot_core.command_input import CommandInput, read_push
+from robot_core.errors import NaoGaitError
+from robot_core.head_goals import Goal
+from robot_core.motion.library import shipped_library
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import GaitStatus, JointTargets
 
 PERIOD = 10_000_000
 """Control period [ns]."""

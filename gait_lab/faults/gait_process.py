@@ -7,10 +7,10 @@ from dataclasses import replace
 from gait_lab.faults.channel import Message
 from gait_lab.faults.invariants import Invariants
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
 from nao_lipm_gait.runtime.inputs import JointInput
-from nao_lipm_gait.types import JointTargets
+from robot_core.robot import RobotDescription
+from robot_core.types import JointTargets
 
 
 class GaitProcess:

@@ -13,14 +13,14 @@ from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.gait_process import GaitProcess
 from gait_lab.faults.invariants import Invariants
 from gait_lab.trials.trial import Tick, run_controller
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.command_input import CommandInput
 from nao_lipm_gait.runtime.controller import Settings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
-from nao_lipm_gait.types import GaitStatus, JointTargets, VelocityCommand
+from robot_core.command_input import CommandInput
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.robot import GroundTruth, Reading
 from sim_bridge.world import World
 

@@ -5,12 +5,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import GaitController
-from nao_lipm_gait.runtime.diagnostics import Level
-from nao_lipm_gait.runtime.reports import Report
 from nao_lipm_gait.runtime.target_guard import SPEED_SHARE
-from nao_lipm_gait.types import GaitState, JointTargets
+from robot_core.log import Level, Report
+from robot_core.robot import RobotDescription
+from robot_core.types import GaitState, JointTargets
 
 HANG = 1.0
 """Limit of the processor time [s] that one message may take."""

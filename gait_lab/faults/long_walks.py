@@ -15,7 +15,7 @@ from gait_lab.faults.harness import PERIOD, Fault, Harness, Timed
 from gait_lab.faults.network_faults import Loss, WanderingAge
 from gait_lab.trials.rollout import make_pair
 from gait_lab.trials.tasks import RandomCommands
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.types import VelocityCommand
 
 START = 1.0
 """Time of the first velocity command [s]."""

@@ -27,9 +27,9 @@ from gait_lab.demo.node_processes import NodeProcesses, may_run_in_real_time, re
 from gait_lab.faults.node_campaign import NodeOutcome
 from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, Rig
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
-from nao_lipm_gait.ros.process import DomainClaim
-from nao_lipm_gait.ros.topics import LATCHED, publisher, subscription
-from nao_lipm_gait.types import BUSY, GaitState, state_of
+from robot_core.ros.process import DomainClaim
+from robot_core.ros.topics import LATCHED, publisher, subscription
+from robot_core.types import BUSY, GaitState, state_of
 from sim_bridge.scene import load_scene
 
 FACTORS = {Rig.MATCH: 0.25, Rig.LOLA: 1.0}

@@ -9,10 +9,10 @@ import numpy as np
 from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.stamp_faults import shifted
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME
 from nao_lipm_gait.runtime.inputs import TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from robot_core.errors import NaoGaitError
 
 CHANGED = (
     "pendulum_width", "pendulum_offset_y", "pendulum_shift_max", "com_height", "foot_spacing",

@@ -3,8 +3,8 @@
 import numpy as np
 
 from gait_lab.faults.harness import Fault, Harness, TemporaryFault
-from nao_lipm_gait.geometry import rotation_matrix
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.geometry import rotation_matrix
+from robot_core.robot import RobotDescription
 
 
 def motor_of(robot: RobotDescription, number: int) -> str:

@@ -17,10 +17,10 @@ from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.pitch import RobotPlayer
 from gait_lab.soccer.senses import Eyes
 from gait_lab.soccer.snapshots import Snapshot
-from nao_lipm_gait.types import STANDSTILL, Point2
 from nao_soccer.game_state import Phase
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.world.state import IMAGE_AGE_MAX, SIGHT_AGE_MAX
+from robot_core.types import STANDSTILL, Point2
 from sim_bridge.cameras.camera import CameraImage
 from sim_bridge.robot import GroundTruth
 

@@ -19,8 +19,8 @@ import numpy as np
 
 from gait_lab.peers.player import JointPlan, PeerPlayback
 from gait_lab.trials.tasks import STAND_TIME, Task
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
 
 PROCESS = Path(__file__).with_name("placo_process.py")
 HOW_TO_GET_IT = "python3 -m venv placo-env && placo-env/bin/pip install placo==0.10.2"

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import (
+from robot_core.robot import RobotDescription
+from robot_core.types import (
     FloatArray,
     GaitState,
     GaitStatus,

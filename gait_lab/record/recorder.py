@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.analysis.bag import BagWriter
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.process import stay_local, stop_on_signal
+from robot_core.errors import NaoGaitError
+from robot_core.ros.process import stay_local, stop_on_signal
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -28,8 +28,8 @@ from gait_lab.report.signals import (
     find_timing,
     motor_use,
 )
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, VelocityCommand
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, VelocityCommand
 
 SETTLE = 2.5
 """[s] after a change of the command before a stretch is measured."""

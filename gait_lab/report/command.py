@@ -20,7 +20,7 @@ from gait_lab.report.replay import replay
 from gait_lab.report.signal_figures import all_figures
 from gait_lab.report.verdict import findings, headline, joint_table, key_numbers, stretch_table
 from gait_lab.report.vision_figures import percept_table
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 ORDER = ("stretches", "world", "seen", "percepts", "speeds", "com", "path", "odometry", "steps",
          "origins", "innovation", "whiteness", "joints", "torques", "motors", "jointtable", "torso",

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gait_lab.report.verdict import Finding, TextTable
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 
 INK, RED, BLUE, GREY, GOLD, GREEN = (
     "#16202a", "#d1495b", "#0f7c94", "#9aa3ab", "#e0a030", "#3f8f5b",

@@ -9,7 +9,7 @@ from gait_lab.analysis.recorded_trace import SupportPhase
 from gait_lab.analysis.trace import DOUBLE, LEFT
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.page import ArrayStore
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 
 FRAMES_PER_SECOND = 25.0
 MOST_FRAMES = 2500

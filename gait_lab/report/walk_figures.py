@@ -24,7 +24,7 @@ from gait_lab.report.page import (
     TimeFigure,
     thin,
 )
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 
 SMOOTHING = 0.5
 """[s] over which speeds are averaged: about two steps."""

@@ -15,12 +15,12 @@ import numpy as np
 
 from gait_lab.soccer.pitch import Pitch, RobotPlayer, practice, with_robots
 from gait_lab.trials.trial import CONTROL_PERIOD
-from nao_lipm_gait.geometry import relative
-from nao_lipm_gait.types import Pose2
-from nao_soccer.field import BallPlace
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
+from robot_core.field import BallPlace
+from robot_core.geometry import relative
+from robot_core.types import Pose2
 from sim_bridge.plant import Plant
 from sim_bridge.scene import load_scene
 

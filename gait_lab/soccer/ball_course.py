@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.geometry import compose
-from nao_lipm_gait.types import Point2, Pose2
+from robot_core.geometry import compose
+from robot_core.types import Point2, Pose2
 from sim_bridge.ball import ROLLING_SLOWDOWN
 
 RESTS, LASTS = 3.0, 8.0

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.types import Point2, Pose2
-from nao_soccer.field import Field
+from robot_core.field import Field
+from robot_core.types import Point2, Pose2
 
 BEHIND_LINE = 0.5
 """[m] from the touchline to the front of the feet at the start."""

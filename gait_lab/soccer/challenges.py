@@ -37,19 +37,19 @@ from gait_lab.soccer.challenge_rules import (
 )
 from gait_lab.soccer.pitch import parts_of, practice, with_robots
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import relative
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import GaitState, Point2, Pose2
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
 from nao_soccer.behavior.kicks import Kick, KickTable, kicks_of
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Action, Body
 from nao_soccer.behavior.walking import WalkLimits
-from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.world.state import HeadMode, WorldState
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field, Goals
+from robot_core.geometry import relative
+from robot_core.robot import RobotDescription
+from robot_core.types import GaitState, Point2, Pose2
 from sim_bridge.engines.backend import BALL
 from sim_bridge.plant import Plant
 from sim_bridge.scene import load_scene

@@ -11,12 +11,12 @@ import time
 import numpy as np
 
 from gait_lab.soccer.pitch import parts_of
-from nao_lipm_gait.geometry import relative
-from nao_lipm_gait.types import GaitState, Point2, Pose2, PoseCovariance
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.situation import Body
 from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, WorldState
+from robot_core.geometry import relative
+from robot_core.types import GaitState, Point2, Pose2, PoseCovariance
 from sim_bridge.scene import load_scene
 
 SITUATIONS, UPDATES = 50, 40

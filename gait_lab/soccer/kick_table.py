@@ -13,9 +13,9 @@ from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
 from gait_lab.trials.kick import KickResult, KickSpec, kick, kick_directions
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.trial import loaded_robot
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.library import shipped_library
 from nao_soccer.behavior.walking import WalkLimits
+from robot_core.errors import NaoGaitError
+from robot_core.motion.library import shipped_library
 
 STANDS = 0.95
 """Share of the robots that have to stand after a kick of the table."""

@@ -17,11 +17,11 @@ from gait_lab.soccer.snapshots import (
     wrong_half,
 )
 from gait_lab.trials.trial import CONTROL_PERIOD, Tick
-from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.field import TEAMS
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
 from nao_soccer.team.role import Role
+from robot_core.errors import NaoGaitError
+from robot_core.field import TEAMS
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, load_scene
 

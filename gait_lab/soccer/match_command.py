@@ -8,7 +8,7 @@ from gait_lab.soccer.match import MatchResult, match_scene, play_match
 from gait_lab.soccer.match_options import MatchOptions, Progress
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.terminal import EXIT_OK
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 
 def run(options: MatchOptions, say: Callable[[str], None]) -> int:

@@ -7,7 +7,7 @@ from tqdm import tqdm
 
 from gait_lab.soccer.match import MatchSpec, match_scene
 from gait_lab.soccer.snapshots import Snapshot
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 MINUTES = (0.1, 60.0)
 """Shortest and longest half [min]."""

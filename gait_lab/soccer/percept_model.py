@@ -11,9 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.vision.percept_errors import LINE_POINT, ROBOT, PerceptErrors
-from nao_lipm_gait.robot.camera import CameraView
-from nao_lipm_gait.types import FloatArray, Point2, Pose2
-from nao_soccer.field import Field, Goals, seen_from
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.near_robots import (
     FEET_MIN,
@@ -25,6 +22,9 @@ from nao_soccer.vision.near_robots import (
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Box, Kind, Percept, Percepts
 from nao_soccer.vision.visible_ground import visible_ground
 from nao_soccer.world.field_map import FieldMap
+from robot_core.field import Field, Goals, seen_from
+from robot_core.robot.camera import CameraView
+from robot_core.types import FloatArray, Point2, Pose2
 
 SPACING = 0.1
 """[m] Between two points of a line."""

@@ -12,16 +12,16 @@ from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, Senses
 from gait_lab.trials.several import make_gaits, make_scene_world, run_several
 from gait_lab.trials.trial import Action, Policy, Tick
 from gait_lab.vision.percept_errors import load_percept_errors
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import DOWN, GETTING_UP, STANDSTILL, Point2, Point3, Pose2
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body
-from nao_soccer.field import Field, Goals
 from nao_soccer.referee.rules import TEAM_NUMBERS
 from nao_soccer.world.settings import WorldSettings
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field, Goals
+from robot_core.robot import RobotDescription
+from robot_core.types import DOWN, GETTING_UP, STANDSTILL, Point2, Point3, Pose2
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, SceneBall, SceneRobot

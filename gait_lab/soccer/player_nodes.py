@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gait_lab.soccer.senses import in_field
-from nao_soccer.field import TEAMS
+from robot_core.field import TEAMS
 from sim_bridge.scene import Scene, SceneRobot
 
 FIRST_PORT = 30000

@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gait_lab.soccer.percept_model import OtherRobot
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.types import Point2, SensorFrame
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.controller import ImageInput, VisionController
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import VisionSettings
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotation_from_rpy
+from robot_core.types import Point2, SensorFrame
 from sim_bridge.cameras.camera import CameraImage
 from sim_bridge.robot import GroundTruth, SimulatedRobot
 

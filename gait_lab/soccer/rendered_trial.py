@@ -8,11 +8,11 @@ from gait_lab.soccer.walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.world_trial import TraceRows, WorldTrace
 from gait_lab.trials.several import make_gaits, make_scene_world
 from gait_lab.trials.trial import WalkerController, run_controller
-from nao_lipm_gait.types import Pose2
 from nao_soccer.player import Player
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode
+from robot_core.types import Pose2
 from sim_bridge.cameras.camera import CameraSettings
 
 

@@ -24,12 +24,12 @@ from gait_lab.soccer.snapshots import (
     wrong_half,
 )
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import yaw_of_quaternion
-from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal
-from nao_lipm_gait.types import state_of
-from nao_soccer.field import TEAMS
 from nao_soccer.referee.rules import Goal, Rules
+from robot_core.errors import NaoGaitError
+from robot_core.field import TEAMS
+from robot_core.geometry import yaw_of_quaternion
+from robot_core.ros.process import DomainClaim, StopRequest, stop_on_signal
+from robot_core.types import state_of
 from sim_bridge.scene import Scene
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ class _Watcher:
         from rosgraph_msgs.msg import Clock
         from std_msgs.msg import String
 
-        from nao_lipm_gait.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED
 
         self._spec = spec
         self._stop = stop

@@ -10,15 +10,15 @@ import numpy as np
 
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.vision.percept_errors import PerceptErrors
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import rotation_matrix
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics
-from nao_lipm_gait.types import DOWN, GETTING_UP, GaitStatus, Point2, Pose2
-from nao_soccer.field import Field, Goals
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind, Percepts
 from nao_soccer.world.settings import WorldSettings
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field, Goals
+from robot_core.geometry import rotation_matrix
+from robot_core.robot import RobotDescription
+from robot_core.robot.camera import CameraModel, CameraView, Intrinsics
+from robot_core.types import DOWN, GETTING_UP, GaitStatus, Point2, Pose2
 from sim_bridge.robot import GroundTruth
 
 IMAGE_SIZE = (320, 240)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from nao_lipm_gait.types import DOWN, GETTING_UP, Point2
 from nao_soccer.referee.rules import Goal
+from robot_core.types import DOWN, GETTING_UP, Point2
 
 STROKE_SPEED = 0.3
 """[m/s] by which the ball is faster after a stroke of a dribbling robot."""

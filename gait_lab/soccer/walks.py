@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.several import make_gaits, make_scene_world
 from gait_lab.trials.trial import Action, Policy, Tick, WalkerController, run_controller
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.geometry import relative
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
-from nao_lipm_gait.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import relative
+from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.scene import Scene, SceneRobot, load_scene
 

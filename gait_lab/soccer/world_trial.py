@@ -20,17 +20,17 @@ from gait_lab.soccer.percept_model import PerceptModel
 from gait_lab.soccer.walks import WalkSamples
 from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
-from nao_lipm_gait.geometry import compose, relative, rotate_planar, rotation_from_rpy
 from nao_lipm_gait.head.head_control import HeadControl
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.robot.camera import CameraModel, CameraView, Intrinsics
-from nao_lipm_gait.types import FloatArray, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
+from robot_core.geometry import compose, relative, rotate_planar, rotation_from_rpy
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.robot.camera import CameraModel, CameraView, Intrinsics
+from robot_core.types import FloatArray, Pose2
 
 RATE = 10.0
 """[Hz] Images of each camera; the cameras expose one after the other."""

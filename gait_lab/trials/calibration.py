@@ -20,11 +20,11 @@ from gait_lab.trials.trial import (
     run,
 )
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.robot import SimulatedRobot
 
 MEASUREMENT_PERIOD = 0.5

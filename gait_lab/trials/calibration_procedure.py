@@ -7,10 +7,10 @@ over ROS, `gait_lab.trials.calibration` on a simulated robot.
 import math
 from enum import StrEnum
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
-from nao_lipm_gait.types import ON_THE_WAY, STANDSTILL, GaitState, VelocityCommand, state_of
+from robot_core.errors import NaoGaitError
+from robot_core.types import ON_THE_WAY, STANDSTILL, GaitState, VelocityCommand, state_of
 
 STEP_ON_THE_SPOT = VelocityCommand(1e-4, 0.0, 0.0)
 """Slow enough to stay in place; a command of zero would stand."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from gait_lab.analysis.metrics import yaw_of
 from gait_lab.trials.tasks import STAND_TIME
 from gait_lab.trials.trial import Policy, Tick, TrialSpec, make_gait, make_world, run
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.plant import Plant, load_plant, with_options
 
 PATIENCE = 120.0

@@ -19,8 +19,8 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.geometry import compose, relative
-from nao_lipm_gait.types import Point2, VelocityCommand
+from robot_core.geometry import compose, relative
+from robot_core.types import Point2, VelocityCommand
 from sim_bridge.ball import Ball
 from sim_bridge.world import World
 

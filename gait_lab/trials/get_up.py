@@ -18,9 +18,9 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.motion.keyframes import LYING, Motion
-from nao_lipm_gait.motion.library import shipped_library
-from nao_lipm_gait.types import STANDSTILL, FloatArray, GaitState, JointTargets, VelocityCommand
+from robot_core.motion.keyframes import LYING, Motion
+from robot_core.motion.library import shipped_library
+from robot_core.types import STANDSTILL, FloatArray, GaitState, JointTargets, VelocityCommand
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.robot import GroundTruth
 from sim_bridge.world import World

@@ -17,10 +17,10 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.library import shipped_library
-from nao_lipm_gait.types import FloatArray, GaitState
+from robot_core.errors import NaoGaitError
+from robot_core.motion.library import shipped_library
+from robot_core.types import FloatArray, GaitState
 from sim_bridge.ball import Ball
 from sim_bridge.world import World
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from gait_lab.analysis.metrics import yaw_of
 from gait_lab.trials.tasks import AskedMotion
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.library import shipped_library
-from nao_lipm_gait.types import FloatArray, GaitState
+from robot_core.errors import NaoGaitError
+from robot_core.motion.library import shipped_library
+from robot_core.types import FloatArray, GaitState
 from sim_bridge.ball import Ball
 from sim_bridge.robot import GroundTruth
 from sim_bridge.world import World

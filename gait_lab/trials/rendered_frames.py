@@ -18,12 +18,12 @@ import numpy as np
 
 from gait_lab.trials.several import make_gaits
 from gait_lab.trials.trial import CONTROL_PERIOD, Policy, WalkerController, run_controllers
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.geometry import rotation_matrix
-from nao_lipm_gait.head.goals import Angles, Goal
-from nao_lipm_gait.robot.camera import CameraView, Intrinsics, RgbImage
-from nao_lipm_gait.types import STANDSTILL, FloatArray, Point2, Pose2, Pose6, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotation_matrix
+from robot_core.head_goals import Angles, Goal
+from robot_core.robot.camera import CameraView, Intrinsics, RgbImage
+from robot_core.types import STANDSTILL, FloatArray, Point2, Pose2, Pose6, VelocityCommand
 from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
 from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.robot import SimulatedRobot

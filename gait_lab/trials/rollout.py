@@ -27,9 +27,9 @@ from gait_lab.trials.trial import (
     run,
 )
 from nao_lipm_gait.calibration import NOT_CALIBRATED
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
 from sim_bridge.world import World
 
 

@@ -42,14 +42,8 @@ from gait_lab.compiled import check_fresh
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import (
-    STANDSTILL,
-    GaitStatus,
-    JointTargets,
-    SensorFrame,
-    VelocityCommand,
-)
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import STANDSTILL, GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.ball import Ball
 from sim_bridge.plant import Plant, PlantOption, load_plant, with_options
 from sim_bridge.robot import GroundTruth, SimulatedRobot

@@ -12,8 +12,8 @@ import numpy as np
 from gait_lab.analysis.metrics import Trace
 from gait_lab.trials.rollout import Recorder
 from gait_lab.trials.trial import Action, Policy, Tick, TrialSpec, make_gait, make_world, run
-from nao_lipm_gait.geometry import yaw_of_quaternion
-from nao_lipm_gait.types import STANDSTILL, GaitState, VelocityCommand
+from robot_core.geometry import yaw_of_quaternion
+from robot_core.types import STANDSTILL, GaitState, VelocityCommand
 
 STAND_TIME = 1.0
 """Time before the first step [s]."""

@@ -13,8 +13,8 @@ from gait_lab.analysis.trace import LEFT, RIGHT, Trace
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import walk as walk_task
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
+from robot_core.errors import NaoGaitError
 
 
 @dataclass(frozen=True, slots=True)

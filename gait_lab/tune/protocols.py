@@ -24,8 +24,8 @@ from gait_lab.trials.trial import (
     run,
 )
 from gait_lab.tune import growing_stride
-from nao_lipm_gait.errors import NaoGaitError, is_number
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.errors import NaoGaitError, is_number
+from robot_core.types import VelocityCommand
 
 CONTACT_LIMIT = 0.01
 """Share of ticks with contact of the legs that costs as much as twice the flight limit."""

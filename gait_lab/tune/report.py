@@ -18,7 +18,7 @@ from gait_lab.tune.search import best_of
 from gait_lab.tune.study import Study
 from gait_lab.tune.trial import Trial
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
-from nao_lipm_gait.resources import share
+from robot_core.resources import share
 
 UNITS = {"m/s": ("cm/s", 100.0), "rad/s": ("deg/s", 57.29578)}
 """Unit in the tables and its factor, by SI unit."""

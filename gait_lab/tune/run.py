@@ -16,8 +16,8 @@ from gait_lab.tune.store import Store
 from gait_lab.tune.study import Place, Study, load_study
 from gait_lab.tune.trial import Trial
 from gait_lab.tune.workers import Workers, check_backend, make_workers
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 from sim_bridge.plant import load_plant
 from sim_bridge.world import World
 

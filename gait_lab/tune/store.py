@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gait_lab.tune.protocols import Measures
 from gait_lab.tune.trial import Trial
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 FILE = "study.db"
 _TABLES = """

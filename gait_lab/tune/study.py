@@ -12,13 +12,13 @@ import attrs
 
 from gait_lab.tune.methods import METHODS
 from gait_lab.tune.protocols import find_protocol
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.schema import (
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
+from robot_core.robot import load_robot
+from robot_core.schema import (
     Anything,
     Interval,
     Number,

@@ -10,8 +10,8 @@ from gait_lab.tune.methods import Point
 from gait_lab.tune.protocols import PROTOCOLS, Measures
 from gait_lab.tune.study import Place, Study
 from nao_lipm_gait.calibration import Calibration
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
+from robot_core.errors import NaoGaitError
 
 
 @dataclass(frozen=True, slots=True)

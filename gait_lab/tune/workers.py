@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from importlib.util import find_spec
 from typing import Any, Protocol
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """One simulation per process uses a whole core; more threads would compete for it."""

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.types import Point2
-from nao_soccer.field import COLORS
+from robot_core.field import COLORS
+from robot_core.types import Point2
 from sim_bridge.ball import Ball
 from sim_bridge.scene import Scene
 from sim_bridge.shapes import Color

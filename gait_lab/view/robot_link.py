@@ -8,7 +8,7 @@ import numpy as np
 
 from gait_lab.analysis.body import pose_of
 from gait_lab.ros_session import VelocityPublisher
-from nao_lipm_gait.types import STANDSTILL, FloatArray, VelocityCommand
+from robot_core.types import STANDSTILL, FloatArray, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -71,7 +71,7 @@ class RobotLink:
         from std_msgs.msg import String
         from visualization_msgs.msg import MarkerArray
 
-        from nao_lipm_gait.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED
 
         below = f"{name}/" if name else ""
         self.state = RobotState()

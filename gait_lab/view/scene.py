@@ -15,8 +15,8 @@ from gait_lab.analysis.body import (
     torso_over_soles,
 )
 from gait_lab.view.robot_link import RobotState
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.shapes import Color
 
 LEFT_COLOR, RIGHT_COLOR = (200, 85, 61), (47, 127, 95)

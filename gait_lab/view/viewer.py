@@ -14,11 +14,11 @@ from gait_lab.view.pitch import PitchScene
 from gait_lab.view.robot_link import COMMAND_PERIOD, RobotLink, RobotState
 from gait_lab.view.scene import RobotScene
 from gait_lab.view.world_scene import WorldScene
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.process import stop_on_signal
-from nao_lipm_gait.types import VelocityCommand
-from nao_soccer.field import COLORS
+from robot_core.errors import NaoGaitError
+from robot_core.field import COLORS
+from robot_core.robot import load_robot
+from robot_core.ros.process import stop_on_signal
+from robot_core.types import VelocityCommand
 from sim_bridge.scene import parse_scene
 from sim_bridge.shapes import Color
 
@@ -211,7 +211,7 @@ class Viewer:
         from rclpy.qos import qos_profile_sensor_data
         from std_msgs.msg import String
 
-        from nao_lipm_gait.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED
 
         self.panel = Panel(server)
         self.robots = [ShownRobot(node, server, stamped=stamped)]

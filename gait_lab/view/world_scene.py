@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
-from nao_soccer.field import SIDES, TEAMS
+from robot_core.field import SIDES, TEAMS
+from robot_core.types import FloatArray
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -15,8 +15,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import (
     CLASSES,
     ColorClassifier,
@@ -25,6 +23,8 @@ from nao_soccer.vision.colors import (
     Image,
     to_hsv,
 )
+from robot_core.errors import NaoGaitError
+from robot_core.types import FloatArray
 
 SIZE_MIN = 32
 """[px] Smallest width or height of an image."""

@@ -10,8 +10,6 @@ import yaml
 
 from gait_lab.trials.rendered_frames import HeadSweep, RenderSpec, rendered_frames
 from gait_lab.vision.color_calibration import CalibratedColors, Sample, calibrate_colors
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import names
 from nao_soccer.vision.colors import (
     BALL,
     BLUE,
@@ -28,6 +26,8 @@ from nao_soccer.vision.colors import (
     load_color_table,
 )
 from nao_soccer.vision.controller import ImageInput, pixels_of
+from robot_core.errors import NaoGaitError
+from robot_core.resources import names
 
 IMAGES_MAX = 40
 """Number of images that are used, spread evenly over those that there are."""

@@ -15,14 +15,14 @@ import numpy as np
 from gait_lab.vision.evaluate import BRIGHTNESS
 from gait_lab.vision.observations import Observation, observations
 from gait_lab.vision.walks import random_walk
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
 from nao_soccer.vision.colors import Image, load_color_table
 from nao_soccer.vision.debug_image import draw_debug_image
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.vision.tilt_calibration import TiltCalibration
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 
 URDF = "nao_h21_v33"
 SECONDS = 3.0

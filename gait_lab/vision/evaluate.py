@@ -9,11 +9,11 @@ from gait_lab.vision.expected import View
 from gait_lab.vision.observations import Observation, observations
 from gait_lab.vision.score import Score, score_image
 from gait_lab.vision.walks import random_walk
-from nao_lipm_gait.robot import load_robot
 from nao_soccer.vision.colors import ColorTable, load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.settings import VisionSettings, settings_of_scene
 from nao_soccer.vision.tilt_calibration import TiltCalibration
+from robot_core.robot import load_robot
 from sim_bridge.plant import PlantOption
 
 BRIGHTNESS = (0.6, 1.0, 1.4)

@@ -15,8 +15,8 @@ from gait_lab.vision.percept_errors import (
     PerceptErrors,
 )
 from gait_lab.vision.score import Score, Sighting, merged
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind
+from robot_core.types import FloatArray
 
 DISTANCES = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0)
 """[m] At which the recalls are stated; each object counts for the nearest one."""

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gait_lab.trials.rendered_frames import FrameTruth, RenderedFrame, RenderSpec, rendered_frames
-from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraModel, CameraView, RgbImage
 from nao_soccer.vision.pose_history import BodyHistory
+from robot_core.geometry import rotation_from_rpy
+from robot_core.robot import RobotDescription
+from robot_core.robot.camera import CameraModel, CameraView, RgbImage
 
 
 class Observation(NamedTuple):

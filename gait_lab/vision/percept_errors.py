@@ -11,11 +11,11 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.schema import Number, Sequence, Settings, Table, group, number
-from nao_lipm_gait.types import FloatArray
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find
+from robot_core.schema import Number, Sequence, Settings, Table, group, number
+from robot_core.types import FloatArray
 
 LINE_POINT = "line_point"
 """A point on the middle of a field line; true ones are 0.1 m apart."""

@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 
 from gait_lab.trials.rendered_frames import BALL_TIME, HeadSweep, RenderSpec
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import STANDSTILL, Point2, Pose2, VelocityCommand
-from nao_soccer.field import Field, Pole
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field, Pole
+from robot_core.types import STANDSTILL, Point2, Pose2, VelocityCommand
 from sim_bridge.scene import Scene, SceneBall, SceneRobot, load_scene
 
 KINDS = ("stand", "walk", "sweep")

@@ -11,7 +11,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run the node until Ctrl-C or SIGTERM; returns the exit status."""
     # Everything is imported after this line: Ctrl-C must end the process quietly from the start.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from nao_lipm_gait.ros.process import StopRequest, run
+    from robot_core.ros.process import StopRequest, run
 
     stop = StopRequest()
     stop.install()

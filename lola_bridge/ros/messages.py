@@ -13,11 +13,10 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, Joy
 from lola_bridge.codec import JOINTS, LolaSensors
 from lola_bridge.joints import JointMap
 from lola_bridge.link import DriverStatus, SensorPacket
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.ros.messages import diagnostic_array, to_time
-from nao_lipm_gait.runtime.diagnostics import Level
-from nao_lipm_gait.runtime.reports import Report
-from nao_lipm_gait.types import GRAVITY, Point2
+from robot_core.log import Level, Report
+from robot_core.robot import RobotDescription
+from robot_core.ros.messages import diagnostic_array, to_time
+from robot_core.types import GRAVITY, Point2
 
 GYRO_VARIANCE, ACCEL_VARIANCE = 0.005**2, 0.15**2
 """[(rad/s)^2], [(m/s^2)^2] of one reading, as measured on NAOs."""

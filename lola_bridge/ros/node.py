@@ -37,21 +37,21 @@ from lola_bridge.ros.messages import (
     touch,
 )
 from lola_bridge.safety import Mode, SafetySettings
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.ros.messages import stamp_in, temperature_messages
-from nao_lipm_gait.ros.parameters import (
+from nao_lipm_gait.runtime.reports import SILENCE
+from robot_core.command_input import CommandInput
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level, LogLine
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.ros.messages import stamp_in, temperature_messages
+from robot_core.ros.parameters import (
     declare,
     node_parameter,
     of_type,
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.ros.process import StopRequest
-from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher, write_log
-from nao_lipm_gait.runtime.command_input import CommandInput
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine
-from nao_lipm_gait.runtime.reports import SILENCE
+from robot_core.ros.process import StopRequest
+from robot_core.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher, write_log
 
 SOCKET = node_parameter("socket", "/tmp/robocup", "LoLA's socket")
 URDF = node_parameter("urdf", "nao_v6", "robot model: a shipped name or a URDF file")

@@ -7,9 +7,9 @@ z axis up.
 from math import atan2, sqrt
 from typing import final
 
-from nao_lipm_gait.geometry import compose, cross, dot, rotate_planar
-from nao_lipm_gait.types import Point3, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.geometry import compose, cross, dot, rotate_planar
+from robot_core.types import Point3, Pose2
 
 
 @final

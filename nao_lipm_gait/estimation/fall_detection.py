@@ -2,8 +2,8 @@
 
 from math import hypot, sqrt
 
-from nao_lipm_gait.types import Point3
 from nao_lipm_gait.walks.pendulum import divergent_component
+from robot_core.types import Point3
 
 FALL_TICKS = 3
 """Ticks in a row for which the predicted tilt must exceed the limit."""

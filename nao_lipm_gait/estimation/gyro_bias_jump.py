@@ -11,7 +11,7 @@ while samples of the gyro are lost: what is interpolated lets the vertical drift
 from math import copysign
 from typing import final
 
-from nao_lipm_gait.types import Pose2
+from robot_core.types import Pose2
 
 FAST_TIME, SLOW_TIME = 0.4, 4.0
 """[s] Averaging times of a difference, and of what it usually is."""

@@ -6,8 +6,8 @@ after it has been constant for some time; a rolling robot has none.
 
 from math import sqrt
 
-from nao_lipm_gait.motion.keyframes import Posture
-from nao_lipm_gait.types import GRAVITY, Point3
+from robot_core.motion.keyframes import Posture
+from robot_core.types import GRAVITY, Point3
 
 SMOOTHING_TIME = 0.1
 """Time constant [s] by which the specific force is smoothed."""

@@ -1,9 +1,9 @@
 """Odometry by the legs: the support sole stands still, the other sole is placed relative to it."""
 
 from nao_lipm_gait.estimation.com_measurement import LevelFrame
-from nao_lipm_gait.geometry import ORIGIN, compose, midpoint, relative
-from nao_lipm_gait.types import Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.geometry import ORIGIN, compose, midpoint, relative
+from robot_core.types import Pose2
 
 VELOCITY_TIME = 0.25
 """Time constant [s] by which the velocity is smoothed, about one step."""

@@ -2,8 +2,8 @@
 
 from math import hypot
 
-from nao_lipm_gait.geometry import ORIGIN
-from nao_lipm_gait.types import Pose2, PoseCovariance
+from robot_core.geometry import ORIGIN
+from robot_core.types import Pose2, PoseCovariance
 
 WAY_NOISE = 0.03
 """Deviation [m/m^0.5] of the walked way: feet that slip, and errors of the joint angles."""

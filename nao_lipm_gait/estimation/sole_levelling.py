@@ -23,10 +23,10 @@ from collections.abc import Sequence
 from math import hypot, remainder, sqrt, tau
 from typing import final
 
-from nao_lipm_gait.geometry import cross
-from nao_lipm_gait.rate_limiter import limited_step
-from nao_lipm_gait.types import GRAVITY, LEFT, Point2, Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.geometry import cross
+from robot_core.rate_limiter import limited_step
+from robot_core.types import GRAVITY, LEFT, Point2, Point3
 
 CORNER_STIFFNESS = 1e4
 """Stiffness [N/m] of the expected ground under one corner of a sole."""

@@ -2,7 +2,7 @@
 
 from math import asin, atan2, sqrt
 
-from nao_lipm_gait.types import Point3
+from robot_core.types import Point3
 
 SETTLING_TIME = 2.5
 """Time [s] for which a robot rocks after it has taken its stand."""

@@ -24,10 +24,14 @@ from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.estimation.yaw_off_feet import YawOffFeet
 from nao_lipm_gait.estimation.yaw_slip import UnseenYawSlip, YawOverSole, YawSlipFromYawGyro
 from nao_lipm_gait.estimation.yaw_slip_from_lean import LEAN_SIGMA, YawSlipFromLean
-from nao_lipm_gait.geometry import as_point
-from nao_lipm_gait.motion.keyframes import Posture
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import (
+from nao_lipm_gait.walk_engines import WALKS
+from nao_lipm_gait.walks.base import Expectation
+from nao_lipm_gait.walks.pendulum import natural_frequency
+from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
+from robot_core.geometry import as_point
+from robot_core.motion.keyframes import Posture
+from robot_core.types import (
     DOWN,
     GRAVITY,
     IN_MOTION,
@@ -40,10 +44,6 @@ from nao_lipm_gait.types import (
     PoseCovariance,
     SensorFrame,
 )
-from nao_lipm_gait.walk_engines import WALKS
-from nao_lipm_gait.walks.base import Expectation
-from nao_lipm_gait.walks.pendulum import natural_frequency
-from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 
 LYING_TILT = 1.0
 """Tilt [rad] of a torso at rest beyond which the robot lies."""

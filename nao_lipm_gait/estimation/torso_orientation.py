@@ -8,8 +8,8 @@ the mean of all accelerometer samples so far is used, because the first one may 
 
 from math import acos, asin, atan2, cos, sqrt
 
-from nao_lipm_gait.geometry import dot
-from nao_lipm_gait.types import GRAVITY, Point3
+from robot_core.geometry import dot
+from robot_core.types import GRAVITY, Point3
 
 UPRIGHT: Point3 = (0.0, 0.0, 1.0)
 

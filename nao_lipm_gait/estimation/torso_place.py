@@ -3,9 +3,9 @@
 from math import asin, atan2, cos, sin
 from typing import NamedTuple
 
-from nao_lipm_gait.geometry import dot
-from nao_lipm_gait.types import Point3, Pose2, Pose6
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.geometry import dot
+from robot_core.types import Point3, Pose2, Pose6
 
 
 class TorsoPlace(NamedTuple):

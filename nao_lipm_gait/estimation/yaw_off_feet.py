@@ -6,9 +6,9 @@ see most of the turn: what remains is about 50 degrees (standard deviation), wit
 
 from math import atan2, remainder, sqrt, tau
 
-from nao_lipm_gait.geometry import cross, dot
-from nao_lipm_gait.rate_limiter import limited_step
-from nao_lipm_gait.types import Point3
+from robot_core.geometry import cross, dot
+from robot_core.rate_limiter import limited_step
+from robot_core.types import Point3
 
 FORWARD_MIN = 0.5
 """Smallest horizontal part of the torso's x axis: that of a vertical one has no direction."""

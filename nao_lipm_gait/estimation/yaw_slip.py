@@ -12,8 +12,8 @@ Each of them has a `yaw_variance` [rad^2], that of the odometry's heading since 
 from math import hypot, remainder, sqrt, tau
 
 from nao_lipm_gait.estimation.com_measurement import LevelFrame
-from nao_lipm_gait.types import Point3, Pose2
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.types import Point3, Pose2
 
 
 class YawOverSole:

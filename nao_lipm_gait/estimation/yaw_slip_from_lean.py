@@ -10,7 +10,7 @@ from nao_lipm_gait.estimation.yaw_slip import (
     unseen_rate_variance,
     unseen_yaw_variance,
 )
-from nao_lipm_gait.types import LEFT, FloatArray, Point3, Pose2
+from robot_core.types import LEFT, FloatArray, Point3, Pose2
 
 REST_SAMPLES = 50
 """Number of samples whose mean measures the bias at rest."""

@@ -7,9 +7,9 @@ from math import asin, atan2, hypot
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import Point3
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import Point3
 
 PAN, TILT = "HeadYaw", "HeadPitch"
 """Joints of a head; a positive tilt looks down."""

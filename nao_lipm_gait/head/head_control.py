@@ -6,10 +6,10 @@ Without a goal the gait controls the head.
 
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.head.gaze import neck_of
-from nao_lipm_gait.head.goals import Angles, Follow, Frame, Goal, Search
-from nao_lipm_gait.rate_limiter import limited_step
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point3
+from robot_core.head_goals import Angles, Follow, Frame, Goal, Search
+from robot_core.rate_limiter import limited_step
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point3
 
 SPEED = 3.0
 """[rad/s] Speed limit of both joints; slower than the motors, for sharp camera images."""

@@ -1,1 +1,1 @@
-"""Keyframe motions: files, checks, player and scheduler."""
+"""Runs keyframe motions: scheduler and player."""

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.motion.check import fastest
-from nao_lipm_gait.motion.keyframes import Balance, Interpolation, Motion
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point3
+from robot_core.motion.check import fastest
+from robot_core.motion.keyframes import Balance, Interpolation, Motion
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point3
 
 
 def balanced(

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.joints import HEAD, joint_groups
-from nao_lipm_gait.motion.keyframes import LYING, Motion, Posture
-from nao_lipm_gait.motion.library import MotionLibrary, shipped_library
 from nao_lipm_gait.motion.player import MotionPlayer, balanced
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point3
+from robot_core.errors import NaoGaitError
+from robot_core.motion.joints import HEAD, joint_groups
+from robot_core.motion.keyframes import LYING, Motion, Posture
+from robot_core.motion.library import MotionLibrary, shipped_library
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point3
 
 GET_UP = "get_up"
 """Request for the motion that gets up from the side on which the robot lies."""

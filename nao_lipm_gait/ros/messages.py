@@ -9,8 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 from uuid import uuid4
 
-from builtin_interfaces.msg import Duration, Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import (
     Point,
     PointStamped,
@@ -23,29 +22,25 @@ from geometry_msgs.msg import (
 )
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState, Temperature
-from std_msgs.msg import ColorRGBA, Float64MultiArray, Header, MultiArrayDimension
+from std_msgs.msg import ColorRGBA, Float64MultiArray, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
-from nao_lipm_gait.geometry import compose, quaternion_from_rpy
 from nao_lipm_gait.runtime.inputs import (
     ImuInput,
     JointInput,
     LoadInput,
     TemperatureInput,
     TwistInput,
-    stamp_of,
 )
-from nao_lipm_gait.runtime.reports import Report
-from nao_lipm_gait.types import FloatArray, GaitStatus, JointTargets, Point3, Pose2, Pose6
+from robot_core.geometry import compose, quaternion_from_rpy
+from robot_core.ros.messages import BASE_FOOTPRINT, ODOM, to_doubles, to_time
+from robot_core.types import GaitStatus, JointTargets, Point3, Pose2, Pose6
 
-ODOM = "odom"
-BASE_FOOTPRINT = "base_footprint"
 Q = "Q"
 """Frame of the CoM points: the paper's coordinate system of the current single support, z from the
 ground. It jumps with each support change, so it is not published in TF."""
 
-_NANOSECONDS = 1_000_000_000
 _LEFT = ColorRGBA(r=0.9, g=0.2, b=0.2, a=0.8)
 _RIGHT = ColorRGBA(r=0.2, g=0.7, b=0.2, a=0.8)
 _LEFT_UP = ColorRGBA(r=0.9, g=0.2, b=0.2, a=0.4)
@@ -114,45 +109,11 @@ def temperature_input(message: Temperature) -> TemperatureInput:
     )
 
 
-def stamp_in(header: Header, topic: str) -> int:
-    """The stamp [ns] of a header.
-
-    Raises:
-        NaoGaitError: It is no time; the error names the topic.
-    """
-    return stamp_of(header.stamp.sec, header.stamp.nanosec, f"{topic} header.stamp")
-
-
 def _xyz(vector: Vector3) -> Point3:
     return vector.x, vector.y, vector.z
 
 
 # -- to messages -----------------------------------------------------------------------------------
-
-
-def to_time(stamp: int) -> Time:
-    """A stamp [ns] as a message."""
-    sec, nanosec = divmod(stamp, _NANOSECONDS)
-    return Time(sec=sec, nanosec=nanosec)
-
-
-def temperature_messages(
-    stamp: int, joints: Sequence[str], degrees: Sequence[float]
-) -> list[Temperature]:
-    """`temperature`: one for each motor, whose joint is the frame_id; degrees [deg C]."""
-    messages = []
-    for joint, each in zip(joints, degrees, strict=True):
-        message = Temperature(temperature=float(each))
-        message.header.stamp, message.header.frame_id = to_time(stamp), joint
-        messages.append(message)
-    return messages
-
-
-def to_doubles(values: FloatArray) -> array:
-    """A float64 array in the type that ROS messages take without checking each element."""
-    doubles = array("d")
-    doubles.frombytes(values.tobytes())
-    return doubles
 
 
 class CommandWriter(Protocol):
@@ -358,36 +319,6 @@ def footsteps(status: GaitStatus) -> MarkerArray:
     com.pose.position = _from_q(status.q_in_odom, status.com_estimated_in_q)
     markers.markers += [origin, com]
     return markers
-
-
-def diagnostic_array(
-    node: str, hardware: str, stamp: int | None, reports: Sequence[Report]
-) -> DiagnosticArray:
-    """The reports of one second.
-
-    Args:
-        node: Name of the node; it precedes the name of each report.
-        hardware: The robot's name.
-        stamp: Stamp of the last tick [ns]; None before the first.
-        reports: One for each status.
-
-    Returns:
-        The message for `diagnostics`.
-    """
-    array = DiagnosticArray()
-    if stamp is not None:
-        array.header.stamp = to_time(stamp)
-    array.status = [
-        DiagnosticStatus(
-            level=bytes((report.level,)),
-            name=f"{node}: {report.name}",
-            message=report.message,
-            hardware_id=hardware,
-            values=[KeyValue(key=key, value=value) for key, value in report.values.items()],
-        )
-        for report in reports
-    ]
-    return array
 
 
 def _marker(

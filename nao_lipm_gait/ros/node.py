@@ -21,16 +21,11 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.calibration_file import calibration_of
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.head.goals import Goal
-from nao_lipm_gait.motion.library import library_of
 from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.ros.messages import (
     COMMAND_WRITERS,
     StatusWriter,
-    diagnostic_array,
     footsteps,
     imu_input,
     joint_input,
@@ -40,7 +35,19 @@ from nao_lipm_gait.ros.messages import (
     twist_input,
 )
 from nao_lipm_gait.ros.overdue_timer import OverdueTimer
-from nao_lipm_gait.ros.parameters import (
+from nao_lipm_gait.ros.sampled_group import NEWEST, SampledGroup
+from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
+from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
+from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
+from nao_lipm_gait.runtime.inputs import Input
+from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
+from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from robot_core.errors import NaoGaitError
+from robot_core.head_goals import Goal
+from robot_core.motion.library import library_of
+from robot_core.robot import load_robot
+from robot_core.ros.messages import diagnostic_array
+from robot_core.ros.parameters import (
     accepted,
     as_mapping,
     declare,
@@ -51,15 +58,8 @@ from nao_lipm_gait.ros.parameters import (
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.ros.sampled_group import NEWEST, SampledGroup
-from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription, write_log
-from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
-from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
-from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
-from nao_lipm_gait.runtime.inputs import Input
-from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
-from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
-from nao_lipm_gait.types import BUSY, GaitStatus, Pose6
+from robot_core.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription, write_log
+from robot_core.types import BUSY, GaitStatus, Pose6
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 PRESET = node_parameter(

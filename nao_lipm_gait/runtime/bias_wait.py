@@ -1,6 +1,6 @@
 """The stand before the first walk, in which the gait learns the bias of its gyro."""
 
-from nao_lipm_gait.types import GaitState
+from robot_core.types import GaitState
 
 DRIFT_MAX = 9e-4
 """Deviation [rad/s] of the heading's drift below which the gyro's bias counts as known: 1.5 deg in

@@ -11,11 +11,11 @@ from typing import Self
 import attrs
 
 from nao_lipm_gait.calibration import Calibration
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.runtime.diagnostics import Diagnostics, Level
-from nao_lipm_gait.runtime.reports import Report
-from nao_lipm_gait.schema import Field, fields, number, switch
+from nao_lipm_gait.runtime.diagnostics import Diagnostics
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level, Report
+from robot_core.schema import Field, fields, number, switch
 
 CALIBRATION = "calibration"
 """Name of the report."""

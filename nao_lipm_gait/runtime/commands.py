@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.head.gaze import PAN, TILT
-from nao_lipm_gait.head.goals import Angles, Follow, Frame, Goal, LookAt, Search
 from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.inputs import TwistInput, finite
-from nao_lipm_gait.types import STANDSTILL, Point3, VelocityCommand
+from nao_lipm_gait.runtime.inputs import TwistInput
+from robot_core.errors import NaoGaitError
+from robot_core.head_goals import Angles, Follow, Frame, Goal, LookAt, Search
+from robot_core.message_checks import finite
+from robot_core.robot import RobotDescription
+from robot_core.types import STANDSTILL, Point3, VelocityCommand
 
 SPEED_ABSURD = 10.0
 """[m/s] No command for a small humanoid: a wrong unit or a broken sender."""

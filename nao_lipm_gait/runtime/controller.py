@@ -13,12 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
-from nao_lipm_gait.errors import NaoGaitError, one_line
 from nao_lipm_gait.gait import MISSED_TICKS_MAX, Gait
-from nao_lipm_gait.head.goals import Goal
-from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.calibration_monitor import CalibrationMonitor
 from nao_lipm_gait.runtime.commands import (
     VelocityInput,
@@ -26,22 +22,14 @@ from nao_lipm_gait.runtime.commands import (
     read_velocity,
     with_changes,
 )
-from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics, Level, LogLine
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics
 from nao_lipm_gait.runtime.frame_sync import FrameSync
 from nao_lipm_gait.runtime.heat_watch import HeatWatch
-from nao_lipm_gait.runtime.inputs import (
-    ImuInput,
-    Input,
-    JointInput,
-    LoadInput,
-    TemperatureInput,
-    finite,
-    stamp_of,
-)
+from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput, TemperatureInput
 from nao_lipm_gait.runtime.lift_watch import LiftWatch
 from nao_lipm_gait.runtime.motion_commands import MotionCommands
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
-from nao_lipm_gait.runtime.reports import SILENCE, Health, Report, reports
+from nao_lipm_gait.runtime.reports import SILENCE, Health, reports
 from nao_lipm_gait.runtime.sensor_age import SensorAge
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
 from nao_lipm_gait.runtime.sole_loads import LOAD_AGE, SoleLoads
@@ -52,7 +40,13 @@ from nao_lipm_gait.runtime.target_guard import GuardedTargets, TargetGuard
 from nao_lipm_gait.runtime.tick_times import TickTimes
 from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
 from nao_lipm_gait.runtime.velocity_gate import VelocityGate
-from nao_lipm_gait.types import (
+from robot_core.errors import NaoGaitError, one_line
+from robot_core.head_goals import Goal
+from robot_core.log import Level, LogLine, Report
+from robot_core.message_checks import finite, stamp_of
+from robot_core.motion.library import MotionLibrary
+from robot_core.robot import RobotDescription
+from robot_core.types import (
     BUSY,
     DOWN,
     GRAVITY,

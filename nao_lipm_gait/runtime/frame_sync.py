@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.state_estimator import GAP_MAX
 from nao_lipm_gait.runtime.validation import ImuSample, JointSample
-from nao_lipm_gait.types import FloatArray, SensorFrame
+from robot_core.errors import NaoGaitError
+from robot_core.types import FloatArray, SensorFrame
 
 MAX_IMU_AGE = 50_000_000
 """[ns] An IMU sample further than this from the joint sample is not used for it."""

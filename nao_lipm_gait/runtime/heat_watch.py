@@ -2,9 +2,10 @@
 
 from math import inf
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.diagnostics import WALK, Diagnostics, Level
-from nao_lipm_gait.types import VelocityCommand
+from nao_lipm_gait.runtime.diagnostics import WALK, Diagnostics
+from robot_core.log import Level
+from robot_core.robot import RobotDescription
+from robot_core.types import VelocityCommand
 
 HOT, COOL = 70.0, 65.0
 """[deg C] of a motor: from the first on it is hot, until it is below the second. A NAO takes torque

@@ -4,22 +4,10 @@ The same data come from DDS, from a simulated robot or from a test. Every refusa
 with topic and field, value, and what is allowed. `sim_bridge` uses the checks for its own topics.
 """
 
-import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import FloatArray
-
 Triple = tuple[float, float, float]
-
-_NANOSECONDS = 1_000_000_000
-_NAMES_SHOWN = 5
-_NAME_LENGTH = 40
-
 
 @dataclass(frozen=True, slots=True)
 class TwistInput:
@@ -117,69 +105,3 @@ class TemperatureInput:
 Input = TwistInput | ImuInput | JointInput | LoadInput | TemperatureInput
 
 
-def stamp_of(sec: int, nanosec: int, field: str) -> int:
-    """Join the two parts of a ROS stamp.
-
-    Returns:
-        The stamp [ns].
-
-    Raises:
-        NaoGaitError: For a negative time, or a second or more in `nanosec`.
-    """
-    if nanosec >= _NANOSECONDS:
-        raise NaoGaitError(f"{field}.nanosec", nanosec, "0 to 999999999")
-    if sec < 0:
-        raise NaoGaitError(f"{field}.sec", sec, "0 or more")
-    return sec * _NANOSECONDS + nanosec
-
-
-def finite(value: float, field: str, limit: float, unit: str) -> float:
-    """Check that a number is finite and not beyond `limit` in size.
-
-    Args:
-        value: The number.
-        field: Its topic and field, for the error.
-        limit: Largest size that is allowed.
-        unit: Unit of both, for the error.
-
-    Returns:
-        `value`.
-
-    Raises:
-        NaoGaitError: If it is not.
-    """
-    if not math.isfinite(value) or abs(value) > limit:
-        raise NaoGaitError(field, value, f"a finite number from {-limit:g} to {limit:g} {unit}")
-    return value
-
-
-def read_vector(values: Sequence[float], field: str, limit: float, unit: str) -> FloatArray:
-    """Check the three components of a vector like `finite` does.
-
-    Args:
-        values: x, y, z.
-        field: Topic and field, for the error.
-        limit: Largest size of a component.
-        unit: Unit of all, for the error.
-
-    Returns:
-        The vector (3,).
-
-    Raises:
-        NaoGaitError: With the first component that is refused.
-    """
-    for axis, value in zip("xyz", values, strict=True):
-        finite(value, f"{field}.{axis}", limit, unit)
-    return np.array(values, dtype=float)
-
-
-def some(names: Sequence[str]) -> str:
-    """Shorten a list of names for a message: the first few, each of a bounded length."""
-    shown = ", ".join(name[:_NAME_LENGTH] for name in names[:_NAMES_SHOWN])
-    rest = len(names) - _NAMES_SHOWN
-    return shown if rest <= 0 else f"{shown} and {rest} more"
-
-
-def repeated(names: Sequence[str]) -> str:
-    """List the names that occur more than once, shortened."""
-    return some([name for name, count in Counter(names).items() if count > 1])

@@ -3,10 +3,10 @@
 import gc
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import GaitController, Settings
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, TwistInput
-from nao_lipm_gait.types import GRAVITY
+from robot_core.robot import RobotDescription
+from robot_core.types import GRAVITY
 
 WARM_UP_STANDS, WARM_UP_WALKS = 2, 60
 """Ticks of the warm-up, with a stand time of nearly nothing."""

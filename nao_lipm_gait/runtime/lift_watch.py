@@ -7,7 +7,7 @@ to nothing and that is not in free fall is carried by something else.
 from math import hypot
 
 from nao_lipm_gait.runtime.sole_loads import SoleLoads
-from nao_lipm_gait.types import GRAVITY, FloatArray
+from robot_core.types import GRAVITY, FloatArray
 
 LIFT_TIME = 150_000_000
 """[ns] without load after which the robot counts as lifted: twice the time in which a body falls

@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.motion.scheduler import GET_UP
-from nao_lipm_gait.runtime.diagnostics import WALK, Diagnostics, Level
+from nao_lipm_gait.runtime.diagnostics import WALK, Diagnostics
 from nao_lipm_gait.runtime.motion_requests import MotionRequests
-from nao_lipm_gait.types import GaitStatus
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level
+from robot_core.motion.motion_file import load_motions
+from robot_core.types import GaitStatus
 
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""

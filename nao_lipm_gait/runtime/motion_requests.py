@@ -1,7 +1,7 @@
 """What became of a motion that was requested: done, refused, replaced or aborted."""
 
 from nao_lipm_gait.motion.scheduler import GET_UP
-from nao_lipm_gait.types import DOWN, GETTING_UP, STAND, GaitState
+from robot_core.types import DOWN, GETTING_UP, STAND, GaitState
 
 
 class MotionRequests:

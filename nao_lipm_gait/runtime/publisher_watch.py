@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics, Level
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics
+from robot_core.log import Level
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Level, Remark
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Remark
 from nao_lipm_gait.runtime.tick_times import TickSummary
-from nao_lipm_gait.types import GaitState, GaitStatus
+from robot_core.log import Level, Report
+from robot_core.types import GaitState, GaitStatus
 
 SILENCE = 1.0
 """[s] without joint states that is an error."""
@@ -46,23 +47,6 @@ class Health:
     command_timed_out: bool = False
     gyro_bias_sigma: float = 0.0
     remarks: Mapping[str, Sequence[Remark]] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """One status of the diagnostics.
-
-    Attributes:
-        name: What it is about.
-        level: The worst of what is said.
-        message: One line.
-        values: Numbers as text, with their unit in the name.
-    """
-
-    name: str
-    level: Level
-    message: str
-    values: Mapping[str, str]
 
 
 def reports(health: Health) -> tuple[Report, ...]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from nao_lipm_gait.runtime.frame_sync import MAX_IMU_AGE, FrameSync
 from nao_lipm_gait.runtime.sole_loads import SoleLoads
-from nao_lipm_gait.types import GaitState
+from robot_core.types import GaitState
 
 JOINT_PATIENCE = 300_000_000
 """[ns] without readable joints, after which the robot stops walking."""

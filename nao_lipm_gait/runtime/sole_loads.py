@@ -1,6 +1,6 @@
 """The loads on the soles: whether they carry the robot."""
 
-from nao_lipm_gait.types import GRAVITY
+from robot_core.types import GRAVITY
 
 LIGHT_SHARE = 0.3
 """Share of the robot's weight; with less on both soles they do not carry the robot."""

@@ -1,8 +1,9 @@
 """What is said about the stamps of joint states: wrong rates, repeats, jumps of the clock."""
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.runtime.diagnostics import SENSORS, WALK, Diagnostics, Level
+from nao_lipm_gait.runtime.diagnostics import SENSORS, WALK, Diagnostics
 from nao_lipm_gait.runtime.stamp_monitor import LONGEST_GAP, NEW_TIME, StampMonitor, Step
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level
 
 STAMP = "joint_states header.stamp"
 OFF_RATE, RATE_AGAIN = 0.1, 0.05

@@ -2,8 +2,9 @@
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.bias_wait import BiasWait
-from nao_lipm_gait.runtime.diagnostics import COMMANDS, Diagnostics, Level
-from nao_lipm_gait.types import DOWN, GaitState, GaitStatus
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, Diagnostics
+from robot_core.log import Level
+from robot_core.types import DOWN, GaitState, GaitStatus
 
 
 class StateLog:

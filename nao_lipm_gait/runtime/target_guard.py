@@ -5,9 +5,9 @@ from typing import Protocol
 
 import numpy as np
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, JointTargets, SensorFrame, VelocityCommand
-from nao_lipm_gait.whole_body.joint_limits import SPEED_SHARE
+from robot_core.joint_limits import SPEED_SHARE
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, JointTargets, SensorFrame, VelocityCommand
 
 _ROUNDING = 1e-9
 """[rad] Targets this little beyond a limit are clipped without a report."""

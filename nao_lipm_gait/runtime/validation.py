@@ -18,19 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics, Level
-from nao_lipm_gait.runtime.inputs import (
-    ImuInput,
-    JointInput,
-    read_vector,
-    repeated,
-    some,
-    stamp_of,
-)
+from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
 from nao_lipm_gait.runtime.stamp_monitor import LONGEST_GAP
-from nao_lipm_gait.types import FloatArray, JointTargets
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level
+from robot_core.message_checks import read_vector, repeated, some, stamp_of
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, JointTargets
 
 JOINT_MARGIN = 0.5
 """[rad] A position further beyond the joint limits than this is a broken reading."""

@@ -3,10 +3,11 @@
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.bias_wait import BiasWait
 from nao_lipm_gait.runtime.commands import VelocityInput
-from nao_lipm_gait.runtime.diagnostics import COMMANDS, Diagnostics, Level
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, Diagnostics
 from nao_lipm_gait.runtime.heat_watch import HeatWatch
 from nao_lipm_gait.runtime.state_log import StateLog
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.log import Level
+from robot_core.types import STANDSTILL, VelocityCommand
 
 
 class VelocityGate:

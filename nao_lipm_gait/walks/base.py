@@ -3,10 +3,10 @@
 from importlib import import_module
 from typing import Protocol, final
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT, Point3, Pose2, VelocityCommand
 from nao_lipm_gait.walk_engines import WALKS
+from robot_core.errors import NaoGaitError
+from robot_core.types import LEFT, Point3, Pose2, VelocityCommand
 
 
 @final

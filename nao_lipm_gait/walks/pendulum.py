@@ -6,7 +6,7 @@ k = sqrt(g / h) [1/s] for a pendulum of height h.
 
 from math import acosh, cosh, sinh, sqrt
 
-from nao_lipm_gait.types import GRAVITY
+from robot_core.types import GRAVITY
 
 
 def natural_frequency(height: float) -> float:

@@ -10,8 +10,8 @@ from math import hypot, sqrt, tan
 from typing import NamedTuple
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.rate_limiter import limited_step
-from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
+from robot_core.rate_limiter import limited_step
+from robot_core.types import LEFT, RIGHT, Pose2, VelocityCommand
 
 SHARE_MAX = 1e75
 """Cap on the used share of one step limit, so that its power by `step_limit_norm` is finite."""

@@ -7,8 +7,8 @@ monotone, and nothing jumps when the plan changes.
 
 from math import cos, pi
 
-from nao_lipm_gait.geometry import rotate_planar
-from nao_lipm_gait.types import Pose2
+from robot_core.geometry import rotate_planar
+from robot_core.types import Pose2
 
 
 def raised_cosine(phase: float) -> float:

@@ -5,9 +5,9 @@ from typing import final
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.geometry import as_point
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point3
+from robot_core.geometry import as_point
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point3
 
 
 @final

@@ -10,9 +10,6 @@ from typing import final
 
 import numpy as np
 
-from nao_lipm_gait.geometry import Rotation, float_view, rotate_planar, rotation_from_rpy
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point3
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 from nao_lipm_gait.whole_body.leg_kinematics import (
@@ -20,6 +17,9 @@ from nao_lipm_gait.whole_body.leg_kinematics import (
     LegKinematics,
     LegSolution,
 )
+from robot_core.geometry import Rotation, float_view, rotate_planar, rotation_from_rpy
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point3
 
 COM_TOLERANCE = 1e-4
 """Largest error of the CoM along an axis [m]."""

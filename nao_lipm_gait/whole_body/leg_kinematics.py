@@ -8,10 +8,10 @@ from typing import NamedTuple, Protocol, final
 
 import pinocchio as pin
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import LegJoints, RobotDescription
-from nao_lipm_gait.types import Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.errors import NaoGaitError
+from robot_core.robot import LegJoints, RobotDescription
+from robot_core.types import Point3
 
 OFFSET_MAX = 1e-6
 """Largest sum of leg offsets that counts as none [m]."""

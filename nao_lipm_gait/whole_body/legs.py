@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.whole_body.leg_kinematics import LegKinematics
 from nao_lipm_gait.whole_body.shared_hip_legs import SharedHipLegs
 from nao_lipm_gait.whole_body.yaw_hip_legs import YawHipLegs
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
 
 KINEMATICS: dict[str, Callable[[RobotDescription], LegKinematics]] = {
     "shared_yaw_pitch": SharedHipLegs,

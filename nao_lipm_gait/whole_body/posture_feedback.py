@@ -9,11 +9,11 @@ Every joint turns about the positive axis. With positive gains, a torso that pit
 (w_y > 0) presses the toes down and extends the hip; a negative gain turns the correction round.
 """
 
-from nao_lipm_gait.geometry import float_view
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, Point3
 from nao_lipm_gait.whole_body.leg_kinematics import LegColumns
+from robot_core.geometry import float_view
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point3
 
 
 class PostureFeedback:

@@ -8,10 +8,10 @@ The torso yaw, which is free, absorbs their mean.
 
 from math import acos, asin, atan2, copysign, cos, hypot, sin, sqrt
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
+from robot_core.robot import RobotDescription
+from robot_core.types import Point3
 
 SQRT_HALF = sqrt(0.5)
 YAW_TOLERANCE = 1e-4

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 
 REACHED = 0.005
 """Distance of a joint from the stand that needs no blending [rad]."""

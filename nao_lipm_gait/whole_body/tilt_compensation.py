@@ -9,8 +9,8 @@ rotation slowly, which raises the torso.
 from math import exp
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
+from robot_core.types import LEFT
 
 DEADBAND = 0.07
 """[rad] Smaller tilt errors belong to the walk and are not compensated."""

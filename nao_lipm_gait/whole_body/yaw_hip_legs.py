@@ -10,10 +10,10 @@ remaining rotation:
 
 from math import acos, asin, atan2, cos, hypot, pi, sin
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
+from robot_core.robot import RobotDescription
+from robot_core.types import Point3
 
 SINGULAR = 1e-9
 """Length below which a direction is undefined; a leg turned sideways has one yaw-pitch axis."""

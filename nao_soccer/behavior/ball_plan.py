@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import attrs
 
-from nao_lipm_gait.schema import Settings, number
-from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.behavior.kicks import Kick, KickTable
 from nao_soccer.behavior.walking import WalkLimits
-from nao_soccer.field import SIDES, Field, Goals
+from robot_core.field import SIDES, Field, Goals
+from robot_core.schema import Settings, number
+from robot_core.types import Point2, Pose2
 
 INTO_GOAL = 0.2
 """[m] behind the goal line to which the ball is sent."""

@@ -3,11 +3,11 @@
 import math
 from dataclasses import replace
 
-from nao_lipm_gait.geometry import rotate_planar
-from nao_lipm_gait.types import STAND, Point2, Pose2, VelocityCommand
 from nao_soccer.behavior.situation import Action, Situation
 from nao_soccer.behavior.walking import FACING, Round, turn_by, walk_to
 from nao_soccer.world.state import HeadMode
+from robot_core.geometry import rotate_planar
+from robot_core.types import STAND, Point2, Pose2, VelocityCommand
 
 BALL_ROUND = 0.24
 """[m] that the robot keeps from the ball on its way around it."""

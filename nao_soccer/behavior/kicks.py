@@ -10,12 +10,12 @@ from pathlib import Path
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import rotate_planar
-from nao_lipm_gait.resources import find, names
-from nao_lipm_gait.schema import NAME, Group, Sequence, Settings, number
-from nao_lipm_gait.types import Point2, Pose2
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotate_planar
+from robot_core.resources import find, names
+from robot_core.schema import NAME, Group, Sequence, Settings, number
+from robot_core.types import Point2, Pose2
 
 
 @attrs.frozen

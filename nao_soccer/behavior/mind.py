@@ -5,18 +5,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from nao_lipm_gait.types import STAND, Point2
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
 from nao_soccer.behavior.engine import Activation, Engine
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.options import PLAYER
 from nao_soccer.behavior.situation import Action, Body, Situation
 from nao_soccer.behavior.walking import WalkLimits, kept_apart
-from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
 from nao_soccer.world.looking import unseen_robot
 from nao_soccer.world.state import HeadMode, TeamMate, WorldState
+from robot_core.field import Field, Goals
+from robot_core.types import STAND, Point2
 
 VALID_MEMORY = 2_000_000_000
 """[ns] A pose that was valid so short a time ago is good enough to choose a kick."""

@@ -10,16 +10,12 @@ data = behavior.team_message(state.stamp * 1e-9)      # what to send now, if any
 import math
 from dataclasses import dataclass
 
-from nao_lipm_gait.motion.library import shipped_library
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import Point2
 from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.basic import DIVES
 from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
 from nao_soccer.behavior.walking import WalkLimits
-from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
 from nao_soccer.team.link import TeamLink
@@ -27,6 +23,10 @@ from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
 from nao_soccer.team.role import Role
 from nao_soccer.team.roles import Claim, RoleChoice
 from nao_soccer.world.state import IMAGE_AGE_MAX, TeamMate, WorldState
+from robot_core.field import Field, Goals
+from robot_core.motion.library import shipped_library
+from robot_core.robot import RobotDescription
+from robot_core.types import Point2
 
 BALL_AGE = 3.0
 """[s] since somebody saw the ball, after which nobody claims to be near it."""

@@ -3,8 +3,6 @@
 import math
 from dataclasses import dataclass
 
-from nao_lipm_gait.geometry import relative, rotate_planar
-from nao_lipm_gait.types import STANDSTILL, GaitState, Point2, Pose2, VelocityCommand
 from nao_soccer.behavior.ball_plan import BallPlan
 from nao_soccer.behavior.walking import (
     APART,
@@ -16,11 +14,13 @@ from nao_soccer.behavior.walking import (
     Round,
     WalkLimits,
 )
-from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
 from nao_soccer.world.settings import BALL_DECELERATION
 from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
+from robot_core.field import Field, Goals
+from robot_core.geometry import relative, rotate_planar
+from robot_core.types import STANDSTILL, GaitState, Point2, Pose2, VelocityCommand
 
 PASSING = 0.06
 """[m] by which a path may pass nearer to a robot than `kept_apart` allows; the speed limit then

@@ -5,11 +5,11 @@ Thresholds come in pairs, so that decisions do not flicker.
 
 import math
 
-from nao_lipm_gait.types import FALLEN, IN_MOTION, STAND
 from nao_soccer.behavior.situation import Situation
 from nao_soccer.game_state import Phase
 from nao_soccer.team.role import Role
 from nao_soccer.world.settings import BALL_DECELERATION
+from robot_core.types import FALLEN, IN_MOTION, STAND
 
 BALL_FORGOTTEN = 4.0
 """[s] since anybody saw the ball, after which it is searched."""

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import attrs
 
-from nao_lipm_gait.geometry import rotate_planar
-from nao_lipm_gait.schema import Settings, number
-from nao_lipm_gait.types import STANDSTILL, Point2, Pose2, VelocityCommand
+from robot_core.geometry import rotate_planar
+from robot_core.schema import Settings, number
+from robot_core.types import STANDSTILL, Point2, Pose2, VelocityCommand
 
 DISTANCE_GAIN = 1.2
 """[1/s] Speed over the distance that is left: the robot slows down before its target."""

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.schema import NAME, Settings, number
-from nao_soccer.field import TEAMS
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.field import TEAMS
+from robot_core.resources import find
+from robot_core.schema import NAME, Settings, number
 
 
 @attrs.frozen

@@ -27,9 +27,9 @@ import struct
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.game_state import GameState, Phase, SetPlay
+from robot_core.errors import NaoGaitError
+from robot_core.types import Point2, Pose2
 
 CONTROL_PORT = 3838
 RETURN_PORT = 3939

@@ -1,7 +1,7 @@
 """The referee: keeps the rules of a short match from the true places of ball and robots.
 
 Pure: it is given the time and where everything is, and returns what is to be done in the world and
-what the robots are told. Places are in the frame of the field (see `nao_soccer.field`); the teams
+what the robots are told. Places are in the frame of the field (see `robot_core.field`); the teams
 do not change sides.
 
 The rules are a short form of those of the Standard Platform League. Different, because a simulated
@@ -17,9 +17,6 @@ from typing import NamedTuple
 
 import attrs
 
-from nao_lipm_gait.schema import Settings, number
-from nao_lipm_gait.types import Point2, Point3
-from nao_soccer.field import SIDES, TEAMS, BallPlace, Field, Goals
 from nao_soccer.game_state import Phase, SetPlay
 from nao_soccer.referee.protocol import (
     MAX_PLAYERS,
@@ -28,6 +25,9 @@ from nao_soccer.referee.protocol import (
     PlayerInfo,
     TeamInfo,
 )
+from robot_core.field import SIDES, TEAMS, BallPlace, Field, Goals
+from robot_core.schema import Settings, number
+from robot_core.types import Point2, Point3
 
 TEAM_NUMBERS = {"red": 1, "blue": 2}
 """Number of each team in messages."""

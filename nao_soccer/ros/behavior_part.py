@@ -5,20 +5,20 @@ from geometry_msgs.msg import Twist
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.ros.parameters import declare, node_parameter, of_type
-from nao_lipm_gait.ros.topics import Inputs
-from nao_lipm_gait.types import GaitState, VelocityCommand
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body
-from nao_soccer.field import TEAMS, Field, Goals
 from nao_soccer.referee.protocol import CONTROL_PORT, RETURN_PORT
 from nao_soccer.referee.rules import TEAM_NUMBERS
 from nao_soccer.ros.status_message import status_message
 from nao_soccer.team.message import PORT_BASE
 from nao_soccer.team.udp import LOCAL, UdpLink
+from robot_core.errors import NaoGaitError
+from robot_core.field import TEAMS, Field, Goals
+from robot_core.robot import RobotDescription
+from robot_core.ros.parameters import declare, node_parameter, of_type
+from robot_core.ros.topics import Inputs
+from robot_core.types import GaitState, VelocityCommand
 
 TEAM = node_parameter("team", "red", "the robot's team", choices=TEAMS)
 NUMBER = node_parameter("number", 1, "number of the player", minimum=1, maximum=20)

@@ -9,10 +9,6 @@ from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import yaw_of_quaternion
-from nao_lipm_gait.ros.messages import stamp_in, to_time
-from nao_lipm_gait.types import FloatArray, Pose2
 from nao_soccer.ros.vision_messages import (
     KINDS,
     LINE_FIELDS,
@@ -21,6 +17,10 @@ from nao_soccer.ros.vision_messages import (
 )
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import BallEstimate, PoseEstimate
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import yaw_of_quaternion
+from robot_core.ros.messages import stamp_in, to_time
+from robot_core.types import FloatArray, Pose2
 
 FIELD = "field"
 """Frame of the field: origin in its centre, x towards the opponents' goal."""

@@ -10,20 +10,6 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool, String
 
-from nao_lipm_gait.errors import NaoGaitError, is_number
-from nao_lipm_gait.head.goals import Follow, Goal, LookAt, Search
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
-from nao_lipm_gait.ros.parameters import (
-    declare,
-    node_parameter,
-    of_type,
-    used_as,
-    warn_of_unknown_overrides,
-)
-from nao_lipm_gait.ros.topics import LATCHED, Inputs
-from nao_lipm_gait.types import DOWN, GETTING_UP, Pose2, state_of
-from nao_soccer.field import Goals
 from nao_soccer.player import Player
 from nao_soccer.ros import behavior_part
 from nao_soccer.ros import player_messages as convert
@@ -31,6 +17,20 @@ from nao_soccer.ros.behavior_part import BehaviorPart
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import WorldState
+from robot_core.errors import NaoGaitError, is_number
+from robot_core.field import Goals
+from robot_core.head_goals import Follow, Goal, LookAt, Search
+from robot_core.robot import load_robot
+from robot_core.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
+from robot_core.ros.parameters import (
+    declare,
+    node_parameter,
+    of_type,
+    used_as,
+    warn_of_unknown_overrides,
+)
+from robot_core.ros.topics import LATCHED, Inputs
+from robot_core.types import DOWN, GETTING_UP, Pose2, state_of
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 SCENE = node_parameter("scene", "pitch", "field and goals: a shipped scene or a YAML file")

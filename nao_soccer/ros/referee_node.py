@@ -15,17 +15,6 @@ from rclpy.qos import qos_profile_sensor_data
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.messages import stamp_in, to_time
-from nao_lipm_gait.ros.parameters import (
-    declare,
-    node_parameter,
-    of_type,
-    used_as,
-    warn_of_unknown_overrides,
-)
-from nao_lipm_gait.ros.topics import Inputs
-from nao_lipm_gait.types import Point3
 from nao_soccer.referee.match_clock import MatchClock
 from nao_soccer.referee.players import players_of_scene
 from nao_soccer.referee.protocol import (
@@ -47,6 +36,17 @@ from nao_soccer.referee.rules import (
 from nao_soccer.ros.status_message import status_message
 from nao_soccer.team.udp import LOCAL, UdpLink
 from nao_soccer.vision.settings import settings_of_scene
+from robot_core.errors import NaoGaitError
+from robot_core.ros.messages import stamp_in, to_time
+from robot_core.ros.parameters import (
+    declare,
+    node_parameter,
+    of_type,
+    used_as,
+    warn_of_unknown_overrides,
+)
+from robot_core.ros.topics import Inputs
+from robot_core.types import Point3
 
 SCENE = node_parameter("scene", "pitch_small", "field and robots: a shipped scene or a YAML file")
 MINUTES = node_parameter("minutes", 2.0, "simulated minutes of a half", "min", 0.05, 60.0)

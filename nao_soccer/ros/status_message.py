@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from nao_lipm_gait.ros.messages import to_time
+from robot_core.ros.messages import to_time
 
 
 def status_message(

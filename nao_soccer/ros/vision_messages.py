@@ -14,13 +14,13 @@ from geometry_msgs.msg import (
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import rotation_from_quaternion
-from nao_lipm_gait.robot.camera import Intrinsics
-from nao_lipm_gait.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.controller import ImageInput
 from nao_soccer.vision.percepts import Covariance2, Kind, Percept, Percepts
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotation_from_quaternion
+from robot_core.robot.camera import Intrinsics
+from robot_core.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
+from robot_core.types import FloatArray
 
 KINDS = tuple(Kind)
 """The field `kind` of `vision/percepts` is an index of this."""

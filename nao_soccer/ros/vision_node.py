@@ -9,21 +9,21 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.messages import stamp_in
-from nao_lipm_gait.ros.parameters import (
+from nao_soccer.ros import vision_messages as convert
+from nao_soccer.vision.colors import load_color_table
+from nao_soccer.vision.controller import VisionController
+from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percepts
+from nao_soccer.vision.settings import settings_of_scene
+from robot_core.robot import load_robot
+from robot_core.ros.messages import stamp_in
+from robot_core.ros.parameters import (
     declare,
     node_parameter,
     of_type,
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.ros.topics import Inputs
-from nao_soccer.ros import vision_messages as convert
-from nao_soccer.vision.colors import load_color_table
-from nao_soccer.vision.controller import VisionController
-from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percepts
-from nao_soccer.vision.settings import settings_of_scene
+from robot_core.ros.topics import Inputs
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 SCENE = node_parameter("scene", "pitch", "field, goals and ball: a shipped scene or a YAML file")

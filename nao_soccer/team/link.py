@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import Point2
-from nao_soccer.field import Field
 from nao_soccer.team.message import TeamMessage, decode
 from nao_soccer.team.roles import Claim
 from nao_soccer.world.state import TeamBall, TeamMate
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field
+from robot_core.types import Point2
 
 PERIOD = 0.5
 """[s] between two messages, as long as the budget lasts."""

@@ -9,9 +9,9 @@ import math
 import struct
 from dataclasses import dataclass
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.team.role import Role
+from robot_core.errors import NaoGaitError
+from robot_core.types import Point2, Pose2
 
 SIZE_MAX = 128
 """[bytes] Largest team message that the Standard Platform League allows."""

@@ -9,9 +9,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from nao_lipm_gait.types import Point2
 from nao_soccer.team.message import NEVER
 from nao_soccer.team.role import Role
+from robot_core.types import Point2
 
 MARGIN = 1.5
 """[s] by which a team mate has to be sooner at the ball to become the striker."""

@@ -8,7 +8,7 @@ import contextlib
 import socket
 from collections.abc import Iterator
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 LOCAL = "127.255.255.255"
 """Broadcast address of the loopback network: nothing leaves this machine, nothing comes in."""

@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import BALL, FIELD, WHITE, Image
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.image_geometry import MIN_SLOPE, ImageGeometry, Place
 from nao_soccer.vision.percepts import Box, Kind, Percept
+from robot_core.types import FloatArray
 
 MIN_AREA = 6
 """[px] Smallest region."""

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.colors import FIELD
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.image_geometry import ImageGeometry, Tilt, bearing_of
 from nao_soccer.vision.lines import best_line
 from nao_soccer.vision.scan_lines import LinePoints
+from robot_core.types import FloatArray, Point2
 
 TRIALS = 120
 """Triples of points that are tried with each tilt."""

@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.schema import Interval, Number, Sequence, Settings, group, number
-from nao_lipm_gait.types import FloatArray
+from robot_core import schema
+from robot_core.resources import find
+from robot_core.schema import Interval, Number, Sequence, Settings, group, number
+from robot_core.types import FloatArray
 
 Image = NDArray[np.uint8]
 """(height, width, 3): red, green, blue; or (height, width): one class per pixel."""

@@ -7,10 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraModel, CameraPose, Intrinsics
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import ColorTable, Image
 from nao_soccer.vision.debug_image import draw_debug_image
 from nao_soccer.vision.detector import Vision
@@ -18,6 +14,10 @@ from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.pose_history import BodyHistory
 from nao_soccer.vision.settings import VisionSettings
 from nao_soccer.vision.tilt_calibration import TiltCalibration
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.robot.camera import CameraModel, CameraPose, Intrinsics
+from robot_core.types import FloatArray
 
 ENCODINGS: Mapping[str, tuple[int, int, int] | None] = {"rgb8": None, "bgr8": (2, 1, 0)}
 """Encodings that are understood, and the order of red, green and blue where it differs."""

@@ -7,11 +7,11 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.circle import Circle
 from nao_soccer.vision.colors import FIELD
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.percepts import Kind, LineSegment, Percept
+from robot_core.types import FloatArray, Point2
 
 ANGLE_MIN = np.radians(65.0)
 """[rad] Least angle between two lines; 90 degrees less what a tilted camera makes of them."""

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.robot.camera import CameraView
 from nao_soccer.vision.ball import find_ball
 from nao_soccer.vision.circle import find_circle
 from nao_soccer.vision.colors import YELLOW, ColorClassifier, ColorTable, Image
@@ -20,6 +19,7 @@ from nao_soccer.vision.scan_lines import LinePoints, bright, find_line_points
 from nao_soccer.vision.settings import VisionSettings
 from nao_soccer.vision.tilt_calibration import TiltCalibration
 from nao_soccer.vision.visible_ground import visible_ground
+from robot_core.robot.camera import CameraView
 
 SEED = 1
 """Of the random samples, for each image anew: the same image gives the same percepts."""

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import FIELD, ColorClassifier, Image
 from nao_soccer.vision.image_geometry import ImageGeometry
+from robot_core.types import FloatArray
 
 COLUMN_STEP = 8
 """Columns between two points of the field boundary."""

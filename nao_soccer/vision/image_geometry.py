@@ -7,9 +7,9 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.robot.camera import CameraPose, CameraView
-from nao_lipm_gait.schema import Settings, number
-from nao_lipm_gait.types import FloatArray, Point2
+from robot_core.robot.camera import CameraPose, CameraView
+from robot_core.schema import Settings, number
+from robot_core.types import FloatArray, Point2
 
 MIN_SLOPE = 0.02
 """Smallest downward component of a unit ray that meets the ground. Flatter ones end 50 camera

@@ -7,10 +7,10 @@ there.
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.percepts import LineSegment
 from nao_soccer.vision.scan_lines import COLUMN_STEP, ROW_STEP, LinePoints
+from robot_core.types import FloatArray
 
 TRIALS = 120
 """Pairs of points that are tried for each line."""

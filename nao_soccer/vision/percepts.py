@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.image_geometry import Tilt
+from robot_core.types import FloatArray, Point2
 
 Covariance2 = tuple[float, float, float]
 """Variance of x, covariance of x and y, variance of y [m^2]."""

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.types import FloatArray
 
 LENGTH = 200
 """Entries that are kept: 2 s at 100 Hz, several times the largest delay of an image."""

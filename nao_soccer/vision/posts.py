@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import BLUE, RED, WHITE, YELLOW
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.percepts import Box, Kind, Percept
 from nao_soccer.vision.settings import VisionSettings
+from robot_core.types import FloatArray
 
 _CLASSES = {"white": WHITE, "yellow": YELLOW, "blue": BLUE, "red": RED}
 """Colour class by the name of a colour of the field."""

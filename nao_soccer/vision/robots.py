@@ -7,7 +7,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import BLUE, FIELD, RED, WHITE
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.image_geometry import ImageGeometry
@@ -20,6 +19,7 @@ from nao_soccer.vision.near_robots import (
 )
 from nao_soccer.vision.percepts import Box, Kind, LineSegment, Percept
 from nao_soccer.vision.scan_lines import GUARD, GUARD_GREEN
+from robot_core.types import FloatArray
 
 TORSO_AREA = 20
 """[px] Smallest region of a team's colour."""

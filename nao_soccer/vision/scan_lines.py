@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.colors import FIELD, Image
 from nao_soccer.vision.frame import Frame
+from robot_core.types import FloatArray
 
 ROW_STEP, COLUMN_STEP = 2, 3
 """Rows and columns between two scan lines; a line that leads away is long in the world but short in

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.schema import Settings, group, number
-from nao_soccer.field import Field, Goals, Pole
 from nao_soccer.vision.image_geometry import PoseError
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field, Goals, Pole
+from robot_core.resources import find
+from robot_core.schema import Settings, group, number
 
 
 @attrs.frozen

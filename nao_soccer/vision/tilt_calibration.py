@@ -13,9 +13,9 @@ from math import cos, sin
 
 import numpy as np
 
-from nao_lipm_gait.robot.camera import CameraView
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.image_geometry import PoseError, Tilt, bearing_of, lowered
+from robot_core.robot.camera import CameraView
+from robot_core.types import FloatArray
 
 DRIFT = 1e-5
 """[rad] Standard deviation by which each angle changes from one observation to the next."""

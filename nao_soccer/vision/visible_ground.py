@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from nao_lipm_gait.robot.camera import CameraView
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot.camera import CameraView
+from robot_core.types import FloatArray
 
 RANGE = 6.0
 """[m] Distance from the camera at which the part ends, towards the horizon."""

@@ -11,10 +11,10 @@ from copy import copy
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.percepts import Covariance2, Percept
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.planar_track import PlanarTrack, inside, mixture
+from robot_core.types import FloatArray
 
 REST, ROLL = 0, 1
 STARTS, STOPS = 0.25, 0.5

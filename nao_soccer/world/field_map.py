@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.types import FloatArray
-from nao_soccer.field import Field, Goals, Pole
 from nao_soccer.vision.percepts import Kind
+from robot_core.field import Field, Goals, Pole
+from robot_core.types import FloatArray
 
 CELL = 0.02
 """[m] Size of the cells of the distance map."""

@@ -11,9 +11,9 @@ pose and G of the bias, and the weight W of the percepts,
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.likelihood import Evidence, linearized
+from robot_core.types import FloatArray
 
 LASTING = 0.67
 """Share of the deviations that vision states for tilt and pan that lasts for seconds."""

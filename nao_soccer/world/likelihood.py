@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
 from nao_soccer.vision.percepts import Covariance2, Kind, Percepts
 from nao_soccer.world.field_map import PERIODS, FieldMap
+from robot_core.types import FloatArray
 
 POINTS = 30
 """Largest number of line points of an image that are used."""

@@ -10,14 +10,14 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.geometry import compose
-from nao_lipm_gait.types import FloatArray, Pose2, PoseCovariance
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.lasting_errors import LastingErrors
 from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import PoseEstimate
+from robot_core.geometry import compose
+from robot_core.types import FloatArray, Pose2, PoseCovariance
 
 RESAMPLE_BELOW = 0.5
 """Resample if fewer particles than this share carry the weight."""

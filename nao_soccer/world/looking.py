@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.head.goals import Follow, Frame, Goal, LookAt, Search
-from nao_lipm_gait.types import FloatArray, Point3, PoseCovariance
-from nao_soccer.field import seen_from
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.state import BallEstimate, HeadMode, PoseEstimate, WorldState
+from robot_core.field import seen_from
+from robot_core.geometry import rotation_from_rpy
+from robot_core.head_goals import Follow, Frame, Goal, LookAt, Search
+from robot_core.types import FloatArray, Point3, PoseCovariance
 
 DWELL = 0.8
 """[s] The head looks at a landmark for at least this long: the turn of the head and two images."""

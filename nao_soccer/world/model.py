@@ -12,9 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import compose, relative
-from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.vision.percepts import ROBOTS, Percept, Percepts
 from nao_soccer.world.ball import DOUBT, RECENT, BallFilter
 from nao_soccer.world.field_map import FieldMap
@@ -26,6 +23,9 @@ from nao_soccer.world.planar_track import matrix, point, triple
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamMate, WorldState
 from nao_soccer.world.team_knowledge import TeamKnowledge, in_field, own_team_ball, told_obstacle
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import compose, relative
+from robot_core.types import Point2, Pose2
 
 AHEAD_MAX = 500_000_000
 """[ns] How far a percept may be ahead of the odometry."""

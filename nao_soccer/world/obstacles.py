@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.percepts import Kind, Percept
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.planar_track import PlanarTrack, inside
+from robot_core.types import FloatArray, Point2
 
 SPEED = 0.3
 """[m/s] Deviation of the velocity of a robot that was seen once."""

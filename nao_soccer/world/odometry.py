@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import relative
-from nao_lipm_gait.types import FloatArray, Pose2
 from nao_soccer.vision.pose_history import PoseHistory
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import relative
+from robot_core.types import FloatArray, Pose2
 
 SPEED_MAX = 2.0
 """[m/s] A faster movement is a jump of the odometry."""

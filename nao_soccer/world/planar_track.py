@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.percepts import Covariance2
 from nao_soccer.world.odometry import Displacement
+from robot_core.types import FloatArray, Point2
 
 
 class PlanarTrack:

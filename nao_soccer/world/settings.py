@@ -2,9 +2,9 @@
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.schema import Settings, group, number
-from nao_soccer.field import Field, Goals, Pole
+from robot_core import schema
+from robot_core.field import Field, Goals, Pole
+from robot_core.schema import Settings, group, number
 
 BALL_DECELERATION = 0.3
 """[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""

@@ -8,8 +8,8 @@ left. Everything holds at the time of the state.
 from dataclasses import dataclass
 from enum import StrEnum
 
-from nao_lipm_gait.types import Point2, Pose2, PoseCovariance
 from nao_soccer.vision.percepts import Covariance2
+from robot_core.types import Point2, Pose2, PoseCovariance
 
 IMAGE_AGE_MAX = 2.0
 """[s] without images, after which a robot is blind."""

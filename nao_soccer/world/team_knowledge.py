@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
-from nao_lipm_gait.geometry import compose, relative, rotate_planar
-from nao_lipm_gait.types import FloatArray, Point2
 from nao_soccer.vision.percepts import Covariance2
 from nao_soccer.world.planar_track import matrix, point, triple
 from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamBall, TeamMate
+from robot_core.geometry import compose, relative, rotate_planar
+from robot_core.types import FloatArray, Point2
 
 SILENT = 5.0
 """[s] A team mate that is silent for longer is not reported."""

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import attrs
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraModel, CameraPose, CameraView, Intrinsics, RgbImage
-from nao_lipm_gait.schema import Settings, number
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.robot.camera import CameraModel, CameraPose, CameraView, Intrinsics, RgbImage
+from robot_core.schema import Settings, number
+from robot_core.types import FloatArray
 from sim_bridge.cameras.effects import ImageEffects
 from sim_bridge.delay_line import DelayLine
 from sim_bridge.individual import NOMINAL, rotation_from_vector, stream

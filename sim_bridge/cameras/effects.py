@@ -6,7 +6,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.robot.camera import Intrinsics, RgbImage
+from robot_core.robot.camera import Intrinsics, RgbImage
 from sim_bridge.individual import NOMINAL, stream
 from sim_bridge.plant import CameraPlant
 

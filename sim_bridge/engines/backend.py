@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.robot.camera import CameraView, RgbImage
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription
+from robot_core.robot.camera import CameraView, RgbImage
+from robot_core.types import FloatArray
 from sim_bridge.ball import BallState
 from sim_bridge.body import Body
 from sim_bridge.individual import Individual, draw_individual

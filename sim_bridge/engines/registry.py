@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 from sim_bridge.engines.backend import Backend, RobotModel
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 from sim_bridge.body import CONTACT_RADIUS, SHOE, Body, Link, Sole
 from sim_bridge.shapes import Shape
 

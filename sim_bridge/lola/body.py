@@ -6,7 +6,7 @@ import numpy as np
 
 from lola_bridge.codec import JOINTS, TOUCH, LolaCommand, LolaSensors, RobotConfig
 from lola_bridge.joints import JointMap
-from nao_lipm_gait.types import GRAVITY, JointTargets
+from robot_core.types import GRAVITY, JointTargets
 from sim_bridge.force_sensors import sole_loads
 from sim_bridge.heat import status
 from sim_bridge.robot import Reading, SimulatedRobot

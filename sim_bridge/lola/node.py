@@ -16,20 +16,19 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from lola_bridge.codec import LolaCommand, encode_sensors
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.messages import diagnostic_array
-from nao_lipm_gait.ros.parameters import (
+from robot_core.command_input import read_push
+from robot_core.log import Level, Report
+from robot_core.robot import load_robot
+from robot_core.ros.messages import diagnostic_array
+from robot_core.ros.parameters import (
     declare,
     node_parameter,
     of_type,
     used_as,
     warn_of_unknown_overrides,
 )
-from nao_lipm_gait.ros.process import StopRequest
-from nao_lipm_gait.ros.topics import Inputs, publisher
-from nao_lipm_gait.runtime.command_input import read_push
-from nao_lipm_gait.runtime.diagnostics import Level
-from nao_lipm_gait.runtime.reports import Report
+from robot_core.ros.process import StopRequest
+from robot_core.ros.topics import Inputs, publisher
 from sim_bridge.lola.body import LolaBody
 from sim_bridge.lola.server import LolaSocket
 from sim_bridge.plant import load_plant

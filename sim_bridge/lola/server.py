@@ -8,7 +8,7 @@ import stat
 from typing import Any
 
 from lola_bridge.codec import LolaCommand, command_stream, read_command
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 CHUNK = 65536
 

@@ -6,8 +6,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
-from nao_lipm_gait.robot.camera import Intrinsics
-from nao_lipm_gait.ros.messages import to_time
+from robot_core.robot.camera import Intrinsics
+from robot_core.ros.messages import to_time
 from sim_bridge.cameras.camera import CameraImage, SimulatedCamera
 
 _QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)

@@ -11,9 +11,9 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, JointState
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.ros.messages import to_doubles, to_time
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription
+from robot_core.ros.messages import to_doubles, to_time
+from robot_core.types import FloatArray
 from sim_bridge.heat import MotorState
 from sim_bridge.plant import Sensors
 from sim_bridge.robot import GroundTruth, Reading

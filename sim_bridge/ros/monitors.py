@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine
+from robot_core.log import Level, LogLine
 
 WINDOW = 2.0
 """[s] of wall time over which the speed of the simulation is measured."""

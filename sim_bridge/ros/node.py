@@ -12,11 +12,11 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.parameters import declare, of_type, used_as, warn_of_unknown_overrides
-from nao_lipm_gait.ros.topics import LATCHED, Inputs, publisher, write_log
-from nao_soccer.field import BallPlace
+from robot_core.errors import NaoGaitError
+from robot_core.field import BallPlace
+from robot_core.robot import load_robot
+from robot_core.ros.parameters import declare, of_type, used_as, warn_of_unknown_overrides
+from robot_core.ros.topics import LATCHED, Inputs, publisher, write_log
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant, load_plant

@@ -1,6 +1,6 @@
 """Parameters of the node `sim_bridge`."""
 
-from nao_lipm_gait.ros.parameters import node_parameter
+from robot_core.ros.parameters import node_parameter
 from sim_bridge.engines.registry import ENGINES
 from sim_bridge.robot import START_STATES
 from sim_bridge.scene import FLOOR

@@ -7,10 +7,10 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 from std_msgs.msg import String
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.messages import stamp_in, temperature_messages
-from nao_lipm_gait.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
-from nao_lipm_gait.runtime.command_input import CommandInput, read_push
+from robot_core.command_input import CommandInput, read_push
+from robot_core.errors import NaoGaitError
+from robot_core.ros.messages import stamp_in, temperature_messages
+from robot_core.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
 from sim_bridge.robot import Reading, SimulatedRobot
 from sim_bridge.ros.camera_topics import CameraTopics
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state

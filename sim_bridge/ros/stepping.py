@@ -6,8 +6,8 @@ from collections.abc import Callable
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from nao_lipm_gait.ros.process import StopRequest
-from nao_lipm_gait.ros.topics import write_log
+from robot_core.ros.process import StopRequest
+from robot_core.ros.topics import write_log
 from sim_bridge.ros.monitors import WINDOW, SpeedMonitor
 from sim_bridge.ros.node import BridgeNode
 

@@ -8,9 +8,9 @@ import pinocchio as pin
 import pytest
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot import RobotDescription, load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
+from robot_core.robot import RobotDescription, load_robot
 from sim_bridge.plant import load_plant, with_sensors_of
 
 FACTS = yaml.safe_load(share("urdf", "bruno_facts.yaml").read_text(encoding="utf-8"))

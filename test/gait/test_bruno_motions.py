@@ -12,14 +12,14 @@ from gait_lab.trials.motions import MotionOutcome, MotionWatch
 from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
 from gait_lab.trials.tasks import AskedMotion, Task, find_task
 from gait_lab.trials.trial import HeldCommand, run
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.keyframes import Posture
-from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.motion.player import MotionPlayer
 from nao_lipm_gait.presets import load_preset
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import STANDSTILL, GaitState, VelocityCommand
 from nao_lipm_gait.whole_body.body_model import BodyModel
+from robot_core.errors import NaoGaitError
+from robot_core.motion.keyframes import Posture
+from robot_core.motion.library import shipped_library
+from robot_core.robot import load_robot
+from robot_core.types import STANDSTILL, GaitState, VelocityCommand
 
 ROBOT = load_robot("bruno")
 LIBRARY = shipped_library(ROBOT)

@@ -17,13 +17,13 @@ from nao_lipm_gait.calibration_file import (
     calibration_of,
     load_calibration,
 )
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.stand_alignment import SETTLING_TIME, StandAlignment
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import LEFT, RIGHT, FloatArray, SensorFrame
 from nao_lipm_gait.whole_body.body_model import BodyModel
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import LEFT, RIGHT, FloatArray, SensorFrame
 
 ROBOT = load_robot()
 CALIBRATION = Calibration(

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.robot.camera import CameraModel, CameraPose, CameraView, Intrinsics
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
+from robot_core.robot.camera import CameraModel, CameraPose, CameraView, Intrinsics
+from robot_core.types import FloatArray
 
 PINHOLE = Intrinsics.from_fov(320, 240, math.radians(60.0))
 FORWARD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

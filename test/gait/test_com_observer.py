@@ -8,12 +8,12 @@ from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait import walk_engines
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT
 from nao_lipm_gait.walks.lipm.com_observer import ComCorrection, ComObserver
 from nao_lipm_gait.walks.lipm.extensions.disturbances import MeasurementOffset, PushDetector
 from nao_lipm_gait.walks.lipm.kalman_observer import KalmanObserver
 from nao_lipm_gait.walks.lipm.state import WalkState
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
+from robot_core.types import LEFT
 
 DT = 0.01
 SIGMAS = (0.0001, 0.003, 0.02)

@@ -5,10 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import FloatArray, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
@@ -16,6 +13,9 @@ from nao_lipm_gait.whole_body.com_placement import COM_TOLERANCE, ComPlacement
 from nao_lipm_gait.whole_body.leg_kinematics import LegSolution
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.shared_hip_legs import YAW_TOLERANCE
+from robot_core.geometry import rotation_from_rpy
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import FloatArray, VelocityCommand
 
 COMMANDS = (VelocityCommand(x=0.3), VelocityCommand(y=0.12), VelocityCommand(yaw=1.2))
 DT = 0.01

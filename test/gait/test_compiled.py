@@ -11,7 +11,7 @@ import pytest
 
 from gait_lab import compiled
 from gait_lab.compiled import build
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 WALKS = """
 import hashlib, sys

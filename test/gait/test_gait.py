@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import STANDSTILL, GaitState, VelocityCommand
-from nao_lipm_gait.whole_body.joint_limits import JointLimits
 from obedient_robot import PARAMETERS as P
 from obedient_robot import PERIOD, UPRIGHT, ObedientRobot
+from robot_core.joint_limits import JointLimits
+from robot_core.robot import RobotDescription
+from robot_core.types import STANDSTILL, GaitState, VelocityCommand
 
 FORWARD = VelocityCommand(0.15, 0.0, 0.0)
 ON_BACK = (9.81, 0.0, 0.0)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.library import MotionLibrary, load_library
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import GaitState, VelocityCommand
 from obedient_robot import PARAMETERS, PERIOD, UPRIGHT, ObedientRobot
+from robot_core.errors import NaoGaitError
+from robot_core.motion.library import MotionLibrary, load_library
+from robot_core.robot import load_robot
+from robot_core.types import GaitState, VelocityCommand
 
 ROBOT = load_robot()
 FORWARD = VelocityCommand(0.1, 0.0, 0.0)

@@ -16,7 +16,7 @@ from gait_lab.trials.trial import (
 )
 from nao_lipm_gait.estimation.gyro_bias_jump import DEADBAND, GyroBiasJump
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.types import DOWN, STANDSTILL, UPRIGHT, VelocityCommand
+from robot_core.types import DOWN, STANDSTILL, UPRIGHT, VelocityCommand
 
 DT = 0.01
 STEADY = (0.2, 0.0, 0.0)

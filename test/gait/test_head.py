@@ -8,12 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.head.gaze import CAMERA, PAN, TILT, neck_of
-from nao_lipm_gait.head.goals import Angles, Follow, Frame, LookAt, Search
 from nao_lipm_gait.head.head_control import (
     LOST,
     SPEED,
@@ -24,10 +21,13 @@ from nao_lipm_gait.head.head_control import (
     sweep,
 )
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.commands import head_angles, head_mode, head_point
-from nao_lipm_gait.types import STANDSTILL, GaitState, SensorFrame, VelocityCommand
 from nao_lipm_gait.whole_body.body_model import BodyModel
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotation_from_rpy
+from robot_core.head_goals import Angles, Follow, Frame, LookAt, Search
+from robot_core.robot import load_robot
+from robot_core.types import STANDSTILL, GaitState, SensorFrame, VelocityCommand
 
 ROBOT = load_robot()
 I_PAN, I_TILT = ROBOT.index(PAN), ROBOT.index(TILT)

@@ -11,9 +11,9 @@ from nao_lipm_gait.estimation.com_measurement import LevelFrame, level_frame
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.yaw_slip import YawSlipFromYawGyro
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import VelocityCommand
 from nao_lipm_gait.velocity_control import SETTLING_TIME, YAW_RATE_MAX, HeadingHold
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.types import VelocityCommand
 
 DT = 0.01
 UP = (0.0, 0.0, 1.0)

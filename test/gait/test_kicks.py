@@ -10,10 +10,10 @@ from gait_lab.trials.kick import KickSpec, kick
 from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import STANDSTILL, GaitState, JointTargets, VelocityCommand
+from robot_core.motion.library import shipped_library
+from robot_core.robot import load_robot
+from robot_core.types import STANDSTILL, GaitState, JointTargets, VelocityCommand
 from sim_bridge.world import World
 
 ROBOT = load_robot()

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.robot import LegJoints, RobotDescription
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
-from nao_lipm_gait.whole_body.joint_limits import JointLimits
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles
 from nao_lipm_gait.whole_body.legs import make_legs
+from robot_core.geometry import rotation_from_rpy
+from robot_core.joint_limits import JointLimits
+from robot_core.robot import LegJoints, RobotDescription
 
 
 @pytest.fixture(scope="module")

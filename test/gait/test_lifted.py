@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import FALLEN, LIFTED, STAND, WALK, VelocityCommand
 from obedient_robot import PARAMETERS, ObedientRobot
+from robot_core.robot import load_robot
+from robot_core.types import FALLEN, LIFTED, STAND, WALK, VelocityCommand
 
 FORWARD = VelocityCommand(0.1, 0.0, 0.0)
 

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT, STANDSTILL, VelocityCommand
 from nao_lipm_gait.walks.lipm.extensions.disturbances import unexplained_acceleration
 from nao_lipm_gait.walks.lipm.state import NextSupport, Segment, WalkState, follow
 from nao_lipm_gait.walks.lipm.walk import CATCH_UP, LipmWalk
+from robot_core.geometry import compose
+from robot_core.types import LEFT, STANDSTILL, VelocityCommand
 
 DT = 0.01
 P = GaitParameters()

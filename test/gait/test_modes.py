@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gait_lab.trials.trial import Push, TimedCommands, TrialSpec, make_gait, make_world, run
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.modes import (
     TRANSITIONS,
     UPRIGHT_TIME,
@@ -19,12 +18,13 @@ from nao_lipm_gait.modes import (
     TippingCom,
     Transition,
 )
-from nao_lipm_gait.motion.keyframes import Interpolation, Keyframe, Motion, Posture
-from nao_lipm_gait.motion.library import MotionLibrary
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, GET_UP, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import (
+from robot_core.errors import NaoGaitError
+from robot_core.motion.keyframes import Interpolation, Keyframe, Motion, Posture
+from robot_core.motion.library import MotionLibrary
+from robot_core.robot import load_robot
+from robot_core.types import (
     FALLEN,
     GETTING_UP,
     IN_MOTION,

@@ -8,15 +8,15 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.check import SPEED_SHARE
-from nao_lipm_gait.motion.joints import joint_groups, mirror_law
-from nao_lipm_gait.motion.keyframes import Interpolation, Posture
-from nao_lipm_gait.motion.library import MotionLibrary, load_library, shipped_library
-from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.motion.player import MotionPlayer
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.whole_body.body_model import BodyModel
+from robot_core.errors import NaoGaitError
+from robot_core.motion.check import SPEED_SHARE
+from robot_core.motion.joints import joint_groups, mirror_law
+from robot_core.motion.keyframes import Interpolation, Posture
+from robot_core.motion.library import MotionLibrary, load_library, shipped_library
+from robot_core.motion.motion_file import load_motions
+from robot_core.robot import load_robot
 
 ROBOT = load_robot()
 COUNT = len(ROBOT.joint_names)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nao_lipm_gait.estimation.odometry_covariance import WAY_NOISE, OdometryCovariance
-from nao_lipm_gait.types import Pose2
+from robot_core.types import Pose2
 
 STEP = 0.1
 CORNER = [(STEP, 0.0)] * 20 + [(0.0, STEP)] * 10

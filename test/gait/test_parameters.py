@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from gait_lab import parameter_docs
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters, load_preset
-from nao_lipm_gait.resources import names
-from nao_lipm_gait.schema import Field
+from robot_core.errors import NaoGaitError
+from robot_core.resources import names
+from robot_core.schema import Field
 
 
 @pytest.mark.parametrize("parameter", PARAMETERS, ids=lambda parameter: parameter.name)

@@ -5,9 +5,9 @@ import pytest
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import GRAVITY, SensorFrame, VelocityCommand
 from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
+from robot_core.robot import load_robot
+from robot_core.types import GRAVITY, SensorFrame, VelocityCommand
 
 DT = 0.01
 BRUNO, NAO = load_robot("bruno"), load_robot("nao_h21_v33")

@@ -8,10 +8,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import GRAVITY, STANDSTILL, GaitState, SensorFrame, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, make_walk
 from nao_lipm_gait.walks.preview.preview_control import (
     PreviewAxis,
@@ -21,6 +18,9 @@ from nao_lipm_gait.walks.preview.preview_control import (
     riccati,
 )
 from nao_lipm_gait.walks.preview.walk import PreviewWalk
+from robot_core.geometry import compose
+from robot_core.robot import load_robot
+from robot_core.types import GRAVITY, STANDSTILL, GaitState, SensorFrame, VelocityCommand
 
 DT = 0.01
 HEIGHT = 0.24

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nao_lipm_gait.rate_limiter import RateLimiter, limited_step
+from robot_core.rate_limiter import RateLimiter, limited_step
 
 DT = 0.01
 values = st.floats(-10.0, 10.0)

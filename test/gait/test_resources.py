@@ -10,8 +10,8 @@ from types import ModuleType
 
 import pytest
 
-from nao_lipm_gait import resources
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core import resources
+from robot_core.errors import NaoGaitError
 
 
 @pytest.mark.parametrize(

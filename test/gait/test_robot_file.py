@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.library import library_of
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.robot.robot_file import load_robot_file
 from obedient_robot import ObedientRobot
+from robot_core.errors import NaoGaitError
+from robot_core.motion.library import library_of
+from robot_core.resources import find
+from robot_core.robot import load_robot
+from robot_core.robot.robot_file import load_robot_file
 
 Settings = dict[str, Any]
 

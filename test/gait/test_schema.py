@@ -8,9 +8,9 @@ from pathlib import Path
 import attrs
 import pytest
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError, one_line
-from nao_lipm_gait.schema import Settings, choice, group, number, switch, text
+from robot_core import schema
+from robot_core.errors import NaoGaitError, one_line
+from robot_core.schema import Settings, choice, group, number, switch, text
 
 
 class Colour(StrEnum):

@@ -18,10 +18,10 @@ from nao_lipm_gait.estimation.sole_levelling import (
     SoleSprings,
     sole_springs,
 )
-from nao_lipm_gait.geometry import rotation_from_rpy
 from nao_lipm_gait.parameters import load_preset
-from nao_lipm_gait.types import GRAVITY, LEFT, VelocityCommand
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.geometry import rotation_from_rpy
+from robot_core.types import GRAVITY, LEFT, VelocityCommand
 
 DT = 0.01
 STEP_TICKS = 24

@@ -5,7 +5,6 @@ import pytest
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import VelocityCommand
 from nao_lipm_gait.velocity_control import (
     ERROR_MAX,
     OFFSET_MAX,
@@ -13,6 +12,7 @@ from nao_lipm_gait.velocity_control import (
     TURN_OFFSET_MAX,
     SpeedHold,
 )
+from robot_core.types import VelocityCommand
 
 DT = 0.01
 TIME = 2.0

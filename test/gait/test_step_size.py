@@ -6,9 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT, RIGHT, VelocityCommand
 from nao_lipm_gait.walks.lipm.steady_walk import (
     Pace,
     double_step_duration,
@@ -25,6 +23,8 @@ from nao_lipm_gait.walks.steps import (
     limit_share,
     limited_stride,
 )
+from robot_core.geometry import compose
+from robot_core.types import LEFT, RIGHT, VelocityCommand
 
 P = GaitParameters()
 

@@ -5,7 +5,6 @@ import math
 import pytest
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import VelocityCommand
 from nao_lipm_gait.walks.lipm.extensions.sway_limit import (
     RECOVERY_TIME,
     SHARE_MIN,
@@ -13,6 +12,7 @@ from nao_lipm_gait.walks.lipm.extensions.sway_limit import (
     SwayLimit,
 )
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
+from robot_core.types import VelocityCommand
 
 DT = 0.01
 LIMIT = 0.002

@@ -4,11 +4,11 @@ import itertools
 
 import pytest
 
-from nao_lipm_gait.geometry import ORIGIN
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT, RIGHT
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.tilt_compensation import DEADBAND, TiltCompensation
+from robot_core.geometry import ORIGIN
+from robot_core.types import LEFT, RIGHT
 
 P = GaitParameters()
 TARGETS = BodyTargets(

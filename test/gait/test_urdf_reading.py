@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription, load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
 from urdf_edits import (
     Xml,
     edited_urdf,

@@ -5,16 +5,16 @@ from math import pi
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import rotation_from_rpy
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import Point3
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.yaw_hip_legs import YawHipLegs
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotation_from_rpy
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import Point3
 
 MIRROR = np.array((-1.0, -1.0, 1.0, 1.0, 1.0, -1.0))
 

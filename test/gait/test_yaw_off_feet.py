@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nao_lipm_gait.estimation.yaw_off_feet import RATE_MAX, YawOffFeet
-from nao_lipm_gait.geometry import as_point
-from nao_lipm_gait.types import FloatArray
+from robot_core.geometry import as_point
+from robot_core.types import FloatArray
 
 DT = 0.01
 Turn = tuple[tuple[float, float, float], float]

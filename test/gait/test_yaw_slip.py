@@ -12,8 +12,8 @@ from nao_lipm_gait.estimation.com_measurement import level_frame
 from nao_lipm_gait.estimation.yaw_slip import YawOverSole
 from nao_lipm_gait.estimation.yaw_slip_from_lean import YawSlipFromLean
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import Point3
 from nao_lipm_gait.whole_body.body_model import SolePose
+from robot_core.types import Point3
 
 DT = 0.01
 STEP = 0.2

@@ -6,12 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.geometry import compose
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import GRAVITY, STANDSTILL, GaitState, SensorFrame, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, make_walk
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
 from nao_lipm_gait.walks.zmp.trajectories import (
@@ -24,6 +20,10 @@ from nao_lipm_gait.walks.zmp.trajectories import (
     travel,
 )
 from nao_lipm_gait.walks.zmp.walk import ZmpWalk
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import compose
+from robot_core.robot import load_robot
+from robot_core.types import GRAVITY, STANDSTILL, GaitState, SensorFrame, VelocityCommand
 
 DT = 0.01
 ZMP = GaitParameters(walk="zmp")

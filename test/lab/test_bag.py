@@ -17,7 +17,7 @@ pytest.importorskip("rosbags")
 
 from gait_lab.analysis.bag import TYPES, BagWriter, open_bag
 from gait_lab.record.recorder import CLOCK, message_class, stamp_of
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"

@@ -14,8 +14,8 @@ from gait_lab.bench import BenchOptions, Column, SuiteResult, Table, suite, suit
 from gait_lab.bench.options import command_line, with_settings
 from gait_lab.bench.suite import Run, plan
 from gait_lab.bench.suites import push, speed
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
+from robot_core.errors import NaoGaitError
 
 NEW_SUITE = '''
 from dataclasses import dataclass

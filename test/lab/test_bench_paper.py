@@ -14,8 +14,8 @@ from gait_lab.bench.suite import plan
 from gait_lab.bench.suites.paper import Options, contenders, outcome_rows
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
+from robot_core.errors import NaoGaitError
 
 
 def outcome(*scores: Score, name: str = "paper") -> Outcome:

@@ -15,7 +15,7 @@ from gait_lab.bench.suites import plant
 from gait_lab.bench.suites.plant import INGREDIENTS, Ingredient
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task, walk
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 from sim_bridge.plant import Plant, load_plant, with_options
 
 OPTIONS = plant.Options(

@@ -25,8 +25,8 @@ from gait_lab.bench.suites.push import Options
 from gait_lab.trials.rollout import RolloutResult, RolloutSpec
 from gait_lab.trials.tasks import find_task
 from gait_lab.trials.trial import Push
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
+from robot_core.errors import NaoGaitError
 
 TINY = Options(
     robots=1, seed=-1, engine="mujoco", parameters=load_preset("default"), tasks=("spot",),

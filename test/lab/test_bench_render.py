@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from gait_lab.bench import suite
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])

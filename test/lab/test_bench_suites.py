@@ -23,8 +23,8 @@ from gait_lab.bench.suites.heat import LONGEST, minutes_until
 from gait_lab.bench.suites.robust import PLANTS
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import TASKS, RandomCommands
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
+from robot_core.errors import NaoGaitError
 
 SCHEMA = {"suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"}
 TINY: dict[str, dict[str, Any]] = {

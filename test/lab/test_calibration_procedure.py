@@ -19,10 +19,10 @@ from gait_lab.trials.calibration_procedure import (
     Phase,
     Procedure,
 )
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, VelocityCommand
 
 UNKNOWN = Measurement(sole_pitch_deviation=0.02, sole_roll_deviation=0.02, steps_measure=True)
 LEVEL = Measurement(

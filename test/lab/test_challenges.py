@@ -18,8 +18,8 @@ from gait_lab.soccer.challenge_rules import (
     WalkReferee,
     Way,
 )
-from nao_lipm_gait.types import Point2
-from nao_soccer.field import Field
+from robot_core.field import Field
+from robot_core.types import Point2
 from sim_bridge.engines.backend import BALL
 from sim_bridge.plant import load_plant
 from sim_bridge.scene import load_scene

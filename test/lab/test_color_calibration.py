@@ -9,7 +9,6 @@ import pytest
 
 from gait_lab import cli
 from gait_lab.vision.color_calibration import Sample, calibrate_colors
-from nao_lipm_gait.errors import NaoGaitError
 from nao_soccer.vision.colors import (
     BALL,
     FIELD,
@@ -21,6 +20,7 @@ from nao_soccer.vision.colors import (
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.settings import VisionSettings
 from pitch_image import camera, picture
+from robot_core.errors import NaoGaitError
 
 BASE = load_color_table("pitch")
 SPOTS = [(x, 0.3 * index, 0.5 * index - 0.7) for index, x in enumerate((-3.0, -2.0, -1.0, 0.0))]

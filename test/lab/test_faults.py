@@ -29,12 +29,12 @@ from gait_lab.faults.sensor_faults import ImuOutage
 from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import TASKS
 from gait_lab.trials.trial import TimedCommands, run
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
-from nao_lipm_gait.types import GaitState, JointTargets, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
+from robot_core.types import GaitState, JointTargets, VelocityCommand
 
 pytest.importorskip("mujoco")
 ROBOT = load_robot()

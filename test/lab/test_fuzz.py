@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from gait_lab.faults.fuzz_files import fuzz_files
 from gait_lab.faults.fuzz_lola import LolaFuzzer
 from gait_lab.faults.fuzz_messages import FLOATS, MOTION_FILES, NAMES, Fuzzer
-from nao_lipm_gait.errors import NaoGaitError, is_number
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.runtime.command_input import CommandInput, read_push
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
+from robot_core.command_input import CommandInput, read_push
+from robot_core.errors import NaoGaitError, is_number
+from robot_core.robot import load_robot
 
 ROBOT = load_robot()
 NUMBERS = st.one_of(st.floats(), st.sampled_from(FLOATS), st.floats(-3.0, 3.0))

@@ -5,11 +5,11 @@ import pytest
 
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.trials.trial import TrialSpec, make_world
-from nao_lipm_gait.head.goals import Angles
-from nao_lipm_gait.motion.library import shipped_library
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import STANDSTILL, GaitState, VelocityCommand
+from robot_core.head_goals import Angles
+from robot_core.motion.library import shipped_library
+from robot_core.robot import load_robot
+from robot_core.types import STANDSTILL, GaitState, VelocityCommand
 
 pytest.importorskip("mujoco")
 ROBOTS = ("nao_h21_v33", "bruno")

@@ -10,7 +10,7 @@ import pytest
 from gait_lab.analysis import metrics
 from gait_lab.analysis.metrics import measure
 from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, Trace
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 PERIOD = 10_000_000
 HEIGHT = 0.33

@@ -21,10 +21,10 @@ from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo, request, with_placo_
 from gait_lab.peers.player import BLEND_TIME, LAG, JointPlan, PeerPlayback
 from gait_lab.trials.rollout import RolloutSpec, rollout
 from gait_lab.trials.tasks import find_task
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import STANDSTILL, GaitState, SensorFrame
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
+from robot_core.types import STANDSTILL, GaitState, SensorFrame
 
 DT = 0.01
 NAO = load_robot("nao_h21_v33")

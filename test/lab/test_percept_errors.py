@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from gait_lab.vision.percept_errors import load_percept_errors
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find
 
 FILE = find("vision", "percept_errors")
 

@@ -18,10 +18,10 @@ from gait_lab.soccer.world_trial import (
     turned_after,
 )
 from gait_lab.vision.percept_errors import load_percept_errors
-from nao_lipm_gait.geometry import compose, relative
-from nao_soccer.field import Field, Goals
 from nao_soccer.vision.percepts import Kind
 from pitch_image import camera
+from robot_core.field import Field, Goals
+from robot_core.geometry import compose, relative
 from sim_bridge.ball import ROLLING_SLOWDOWN
 
 ERRORS = load_percept_errors()

@@ -4,7 +4,7 @@ import pytest
 
 from gait_lab.bench.ros_replay import ReplayTimes, RosReplay
 from gait_lab.bench.wake_up import Sleeper, deviations
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 PERIOD = 0.01
 TICKS = 200

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gait_lab.analysis.render import Renderer
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.robot import RobotDescription
 from sim_bridge.individual import NOMINAL, draw_individual
 from sim_bridge.plant import load_plant
 

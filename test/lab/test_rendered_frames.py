@@ -16,9 +16,9 @@ from gait_lab.trials.rendered_frames import (
     main,
     rendered_frames,
 )
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.head.goals import Angles
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.head_goals import Angles
+from robot_core.types import VelocityCommand
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.scene import load_scene
 

@@ -21,10 +21,10 @@ from gait_lab import cli
 from gait_lab.report.analysis import analyse
 from gait_lab.trials.rollout import RolloutSpec
 from gait_lab.trials.tasks import TASKS
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.ros.messages import to_time
 from nao_soccer.ros.vision_messages import objects
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
+from robot_core.errors import NaoGaitError
+from robot_core.ros.messages import to_time
 from sim_bridge.scene import Scene, SceneRobot
 from walk_bag import write_walk
 

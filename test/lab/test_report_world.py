@@ -19,10 +19,10 @@ from gait_lab.report.page import ArrayStore
 from gait_lab.report.vision_figures import world
 from gait_lab.trials.rollout import RolloutSpec
 from gait_lab.trials.tasks import TASKS
-from nao_lipm_gait.ros.messages import to_time
-from nao_lipm_gait.types import PoseCovariance
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import BallEstimate, PoseEstimate
+from robot_core.ros.messages import to_time
+from robot_core.types import PoseCovariance
 from sim_bridge.scene import Scene, SceneRobot
 from walk_bag import write_walk
 

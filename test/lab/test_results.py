@@ -15,7 +15,7 @@ from gait_lab.bench import Column, Measurement, SuiteResult, Table, results
 from gait_lab.bench.fingerprint import Fingerprint
 from gait_lab.bench.results import SECTIONS, WALK, CodeState, ResultsOptions, Section
 from gait_lab.bench.suite import Suite, suites
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 SHIPPED = sorted((results.ROOT / "docs" / "results").glob("*.json"))
 FOUND = Fingerprint(WALK, "0123456789abcdef", (1.0, 0.2, 0.1))

@@ -14,16 +14,10 @@ from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout, run_all
 from gait_lab.trials.tasks import Task, find_task, walk
 from gait_lab.trials.trial import Push, TimedCommands, run
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.types import (
-    STANDSTILL,
-    GaitStatus,
-    JointTargets,
-    SensorFrame,
-    VelocityCommand,
-)
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, GaitStatus, JointTargets, SensorFrame, VelocityCommand
 
 SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=4.0, end=5.0)
 

@@ -13,8 +13,8 @@ from gait_lab.bench.figures import crossing_figure
 from gait_lab.bench.suites.rough import GIVEN, WALKERS, Options, parameters_of, walkers_of
 from gait_lab.trials.crossing import STEERING_MAX, CrossingRobot, CrossingSpec, cross, plant_of
 from gait_lab.trials.tasks import STAND_TIME
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
+from robot_core.errors import NaoGaitError
 from sim_bridge.plant import PlantOption
 
 LEVEL: tuple[PlantOption, ...] = (

@@ -10,7 +10,7 @@ import pytest
 
 from gait_lab.trials.several import make_gaits, make_scene_world, run_several
 from gait_lab.trials.trial import HeldCommand, Policy, TimedCommands
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.scene import load_scene
 
 pytestmark = pytest.mark.usefixtures("mujoco_only")

@@ -23,11 +23,11 @@ from gait_lab.soccer.solo import SoloSpec, solo
 from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
 from gait_lab.trials.kept import KeptResults
 from gait_lab.trials.kick import KickResult, KickSpec
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import GETTING_UP
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.rules import Goal
+from robot_core.errors import NaoGaitError
+from robot_core.types import GETTING_UP
 from sim_bridge.scene import load_scene
 
 pytest.importorskip("mujoco")

@@ -6,8 +6,8 @@ import pytest
 
 from gait_lab.trials import tasks
 from gait_lab.trials.tasks import RAMP_TIME, STAND_TIME, TASKS, Task, find_task, walk
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import STANDSTILL
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL
 
 
 @pytest.mark.parametrize("task", TASKS.values(), ids=list(TASKS))

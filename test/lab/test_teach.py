@@ -8,12 +8,12 @@ import pytest
 from gait_lab import cli
 from gait_lab.drive import teach
 from gait_lab.drive.teach import Lesson
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.motion.keyframes import Posture
-from nao_lipm_gait.motion.motion_file import load_motions
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.motion.keyframes import Posture
+from robot_core.motion.motion_file import load_motions
+from robot_core.robot import load_robot
 
 ROBOT = load_robot()
 STANDING = Posture.STANDING

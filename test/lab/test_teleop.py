@@ -10,8 +10,8 @@ import pytest
 from gait_lab.drive import teleop
 from gait_lab.drive.teleop import Driver, raw_terminal, read_keys, status_line
 from gait_lab.ros_session import checked_namespace, checked_topics
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, VelocityCommand
 
 termios = pytest.importorskip("termios")
 pytest.importorskip("rclpy")

@@ -19,7 +19,7 @@ from gait_lab.demo.tour import (
     fall_time,
     phase_at,
 )
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.types import STANDSTILL, VelocityCommand
 
 
 def walk(speed: float, turn: float, seconds: float, tilt: float = 0.0) -> Trace:

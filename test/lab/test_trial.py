@@ -18,8 +18,8 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import STANDSTILL, JointTargets, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, JointTargets, VelocityCommand
 from sim_bridge.world import World
 
 SPEC = TrialSpec(robot_seed=-1, engine="mujoco")

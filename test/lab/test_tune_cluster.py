@@ -18,7 +18,7 @@ from gait_lab.tune.store import Store
 from gait_lab.tune.study import parse_study
 from gait_lab.tune.trial import evaluate
 from gait_lab.tune.workers import make_workers, run_all
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 STUDY = parse_study({**GOOD, "protocol": {"name": "growing_stride", "steps": 4}, "trials": 3})
 MODULES = {"dask": "distributed", "ray": "ray"}

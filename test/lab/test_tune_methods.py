@@ -8,7 +8,7 @@ pytest.importorskip("pymoo")
 
 from gait_lab.tune.methods import METHODS, Method, Point, make_method
 from gait_lab.tune.methods.surrogate import clipped
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 START = (0.9, 0.1, 0.8)
 GOAL = (0.3, 0.6, 0.5)

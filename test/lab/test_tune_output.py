@@ -25,8 +25,8 @@ from gait_lab.tune.report import importance, write_preset
 from gait_lab.tune.run import TuneOptions, run
 from gait_lab.tune.study import Place, parse_study
 from gait_lab.tune.trial import Trial
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters, load_preset
+from robot_core.errors import NaoGaitError
 
 PNG = b"\x89PNG"
 

@@ -22,7 +22,7 @@ from gait_lab.tune.store import FILE, Store
 from gait_lab.tune.study import Study, parse_study
 from gait_lab.tune.trial import Trial
 from gait_lab.tune.workers import ATTEMPTS, LokyWorkers, run_all
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 STUDY = parse_study({**GOOD, "trials": 10})
 Evaluate = Callable[[Study, int, Point], Trial]

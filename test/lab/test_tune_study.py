@@ -11,9 +11,9 @@ pytest.importorskip("mujoco")
 
 from gait_lab.cli import EXIT_USAGE, main
 from gait_lab.tune.study import load_study, parse_study
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import BY_NAME
-from nao_lipm_gait.resources import share
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
 
 GOOD: dict[str, Any] = {
     "parameters": {"step_forward_max": [0.02, 0.08], "swing_lift": [0.01, 0.03]},

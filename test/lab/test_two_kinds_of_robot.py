@@ -9,12 +9,12 @@ import pytest
 pytest.importorskip("cv2")
 
 from gait_lab.trials.rendered_frames import RenderSpec, rendered_frames
-from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.field import Field, Goals
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.percepts import ROBOTS, Kind
 from nao_soccer.vision.settings import VisionSettings
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field, Goals
 from sim_bridge.scene import Scene, SceneBall, SceneRobot
 
 SEES = {

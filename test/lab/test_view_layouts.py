@@ -12,8 +12,8 @@ pytest.importorskip("rclpy")
 
 from gait_lab.analysis.recorded_walk import PARTS
 from gait_lab.record.recorder import message_class
-from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot import load_robot
+from robot_core.resources import share
+from robot_core.robot import load_robot
 
 TYPES = {part.topic: part.types[0] for part in PARTS.values()}
 JOINT_STATE = "sensor_msgs/msg/JointState"

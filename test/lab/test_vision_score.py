@@ -10,13 +10,13 @@ from gait_lab.trials.rendered_frames import FrameTruth
 from gait_lab.vision.expected import View
 from gait_lab.vision.fit import fit
 from gait_lab.vision.score import GATE, PoseDeviation, Score, Sighting, score_image
-from nao_lipm_gait.robot.camera import CameraPose, CameraView
-from nao_lipm_gait.types import Pose2
-from nao_soccer.field import Goals
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.vision.settings import VisionSettings
 from pitch_image import camera
+from robot_core.field import Goals
+from robot_core.robot.camera import CameraPose, CameraView
+from robot_core.types import Pose2
 
 SETTINGS = VisionSettings(goals=Goals())
 PLACE = (-3.0, 0.3)

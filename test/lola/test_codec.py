@@ -18,7 +18,7 @@ from lola_bridge.codec import (
     read_command,
 )
 from lola_frames import LIGHTS, sensors
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 SENSOR_LENGTHS = {
     "Stiffness": 25, "Position": 25, "Temperature": 25, "Battery": 4, "Current": 25, "Status": 25,

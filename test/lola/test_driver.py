@@ -23,8 +23,8 @@ from lola_bridge.link import (
 )
 from lola_bridge.safety import Mode
 from lola_frames import CONFIG, SAFETY, STAND, sensors
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.runtime.diagnostics import LogLine
+from robot_core.errors import NaoGaitError
+from robot_core.log import LogLine
 
 KNEE = JOINTS.index("LKneePitch")
 PAUSE = round(RESTART_SILENCE / SAFETY.period)

@@ -5,8 +5,8 @@ import pytest
 
 from lola_bridge.codec import JOINTS
 from lola_bridge.joints import JointMap, sitting_pose
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 
 ROBOT = load_robot("nao_v6")
 MAP = JointMap(ROBOT)

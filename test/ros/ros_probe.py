@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from nao_lipm_gait.ros.process import DomainClaim
+from robot_core.ros.process import DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = {

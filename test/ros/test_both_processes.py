@@ -16,8 +16,8 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.topics import LATCHED
+from robot_core.robot import load_robot
+from robot_core.ros.topics import LATCHED
 from ros_probe import Probe, bits, stamp
 
 LOCKSTEP = {"lockstep": True, "real_time_factor": 0.0}
@@ -251,7 +251,7 @@ def test_bad_start_is_one_clear_line_and_status_2(
 
 
 def test_urdf_without_a_joint_is_named(probe: Probe, tmp_path: Path):
-    from nao_lipm_gait.resources import find
+    from robot_core.resources import find
 
     text = find("urdf", "nao_h21_v33").read_text(encoding="utf-8")
     broken = tmp_path / "broken.urdf"

@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.robot import load_robot
+from robot_core.robot import load_robot
 from ros_probe import Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()

@@ -4,8 +4,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.topics import LATCHED
+from robot_core.robot import load_robot
+from robot_core.ros.topics import LATCHED
 from ros_probe import Probe, stamp
 from test_both_processes import LOCKSTEP, Driver
 

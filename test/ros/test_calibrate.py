@@ -13,12 +13,12 @@ from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import String
 
 from nao_lipm_gait.calibration_file import load_calibration
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.process import DomainClaim
-from nao_lipm_gait.ros.topics import LATCHED
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
-from nao_lipm_gait.types import LEFT, RIGHT
 from nao_lipm_gait.whole_body.body_model import BodyModel
+from robot_core.robot import load_robot
+from robot_core.ros.process import DomainClaim
+from robot_core.ros.topics import LATCHED
+from robot_core.types import LEFT, RIGHT
 from ros_probe import TIMEOUT, Probe
 from sim_bridge.individual import draw_individual
 from sim_bridge.plant import load_plant

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image
 
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.robot.camera import Intrinsics
+from robot_core.robot import load_robot
+from robot_core.robot.camera import Intrinsics
 from ros_probe import Probe, stamp
 
 

@@ -5,13 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-from nao_lipm_gait.ros.process import FAILED, DomainClaim
+from robot_core.ros.process import FAILED, DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
 FAILING = """
 import sys
 from rclpy.node import Node
-from nao_lipm_gait.ros.process import StopRequest, run, spin
+from robot_core.ros.process import StopRequest, run, spin
 
 class Failing(Node):
     def __init__(self):

@@ -17,8 +17,8 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from nao_lipm_gait.parameters import PARAMETERS, load_preset
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.topics import LATCHED
+from robot_core.robot import load_robot
+from robot_core.ros.topics import LATCHED
 from ros_probe import Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()

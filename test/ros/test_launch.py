@@ -13,7 +13,7 @@ from launch.actions import RegisterEventHandler, SetLaunchConfiguration, Shutdow
 from launch.event_handlers import OnProcessStart
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 
-from nao_lipm_gait.resources import share
+from robot_core.resources import share
 
 
 @pytest.fixture

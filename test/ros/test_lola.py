@@ -13,8 +13,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Imu, JointState, Joy, Temperature
 from std_msgs.msg import Bool, String
 
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.ros.topics import LATCHED
+from robot_core.robot import load_robot
+from robot_core.ros.topics import LATCHED
 from ros_probe import Probe, Process
 
 pytest.importorskip("mujoco")

@@ -11,8 +11,8 @@ from lola_bridge.codec import encode_sensors
 from lola_bridge.link import END, PACKET_BYTES, address, pack_log
 from lola_bridge.ros.node import RESTARTS_MAX
 from lola_frames import sensors
-from nao_lipm_gait.ros.process import FAILED, REFUSED
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine
+from robot_core.log import Level, LogLine
+from robot_core.ros.process import FAILED, REFUSED
 from ros_probe import Probe
 
 

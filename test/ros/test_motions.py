@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.ros.topics import LATCHED
+from robot_core.ros.topics import LATCHED
 from ros_probe import Probe
 
 FAST = {"lockstep": True, "real_time_factor": 0.0, "engine": "mujoco"}

@@ -8,14 +8,14 @@ from geometry_msgs.msg import PolygonStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import PoseCovariance
 from nao_soccer.ros import player_messages, vision_messages
 from nao_soccer.ros.player_messages import PerceptBuffer, PerceptParts
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import PoseEstimate
 from nao_soccer.world.team_knowledge import in_field
 from pitch_percepts import Eyes
+from robot_core.errors import NaoGaitError
+from robot_core.types import PoseCovariance
 
 STAMP = 12_345_000_000
 

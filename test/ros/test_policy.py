@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_lipm_gait.ros.process import REFUSED
+from robot_core.ros.process import REFUSED
 from ros_probe import Probe
 from sros_policy import rights
 

@@ -3,9 +3,9 @@
 from gait_lab.bench.ros_replay import replay_over_ros
 from gait_lab.faults.channel import Message
 from gait_lab.faults.harness import PERIOD
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
-from nao_lipm_gait.types import GRAVITY
+from robot_core.robot import load_robot
+from robot_core.types import GRAVITY
 
 TICKS = 40
 

@@ -16,7 +16,7 @@ pytest.importorskip("rosbags")
 from rosgraph_msgs.msg import Clock
 
 from gait_lab.analysis.bag import open_bag
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 from ros_probe import ROOT, Probe
 
 TOPICS = ("/clock", "/joint_states", "/ground_truth/odom")

@@ -13,8 +13,8 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.ros.topics import LATCHED
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.ros.topics import LATCHED
 from ros_probe import Messages, Probe, set_stamp, stamp
 
 NAMES = ("red1", "blue1")

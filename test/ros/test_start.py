@@ -27,7 +27,7 @@ sys.exit(main([{module!r}]))
 
 
 @pytest.mark.parametrize("name", ["gait", "sim_bridge"])
-@pytest.mark.parametrize("interrupted", ["nao_lipm_gait.ros.process", "numpy", "rclpy"])
+@pytest.mark.parametrize("interrupted", ["robot_core.ros.process", "numpy", "rclpy"])
 def test_ctrl_c_during_the_imports_prints_nothing(name: str, interrupted: str) -> None:
     program = INTERRUPTED.format(module=MODULES[name], interrupted=interrupted)
     ended = subprocess.run(

@@ -11,7 +11,7 @@ from gait_lab.trials.rollout import RolloutSpec, make_pair
 from gait_lab.trials.tasks import TASKS
 from gait_lab.trials.trial import Action, Policy, Tick, run
 from nao_lipm_gait.ros.messages import StatusWriter
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.types import VelocityCommand
 
 WALK = VelocityCommand(0.1, 0.0, 0.2)
 

@@ -22,10 +22,10 @@ from std_msgs.msg import Bool
 
 from gait_lab.view.viewer import HOST, Viewer, serve
 from gait_lab.view.world_scene import WorldScene
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import PoseCovariance
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import PoseEstimate
+from robot_core.errors import NaoGaitError
+from robot_core.types import PoseCovariance
 from ros_probe import ROOT, Probe
 from sim_bridge.scene import load_scene
 

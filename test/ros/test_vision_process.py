@@ -13,10 +13,10 @@ pytest.importorskip("cv2")
 from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.robot.camera import CameraModel, Intrinsics
 from pitch_image import picture
+from robot_core.resources import find
+from robot_core.robot import load_robot
+from robot_core.robot.camera import CameraModel, Intrinsics
 from ros_probe import Probe, set_stamp, stamp
 
 ROBOT = load_robot()

@@ -7,12 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nao_lipm_gait.calibration import Calibration
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.calibration_monitor import CalibrationMonitor, Measurement
-from nao_lipm_gait.runtime.diagnostics import Diagnostics, Level
+from nao_lipm_gait.runtime.diagnostics import Diagnostics
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level
+from robot_core.robot import load_robot
 
 ROBOT = load_robot()
 CALIBRATION = Calibration(sole_pitch=math.radians(1.25), sole_roll=math.radians(-0.5))

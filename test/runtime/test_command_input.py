@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.runtime.command_input import TAKE_OVER, CommandInput, read_push
-from nao_lipm_gait.types import JointTargets
+from robot_core.command_input import TAKE_OVER, CommandInput, read_push
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
+from robot_core.types import JointTargets
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.runtime.commands import VelocityInput, read_velocity
 from nao_lipm_gait.runtime.inputs import TwistInput
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, VelocityCommand
 
 MS = 1_000_000
 

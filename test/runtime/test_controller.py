@@ -5,11 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.scheduler import ATTEMPTS
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.bias_wait import BiasWait
 from nao_lipm_gait.runtime.controller import (
     COAST_MAX,
@@ -18,11 +16,12 @@ from nao_lipm_gait.runtime.controller import (
     Output,
     Settings,
 )
-from nao_lipm_gait.runtime.diagnostics import Level
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TemperatureInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
-from nao_lipm_gait.runtime.reports import Report
-from nao_lipm_gait.types import GaitState, JointTargets, SensorFrame
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level, Report
+from robot_core.robot import load_robot
+from robot_core.types import GaitState, JointTargets, SensorFrame
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)

@@ -1,6 +1,7 @@
 """What is logged, and how often."""
 
-from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics, Level, Throttle
+from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
+from robot_core.log import Level, Throttle
 
 
 class Clock:

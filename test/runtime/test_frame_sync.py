@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.runtime.frame_sync import FrameSync
 from nao_lipm_gait.runtime.validation import ImuSample, JointSample
+from robot_core.errors import NaoGaitError
 
 MS = 1_000_000
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from nao_lipm_gait.robot import RobotDescription, load_robot
 from nao_lipm_gait.runtime.diagnostics import Diagnostics
 from nao_lipm_gait.runtime.heat_watch import HeatWatch
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import VelocityCommand
 
 FORWARD = VelocityCommand(0.3, 0.1, 0.5)
 

@@ -7,7 +7,6 @@ import pytest
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription
 from nao_lipm_gait.runtime.controller import Settings
 from nao_lipm_gait.runtime.latency import (
     COLLECT_RESTING,
@@ -15,7 +14,8 @@ from nao_lipm_gait.runtime.latency import (
     GarbageScheduler,
     warm_up,
 )
-from nao_lipm_gait.types import GaitState, JointTargets
+from robot_core.robot import RobotDescription
+from robot_core.types import GaitState, JointTargets
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 
 from nao_lipm_gait.runtime.lift_watch import GROUND_TIME, LIFT_TIME, LiftWatch
 from nao_lipm_gait.runtime.sole_loads import LOAD_AGE, SoleLoads
-from nao_lipm_gait.types import GRAVITY
+from robot_core.types import GRAVITY
 
 PERIOD = 10_000_000
 HALF = 24.0

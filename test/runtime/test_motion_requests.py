@@ -4,7 +4,7 @@ import pytest
 
 from nao_lipm_gait.motion.scheduler import GET_UP
 from nao_lipm_gait.runtime.motion_requests import MotionRequests
-from nao_lipm_gait.types import GaitState
+from robot_core.types import GaitState
 
 STAND, WALK, MOTION = GaitState.STAND, GaitState.WALK, GaitState.MOTION
 GETTING_UP, FALLEN, RELAXED = GaitState.GETTING_UP, GaitState.FALLEN, GaitState.RELAXED

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from nao_lipm_gait.ros.process import DomainClaim, StopRequest, stop_on_signal
+from robot_core.ros.process import DomainClaim, StopRequest, stop_on_signal
 
 
 @pytest.fixture(autouse=True)

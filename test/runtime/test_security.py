@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gait_lab.view import viewer as view
-from nao_lipm_gait.ros.process import RANGE, stay_local
+from robot_core.ros.process import RANGE, stay_local
 from sros_policy import POLICY, rights
 
 ROOT = Path(__file__).resolve().parents[2]

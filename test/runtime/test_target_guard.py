@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.target_guard import SPEED_SHARE, TargetGuard
-from nao_lipm_gait.types import STANDSTILL, JointTargets, SensorFrame, VelocityCommand
+from robot_core.robot import load_robot
+from robot_core.types import STANDSTILL, JointTargets, SensorFrame, VelocityCommand
 
 ROBOT = load_robot()
 GOOD = np.clip(ROBOT.stand_pose + 0.01, ROBOT.lower, ROBOT.upper)

@@ -8,17 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, stamp_of
+from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
 from nao_lipm_gait.runtime.validation import (
     IMU_REPEATS,
     SPIKE_SAMPLES,
     JointReader,
     SensorValidation,
 )
-from nao_lipm_gait.types import FloatArray, JointTargets
+from robot_core.errors import NaoGaitError
+from robot_core.message_checks import stamp_of
+from robot_core.robot import load_robot
+from robot_core.types import FloatArray, JointTargets
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import JointTargets
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
+from robot_core.types import JointTargets
 from sim_bridge.ball import ROLLING_SLOWDOWN, Ball, shoe
 from sim_bridge.body import Body
 from sim_bridge.individual import draw_individual

@@ -11,11 +11,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import FloatArray
 from sim_bridge.body import CONTACT_RADIUS, Body
 from sim_bridge.engines.simulation_urdf import simulation_urdf
 from sim_bridge.individual import NOMINAL, Individual, draw_individual

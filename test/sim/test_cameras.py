@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.robot.camera import CameraView, Intrinsics, RgbImage
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
+from robot_core.robot.camera import CameraView, Intrinsics, RgbImage
+from robot_core.types import FloatArray
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraImage, CameraSettings, make_cameras
 from sim_bridge.cameras.effects import ImageEffects, blurred

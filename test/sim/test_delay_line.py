@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 from sim_bridge.delay_line import DelayLine
 
 MS = 1_000_000

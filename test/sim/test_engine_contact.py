@@ -14,8 +14,8 @@ from engine_bench import (
     changed,
     weightless,
 )
-from nao_lipm_gait.geometry import rotation_matrix
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.geometry import rotation_matrix
+from robot_core.robot import RobotDescription
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant
 from sim_bridge.world import World

@@ -13,8 +13,8 @@ from engine_bench import (
     changed,
     weightless,
 )
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import JointTargets
+from robot_core.robot import RobotDescription
+from robot_core.types import JointTargets
 from sim_bridge.plant import Plant
 from sim_bridge.world import World
 

@@ -11,9 +11,9 @@ from engine_bench import (
     changed,
     walked,
 )
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray, JointTargets
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, JointTargets
 from sim_bridge.engines import registry as engines
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.robot import RobotSpec

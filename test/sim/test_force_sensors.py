@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription, load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
 from sim_bridge.force_sensors import ForceSensorModel, wrench_of
 from sim_bridge.individual import draw_individual
 from sim_bridge.plant import Plant, with_options

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant
 from sim_bridge.robot import GroundTruth

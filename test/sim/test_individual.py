@@ -11,9 +11,9 @@ import pinocchio as pin
 import pytest
 from scipy import stats
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import FloatArray
 from sim_bridge.individual import NOMINAL, Individual, draw_individual, rotation_from_vector
 from sim_bridge.plant import Plant, load_plant
 

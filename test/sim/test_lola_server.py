@@ -15,8 +15,8 @@ from lola_bridge.codec import (
     encode_sensors,
 )
 from lola_frames import STAND, sensors
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 from sim_bridge.force_sensors import sole_loads
 from sim_bridge.lola.body import HOLD_CYCLES, LolaBody
 from sim_bridge.lola.server import LolaSocket

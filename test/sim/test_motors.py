@@ -8,8 +8,8 @@ import attrs
 import numpy as np
 import pytest
 
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.individual import NOMINAL, Individual, draw_individual
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant, load_plant

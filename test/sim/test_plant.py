@@ -11,9 +11,9 @@ import attrs
 import pytest
 import yaml
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find, names
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find, names
 from sim_bridge.plant import (
     Contact,
     MotorPlant,

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import names, share
+from robot_core.errors import NaoGaitError
+from robot_core.resources import names, share
 from sim_bridge.plant import Plant, with_options
 from sim_bridge.scene import load_scene, parse_scene
 from sim_bridge.world import World

@@ -14,8 +14,8 @@ import pinocchio as pin
 import pytest
 from scipy import stats
 
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import FloatArray, SensorFrame
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import FloatArray, SensorFrame
 from sim_bridge.body import Body, BodyPose
 from sim_bridge.individual import NOMINAL, Individual, draw_individual, rotation_from_vector
 from sim_bridge.plant import Plant, load_plant

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import JointTargets, Pose2
-from nao_soccer.field import BallPlace, Field, Goals
+from robot_core.errors import NaoGaitError
+from robot_core.field import BallPlace, Field, Goals
+from robot_core.types import JointTargets, Pose2
 from sim_bridge.plant import Plant
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import Scene, SceneBall, SceneRobot

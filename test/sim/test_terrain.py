@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription, load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
 from sim_bridge.engines.registry import installed
 from sim_bridge.individual import draw_individual
 from sim_bridge.plant import Plant, PlantOption, Terrain, load_plant, parse_options, with_options

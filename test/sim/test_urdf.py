@@ -14,9 +14,9 @@ import pytest
 import yaml
 
 from gait_lab import urdf_writer
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find
+from robot_core.types import FloatArray
 
 CHECKS = yaml.safe_load(
     (Path(__file__).parents[1] / "data" / "nao_h21_checks.yaml").read_text(encoding="utf-8")

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.world import World

@@ -16,10 +16,10 @@ from engine_bench import (
     walked,
     weightless,
 )
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import rotation_matrix
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import JointTargets
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotation_matrix
+from robot_core.robot import RobotDescription
+from robot_core.types import JointTargets
 from sim_bridge.engines.backend import make_robot_model
 from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant, load_plant

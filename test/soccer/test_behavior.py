@@ -9,11 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import compose, relative
-from nao_lipm_gait.motion.library import MotionLibrary, shipped_library
-from nao_lipm_gait.robot import RobotDescription, load_robot
-from nao_lipm_gait.types import GaitState, Pose2, PoseCovariance, VelocityCommand
 from nao_soccer.behavior import player_behavior
 from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.kicks import KickTable, load_kicks
@@ -30,7 +25,6 @@ from nao_soccer.behavior.walking import (
     kept_apart,
     walk_to,
 )
-from nao_soccer.field import Goals
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.player import Player
 from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo
@@ -47,6 +41,12 @@ from nao_soccer.world.state import (
     TeamMate,
     WorldState,
 )
+from robot_core.errors import NaoGaitError
+from robot_core.field import Goals
+from robot_core.geometry import compose, relative
+from robot_core.motion.library import MotionLibrary, shipped_library
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import GaitState, Pose2, PoseCovariance, VelocityCommand
 
 SCENE = settings_of_scene("pitch_small")
 GOALS = SCENE.goals or Goals()

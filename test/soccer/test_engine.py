@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_soccer.behavior.engine import After, Engine, Option, State, When, mermaid
 from nao_soccer.behavior.options import PLAYER
+from robot_core.errors import NaoGaitError
 
 
 def hot(value: float) -> bool:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from nao_soccer.field import BallPlace, CrossingKind, Field, Goals, faults
+from robot_core.field import BallPlace, CrossingKind, Field, Goals, faults
 
 FIELD, GOALS = Field(), Goals()
 

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
 from nao_soccer.game_state import Phase, SetPlay
 from nao_soccer.referee.protocol import (
     SIZES,
@@ -21,6 +20,7 @@ from nao_soccer.referee.protocol import (
     decode_return,
     seen_by,
 )
+from robot_core.errors import NaoGaitError
 
 
 def layout(version: int, penalty: int = 0, state: int = 3, set_play: int = 0) -> bytes:

@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nao_lipm_gait.geometry import compose
-from nao_lipm_gait.types import Pose2
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.lasting_errors import LASTING, LastingErrors
@@ -17,6 +15,8 @@ from nao_soccer.world.localization import Localization, mirrored
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
 from pitch_percepts import GOALS, SMALL, VARIANCE, Eyes, nothing
+from robot_core.geometry import compose
+from robot_core.types import Pose2
 
 SETTINGS = WorldSettings(field=SMALL, goals=GOALS)
 MAP = FieldMap(SMALL, GOALS)

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import pytest
 
-from nao_soccer.field import Field, Goals
 from nao_soccer.game_state import Phase, SetPlay
 from nao_soccer.referee.match_clock import MatchClock
 from nao_soccer.referee.protocol import Penalty, decode, seen_by
@@ -20,6 +19,7 @@ from nao_soccer.referee.rules import (
     free_place,
 )
 from nao_soccer.vision.settings import settings_of_scene
+from robot_core.field import Field, Goals
 
 SCENE = settings_of_scene("pitch_small")
 PLAYERS = {"red1": ("red", 1), "red2": ("red", 2), "blue1": ("blue", 1), "blue2": ("blue", 2)}

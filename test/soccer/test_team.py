@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_soccer.field import Field
 from nao_soccer.team.link import PERIOD, SILENCE, TeamLink
 from nao_soccer.team.message import NEVER, SIZE, SIZE_MAX, BallMessage, TeamMessage, decode
 from nao_soccer.team.role import Role
 from nao_soccer.team.roles import MARGIN, STALL, Claim, RoleChoice
 from nao_soccer.team.udp import UdpLink
+from robot_core.errors import NaoGaitError
+from robot_core.field import Field
 
 MESSAGE = TeamMessage(
     1, 2, 7, 1234, (0.5, -0.25, 1.0), True, False, False, Role.SUPPORTER, 3.5,

@@ -4,8 +4,6 @@ import cv2
 import numpy as np
 import pytest
 
-from nao_lipm_gait.robot.camera import CameraPose, CameraView
-from nao_soccer.field import Field, Goals
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.percepts import CROSSINGS, Kind, Percepts
@@ -13,6 +11,8 @@ from nao_soccer.vision.robots import find_torsos
 from nao_soccer.vision.settings import VisionSettings, settings_of_scene
 from nao_soccer.vision.tilt_calibration import TiltCalibration
 from pitch_image import WHITE, camera, picture
+from robot_core.field import Field, Goals
+from robot_core.robot.camera import CameraPose, CameraView
 
 SETTINGS = VisionSettings(goals=Goals())
 TABLE = load_color_table("pitch")

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.robot.camera import Intrinsics
 from nao_soccer.vision.colors import BALL, FIELD, WHITE, ColorClassifier, load_color_table
 from nao_soccer.vision.controller import ImageInput, VisionController
 from nao_soccer.vision.pose_history import PoseHistory
 from nao_soccer.vision.settings import VisionSettings, settings_of_scene
 from pitch_image import camera, picture
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find
+from robot_core.robot import load_robot
+from robot_core.robot.camera import Intrinsics
 
 ROBOT = load_robot("nao_h21_v33")
 TABLE = load_color_table("pitch")

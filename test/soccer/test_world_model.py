@@ -6,10 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import compose, relative
-from nao_lipm_gait.head.goals import Follow, LookAt, Search
-from nao_lipm_gait.types import Point2, Pose2
 from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.world.field_map import FieldMap
@@ -19,6 +15,10 @@ from nao_soccer.world.odometry import OdometryHistory
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, Obstacle, TeamBall, TeamMate, WorldState
 from pitch_percepts import GOALS, SMALL, Eyes, nothing, percept
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import compose, relative
+from robot_core.head_goals import Follow, LookAt, Search
+from robot_core.types import Point2, Pose2
 
 SETTINGS = WorldSettings(field=SMALL, goals=GOALS)
 MS = 1_000_000

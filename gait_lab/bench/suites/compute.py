@@ -21,8 +21,8 @@ from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
 from gait_lab.trials.tasks import Task, find_task
 from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.robot import load_robot
-from nao_lipm_gait.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
+from robot_core.robot import load_robot
+from robot_core.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant, with_options
 from sim_bridge.scene import load_scene
 from sim_bridge.terrain import is_uneven

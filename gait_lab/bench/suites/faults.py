@@ -15,9 +15,9 @@ from gait_lab.faults.campaign import FELL, VIOLATED, FaultResult, FaultRun
 from gait_lab.faults.scopes import SCOPES, Scope
 from gait_lab.trials.kept import KeptResults
 from gait_lab.trials.parallel import parallel_map
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.presets import DEFAULT, preset_for
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 
 _EVIDENCE = 20
 """Violations that are listed one by one."""

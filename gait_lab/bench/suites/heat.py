@@ -18,9 +18,9 @@ from gait_lab.bench.suite import Suite
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import Task, find_task
 from gait_lab.trials.trial import TimedCommands, TrialSpec, loaded_robot, make_gait, make_world, run
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.runtime.heat_watch import HOT, SIT
-from nao_lipm_gait.types import GRAVITY, FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.types import GRAVITY, FloatArray
 from sim_bridge.plant import load_plant, with_options
 
 SLOWEST = 0.01

@@ -13,7 +13,7 @@ from gait_lab.bench.suites.faults import fault_run
 from gait_lab.faults.long_walks import LossResult, LossWalk, walk_with_loss
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import Task
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 
 @dataclass(frozen=True)

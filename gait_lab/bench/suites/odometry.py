@@ -22,7 +22,7 @@ from gait_lab.trials.tasks import TASKS
 from gait_lab.trials.trial import CONTROL_PERIOD, Action, Policy, Tick, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.types import STANDSTILL, VelocityCommand
 
 STOP_TIME = 2.0
 """[s] to stop at the end of a course."""

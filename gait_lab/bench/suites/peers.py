@@ -18,9 +18,9 @@ from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, finit
 from gait_lab.bench.score import Score, tasks_of
 from gait_lab.bench.suite import Suite
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import load_preset
-from nao_lipm_gait.robot import NAO, load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import NAO, load_robot
 
 PUSHES = (("left", 1.5), ("forward", 2.0))
 """Directions and impulses [N s] of the pushes on the spot."""

@@ -15,8 +15,8 @@ from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
 from gait_lab.bench.score import LoopDetection, Score, Variant, walk_all
 from gait_lab.bench.suite import Suite
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import load_robot
+from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 from sim_bridge.plant import PlantOption, PlantValue, load_plant, with_options
 from sim_bridge.world import World
 

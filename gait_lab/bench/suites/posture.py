@@ -18,9 +18,9 @@ from gait_lab.bench.suite import Suite
 from gait_lab.trials.motions import MotionOutcome
 from gait_lab.trials.tasks import STAND_TIME, AskedMotion, Task, find_task
 from gait_lab.trials.trial import loaded_robot
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.library import shipped_library
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.errors import NaoGaitError
+from robot_core.motion.library import shipped_library
+from robot_core.types import STANDSTILL, VelocityCommand
 
 JUMP = 0.01
 """[s] in which a command changes."""

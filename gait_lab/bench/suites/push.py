@@ -24,7 +24,7 @@ from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
 from gait_lab.bench.suite import Suite
 from gait_lab.trials.trial import PUSH_DURATION
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 
 @dataclass(frozen=True)

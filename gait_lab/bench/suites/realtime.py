@@ -30,12 +30,12 @@ from gait_lab.faults.harness import PERIOD, Fault, Harness
 from gait_lab.trials.rollout import make_pair
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.robot import load_robot
 from nao_lipm_gait.runtime.controller import GaitController, Settings
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler
 from nao_lipm_gait.runtime.tick_times import quantile
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.robot import load_robot
+from robot_core.types import VelocityCommand
 
 SPEED = VelocityCommand(0.2, 0.0, 0.0)
 START_TIME = 1.0

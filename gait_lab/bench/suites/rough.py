@@ -16,9 +16,9 @@ from gait_lab.trials.crossing import CrossingResult, CrossingRobot, CrossingSpec
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import find_task
 from gait_lab.trials.trial import loaded_robot
-from nao_lipm_gait.errors import NaoGaitError
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import preset_for
+from robot_core.errors import NaoGaitError
 
 PAPER_SLOW, PAPER_FAST = 45.0, 7.5
 """[s] published, over 1 m; how often it succeeded is not published."""

@@ -14,7 +14,7 @@ from gait_lab.trials.calibration import Levelled, SoleTilt, levelling
 from gait_lab.trials.parallel import parallel_map
 from gait_lab.trials.tasks import STAND_TIME, find_task
 from gait_lab.trials.trial import Push, TrialSpec
-from nao_lipm_gait.types import VelocityCommand
+from robot_core.types import VelocityCommand
 
 PUSH_TIMES = (2.0, 4.0, 6.0)
 """[s] of walking at which the robot is pushed, in turn from the left, from behind, the front."""

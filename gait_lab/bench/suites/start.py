@@ -10,7 +10,7 @@ from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_
 from gait_lab.bench.score import LoopDetection, Score, walk_all
 from gait_lab.bench.suite import Suite
 from gait_lab.trials.tasks import STAND_TIME, TASKS, Task
-from nao_lipm_gait.types import STANDSTILL, VelocityCommand
+from robot_core.types import STANDSTILL, VelocityCommand
 
 JUMP = 0.01
 """[s] in which a command changes."""

@@ -18,7 +18,7 @@ from gait_lab.vision.evaluate import VisionWalk, WalkScores, evaluate_walk
 from gait_lab.vision.fit import as_yaml, fit
 from gait_lab.vision.score import GATE, GROUPS, RANGE, Score, merged
 from gait_lab.vision.walks import KINDS
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 from sim_bridge.engines.opengl import opengl_libraries
 from sim_bridge.plant import load_plant, with_options
 

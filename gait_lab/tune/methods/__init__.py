@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 Point = tuple[float, ...]
 """A point of the search, as shares 0..1 of the ranges of a study."""

@@ -12,7 +12,6 @@ pendulum origin and the next foot are, eqs (7)-(9). Extensions answer a CoM that
 from typing import final
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import Pose2
 from nao_lipm_gait.walks.lipm.extensions.recovery import (
     capture_shift,
     catching_stride,
@@ -30,6 +29,7 @@ from nao_lipm_gait.walks.lipm.state import WalkState
 from nao_lipm_gait.walks.lipm.support_change import SupportChange, plan_support_change
 from nao_lipm_gait.walks.pendulum import advance
 from nao_lipm_gait.walks.steps import exchange_leads
+from robot_core.types import Pose2
 
 NEXT_TANH_MAX = 0.95
 """Cap on |tanh(k t_b-bar)|: with 1 or more the next pendulum would never turn back."""

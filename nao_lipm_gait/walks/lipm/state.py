@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from math import cosh, sinh
 from typing import final
 
-from nao_lipm_gait.geometry import compose, relative, rotate_planar
-from nao_lipm_gait.types import Pose2
+from robot_core.geometry import compose, relative, rotate_planar
+from robot_core.types import Pose2
 
 
 @final

@@ -1,7 +1,6 @@
 """The undisturbed walk on pendulums: durations and sizes of its steps for a velocity command."""
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import VelocityCommand
 from nao_lipm_gait.walks.pendulum import half_step_duration, natural_frequency
 from nao_lipm_gait.walks.steps import (
     Stride,
@@ -10,6 +9,7 @@ from nao_lipm_gait.walks.steps import (
     limit_share,
     limited_stride,
 )
+from robot_core.types import VelocityCommand
 
 DURATION_MIN = 1e-3
 """Shortest nominal double step [s]; a pendulum as wide as its offset would need no time."""

@@ -13,9 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from itertools import chain, islice
 
-from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget, body_targets
 from nao_lipm_gait.walks.lipm.com_observer import ComObserver
 from nao_lipm_gait.walks.lipm.extensions.disturbances import (
@@ -38,6 +36,8 @@ from nao_lipm_gait.walks.steps import (
     limit_share,
 )
 from nao_lipm_gait.walks.swing_foot import SwingFoot
+from robot_core.geometry import compose, relative
+from robot_core.types import LEFT, RIGHT, Pose2, VelocityCommand
 
 FEET_TOGETHER = 0.015
 """Largest step size [m, rad] after which the feet are side by side well enough to stand."""

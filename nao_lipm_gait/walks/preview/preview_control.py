@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.types import GRAVITY, FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.types import GRAVITY, FloatArray
 
 PRECISION = 1e-12
 """Relative change at which the Riccati recursion ends."""

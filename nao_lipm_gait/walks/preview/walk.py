@@ -8,12 +8,12 @@ ZMP walk, this walk does not use the measured CoM.
 
 import numpy as np
 
-from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets
 from nao_lipm_gait.walks.preview.preview_control import PreviewAxis, PreviewGains, preview_gains
 from nao_lipm_gait.walks.zmp.walk import HalfStride, Phase, ZmpWalk
+from robot_core.geometry import compose, relative
+from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
 
 Point = tuple[float, float]
 

@@ -12,9 +12,7 @@ from enum import Enum
 from math import cos, sin
 from typing import NamedTuple
 
-from nao_lipm_gait.geometry import compose, relative
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.types import LEFT, RIGHT, Pose2, VelocityCommand
 from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget, body_targets
 from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.walks.steps import (
@@ -35,6 +33,8 @@ from nao_lipm_gait.walks.zmp.trajectories import (
     swing_out,
     travel,
 )
+from robot_core.geometry import compose, relative
+from robot_core.types import LEFT, RIGHT, Pose2, VelocityCommand
 
 NOWHERE: Pose2 = (0.0, 0.0, 0.0)
 

@@ -7,8 +7,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot.camera import CameraView, RgbImage
+from robot_core.errors import NaoGaitError
+from robot_core.robot.camera import CameraView, RgbImage
 from sim_bridge.engines.mujoco.scene import VISIBLE
 from sim_bridge.engines.opengl import OPENGL, opengl_libraries
 

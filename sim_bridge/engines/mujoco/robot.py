@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 from sim_bridge.ball import shoe
 from sim_bridge.body import CONTACT_RADIUS, Link, Sole
 from sim_bridge.engines.backend import RobotModel

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from nao_lipm_gait.geometry import as_rotation, cross, rotate_back
-from nao_lipm_gait.types import FloatArray
+from robot_core.geometry import as_rotation, cross, rotate_back
+from robot_core.types import FloatArray
 from sim_bridge.body import BodyPose
 from sim_bridge.engines.mujoco.robot import LEG_CONTACT, RobotParts, play_name
 from sim_bridge.motors import TorqueLimits

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 import mujoco
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
-from nao_soccer.field import COLORS
+from robot_core.field import COLORS
+from robot_core.types import FloatArray
 from sim_bridge.ball import FRICTION, Ball, BallState
 from sim_bridge.engines.mujoco.springs import Spring
 from sim_bridge.shapes import Shape

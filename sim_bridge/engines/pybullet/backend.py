@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot.camera import CameraView, RgbImage
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot.camera import CameraView, RgbImage
+from robot_core.types import FloatArray
 from sim_bridge.ball import BallState
 from sim_bridge.engines.backend import BALL, RobotModel
 from sim_bridge.engines.pybullet.library import bullet, silenced

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray
+from robot_core.types import FloatArray
 from sim_bridge.shapes import Shape
 
 AROUND, ALONG = 16, 8

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.robot.camera import CameraView, RgbImage
-from nao_lipm_gait.types import FloatArray
-from nao_soccer.field import COLORS
+from robot_core.field import COLORS
+from robot_core.robot.camera import CameraView, RgbImage
+from robot_core.types import FloatArray
 from sim_bridge.ball import BallState
 from sim_bridge.body import Body
 from sim_bridge.engines.pybullet.library import bullet, silenced

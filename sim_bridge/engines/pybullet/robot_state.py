@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.geometry import as_point, cross, rotation_matrix
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import as_point, cross, rotation_matrix
+from robot_core.types import FloatArray
 from sim_bridge.body import BodyPose
 from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.pybullet.library import bullet

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pinocchio as pin
 
-from nao_lipm_gait.types import Point2
-from nao_soccer.field import COLORS
+from robot_core.field import COLORS
+from robot_core.types import Point2
 from sim_bridge.ball import FRICTION, Ball
 from sim_bridge.engines.pybullet.library import bullet
 from sim_bridge.plant import Physics

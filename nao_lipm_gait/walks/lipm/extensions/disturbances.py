@@ -4,9 +4,9 @@ Both work beside the CoM observer. The offset is removed before the innovation r
 adds a velocity to its correction.
 """
 
-from nao_lipm_gait.geometry import rotate_planar
 from nao_lipm_gait.walks.lipm.com_observer import ComCorrection
 from nao_lipm_gait.walks.lipm.state import WalkState
+from robot_core.geometry import rotate_planar
 
 POSITION_TIME = 0.02
 """Averaging time for the growth of the innovation [s]."""

@@ -13,9 +13,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot.description import RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.errors import NaoGaitError
+from robot_core.robot.description import RobotDescription
+from robot_core.types import FloatArray
 
 RgbImage = NDArray[np.uint8]
 """(height, width, 3) red, green, blue; the first row is the upper one."""

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nao_lipm_gait.types import FloatArray, Point3, Pose2
+from robot_core.types import FloatArray, Point3, Pose2
 
 Rotation = tuple[Point3, Point3, Point3]
 """The rows of a (3, 3) rotation matrix."""

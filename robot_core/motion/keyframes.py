@@ -6,8 +6,8 @@ from enum import StrEnum
 
 import attrs
 
-from nao_lipm_gait.schema import Settings, number
-from nao_lipm_gait.types import FloatArray
+from robot_core.schema import Settings, number
+from robot_core.types import FloatArray
 
 
 class Posture(StrEnum):

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from nao_lipm_gait.types import Point3
+from robot_core.types import Point3
 
 
 class Frame(StrEnum):

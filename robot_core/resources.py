@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from nao_lipm_gait.errors import NaoGaitError
+from robot_core.errors import NaoGaitError
 
 PACKAGE = "nao_lipm_gait"
 _MARKER = Path("config", "gait", "default.yaml")

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find, names
-from nao_lipm_gait.robot.description import Camera, JointLimit, RobotDescription, read_only
-from nao_lipm_gait.robot.robot_file import RobotFile, load_robot_file
-from nao_lipm_gait.robot.urdf_model import UrdfModel
-from nao_lipm_gait.schema import read_text
-from nao_lipm_gait.types import FloatArray, Point2
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find, names
+from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
+from robot_core.robot.robot_file import RobotFile, load_robot_file
+from robot_core.robot.urdf_model import UrdfModel
+from robot_core.schema import read_text
+from robot_core.types import FloatArray, Point2
 
 _STAND_SLACK = 0.02
 """[rad] The stand pose may exceed a limit by this much and is then clipped, because the limits of

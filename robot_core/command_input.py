@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.runtime.inputs import finite, repeated, some
-from nao_lipm_gait.types import FloatArray, JointTargets
+from robot_core.errors import NaoGaitError
+from robot_core.message_checks import finite, repeated, some
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, JointTargets
 
 PUSH_ABSURD = 2000.0
 """[N] Largest force of a push; more is a wrong unit or a broken sender."""

@@ -13,8 +13,8 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from nao_lipm_gait.errors import NaoGaitError, is_number
-from nao_lipm_gait.schema import Choice, Field, Kind, Number, Switch, Text
+from robot_core.errors import NaoGaitError, is_number
+from robot_core.schema import Choice, Field, Kind, Number, Switch, Text
 
 Value = bool | int | float | str
 AnyValue = TypeVar("AnyValue")

@@ -11,8 +11,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from nao_lipm_gait.errors import NaoGaitError, one_line
-from nao_lipm_gait.runtime.diagnostics import Level, LogLine, Throttle
+from robot_core.errors import NaoGaitError, one_line
+from robot_core.log import Level, LogLine, Throttle
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)

@@ -9,21 +9,14 @@ from typing import Any
 import attrs
 import numpy as np
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.check import check_motion
-from nao_lipm_gait.motion.joints import LEFT, joint_groups, mirror_law
-from nao_lipm_gait.motion.keyframes import (
-    Balance,
-    Interpolation,
-    Keyframe,
-    Kick,
-    Motion,
-    Posture,
-)
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.schema import NAME, Number, Settings, Table, choice, group, number
-from nao_lipm_gait.types import FloatArray
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.motion.check import check_motion
+from robot_core.motion.joints import LEFT, joint_groups, mirror_law
+from robot_core.motion.keyframes import Balance, Interpolation, Keyframe, Kick, Motion, Posture
+from robot_core.robot import RobotDescription
+from robot_core.schema import NAME, Number, Settings, Table, choice, group, number
+from robot_core.types import FloatArray
 
 STAND = "stand"
 """The pose of this name is the gait's stand pose, which depends on its parameters."""

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.keyframes import Motion, Posture
-from nao_lipm_gait.motion.motion_file import load_motions
-from nao_lipm_gait.resources import share
-from nao_lipm_gait.robot import RobotDescription
+from robot_core.errors import NaoGaitError
+from robot_core.motion.keyframes import Motion, Posture
+from robot_core.motion.motion_file import load_motions
+from robot_core.resources import share
+from robot_core.robot import RobotDescription
 
 
 class MotionLibrary:

@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from nao_lipm_gait.errors import NaoGaitError, one_line
+from robot_core.errors import NaoGaitError, one_line
 
 if TYPE_CHECKING:
     from rclpy.executors import SingleThreadedExecutor

@@ -5,8 +5,8 @@ import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.robot.description import JointLimit, LegJoints
+from robot_core.errors import NaoGaitError
+from robot_core.robot.description import JointLimit, LegJoints
 
 
 class UrdfModel:

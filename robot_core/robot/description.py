@@ -7,9 +7,9 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.schema import Settings, number, text
-from nao_lipm_gait.types import FloatArray, Point2
+from robot_core.errors import NaoGaitError
+from robot_core.schema import Settings, number, text
+from robot_core.types import FloatArray, Point2
 
 
 @attrs.frozen

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.motion.keyframes import Interpolation, Motion
-from nao_lipm_gait.robot import RobotDescription
-from nao_lipm_gait.types import FloatArray
-from nao_lipm_gait.whole_body.joint_limits import JointLimits
+from robot_core.errors import NaoGaitError
+from robot_core.joint_limits import JointLimits
+from robot_core.motion.keyframes import Interpolation, Motion
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
 
 SPEED_SHARE = 0.95
 """Share of a joint's speed limit that a motion may use; the rest is left for gyro stabilisation."""

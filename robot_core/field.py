@@ -13,8 +13,8 @@ from enum import StrEnum
 import attrs
 import numpy as np
 
-from nao_lipm_gait.schema import Choice, Sequence, Settings, field, number
-from nao_lipm_gait.types import FloatArray, Point2, Point3, Pose2
+from robot_core.schema import Choice, Sequence, Settings, field, number
+from robot_core.types import FloatArray, Point2, Point3, Pose2
 
 TEAMS = ("red", "blue")
 """The teams; the goal of the first one is at negative x."""

@@ -1,13 +1,7 @@
 """The facts of one robot that everything else works with: its URDF and one parameter file."""
 
-from nao_lipm_gait.robot.description import (
-    Camera,
-    JointLimit,
-    LegJoints,
-    Motor,
-    RobotDescription,
-)
-from nao_lipm_gait.robot.load import NAO, load_robot
+from robot_core.robot.description import Camera, JointLimit, LegJoints, Motor, RobotDescription
+from robot_core.robot.load import NAO, load_robot
 
 __all__ = [
     "NAO",

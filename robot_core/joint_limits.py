@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 
-from nao_lipm_gait.robot import LegJoints, RobotDescription
-from nao_lipm_gait.types import FloatArray
+from robot_core.robot import LegJoints, RobotDescription
+from robot_core.types import FloatArray
 
 SPEED_SHARE = 4.0
 """Fastest target as a share of the joint's speed limit. The robot itself stops at the limit; a walk

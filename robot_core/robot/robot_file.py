@@ -7,22 +7,12 @@ from typing import Any
 
 import attrs
 
-from nao_lipm_gait import schema
-from nao_lipm_gait.errors import NaoGaitError
-from nao_lipm_gait.resources import find, names
-from nao_lipm_gait.robot.description import Battery, LegJoints, Motor
-from nao_lipm_gait.schema import (
-    Number,
-    Sequence,
-    Settings,
-    Table,
-    Text,
-    choice,
-    group,
-    number,
-    text,
-)
-from nao_lipm_gait.types import Point2
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find, names
+from robot_core.robot.description import Battery, LegJoints, Motor
+from robot_core.schema import Number, Sequence, Settings, Table, Text, choice, group, number, text
+from robot_core.types import Point2
 
 HIPS = ("shared_yaw_pitch", "yaw")
 

@@ -23,7 +23,7 @@ from typing import Any, Self
 import attrs
 import yaml
 
-from nao_lipm_gait.errors import NaoGaitError, is_number
+from robot_core.errors import NaoGaitError, is_number
 
 REQUIRED: Any = attrs.NOTHING
 """Default of a field that has none."""

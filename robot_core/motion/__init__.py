@@ -1,0 +1,1 @@
+"""Keyframe motions: their files, checks and library."""

@@ -1,0 +1,1 @@
+"""What every node needs: its process, parameters, topics and the basic messages."""
