@@ -21,9 +21,9 @@ from gait_lab.commands import (
     view,
     vision,
 )
-from gait_lab.compiled import check_fresh
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.compiled import check_fresh
 
 _COMMANDS = (
     ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", demo.add),

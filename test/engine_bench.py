@@ -8,8 +8,6 @@ import attrs
 import numpy as np
 import pinocchio as pin
 
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import find_task
 from robot_core.geometry import rotation_matrix
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray
@@ -19,6 +17,8 @@ from sim_bridge.individual import NOMINAL
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.state import StartState, StepInput, TrueState
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import find_task
 
 G = 9.81
 STILL = np.zeros(3)

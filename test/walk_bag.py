@@ -12,10 +12,6 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from gait_lab.analysis.bag import BagWriter
-from gait_lab.analysis.metrics import Metrics, measure
-from gait_lab.analysis.trace import Recorder
-from gait_lab.trials.rollout import RolloutSpec, make_pair, task_ticks
-from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
 from nao_lipm_gait.runtime.reports import Health, reports
@@ -24,6 +20,10 @@ from robot_core.ros.messages import diagnostic_array
 from robot_core.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant
 from sim_bridge.ros.messages import ReadingWriter, TruthWriter
+from sim_bridge.trials.metrics import Metrics, measure
+from sim_bridge.trials.rollout import RolloutSpec, make_pair, task_ticks
+from sim_bridge.trials.trace import Recorder
+from sim_bridge.trials.trial import CONTROL_PERIOD, TimedCommands, run
 
 MARKER_TICKS = 10
 """As the gait node draws them."""

@@ -10,10 +10,10 @@ import numpy as np
 import pinocchio as pin
 
 from gait_lab.analysis.recorded_walk import RecordedWalk
-from gait_lab.analysis.trace import IntArray
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import FloatArray
+from sim_bridge.trials.trace import IntArray
 
 
 def robot_of(walk: RecordedWalk) -> tuple[RobotDescription | None, str]:

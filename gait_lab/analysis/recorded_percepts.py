@@ -7,10 +7,10 @@ import numpy as np
 
 from gait_lab.analysis.body import BodyTrack, footprint_of
 from gait_lab.analysis.recorded_walk import RecordedWalk
-from gait_lab.analysis.trace import IntArray
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind
 from robot_core.types import FloatArray
 from sim_bridge.scene import parse_scene
+from sim_bridge.trials.trace import IntArray
 
 KINDS = tuple(Kind)
 """The field `kind` of `vision/percepts` is an index of this."""

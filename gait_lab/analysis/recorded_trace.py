@@ -8,9 +8,9 @@ import numpy as np
 
 from gait_lab.analysis.body import BodyTrack, yaw_of_pose
 from gait_lab.analysis.recorded_walk import RecordedWalk, Table, read_walk
-from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, SUPPORT_CODES, IntArray, Trace
 from robot_core.geometry import relative
 from robot_core.types import FloatArray, Pose2
+from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, SUPPORT_CODES, IntArray, Trace
 
 SAME = 1e-7
 """[m] tolerance of a distance computed in two coordinate systems."""

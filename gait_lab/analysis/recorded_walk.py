@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.analysis.bag import BagContents, TopicSummary, open_bag
-from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT
 from robot_core.errors import NaoGaitError
 from robot_core.types import FloatArray
+from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POINT = "geometry_msgs/msg/PointStamped"

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from gait_lab.analysis.body import BodyTrack
 from gait_lab.analysis.recorded_percepts import footprints_at, nearest_rows
 from gait_lab.analysis.recorded_walk import RecordedWalk
-from gait_lab.analysis.trace import IntArray
 from robot_core.field import SIDES, TEAMS
 from robot_core.types import FloatArray
 from sim_bridge.scene import parse_scene
+from sim_bridge.trials.trace import IntArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,10 @@ from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.pushes import Cell, push_cells
 from gait_lab.bench.result import Measurement
 from gait_lab.bench.score import FallDetection, Score, Variant, walk_all
-from gait_lab.trials.tasks import Task
-from gait_lab.trials.trial import Walker
 from nao_lipm_gait.parameters import GaitParameters
 from robot_core.robot import RobotDescription
+from sim_bridge.trials.tasks import Task
+from sim_bridge.trials.trial import Walker
 
 Pushes = Sequence[tuple[str, float]]
 """Directions and impulses [N s]."""

@@ -9,10 +9,10 @@ from typing import Any
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 from gait_lab.bench.published import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
 from gait_lab.bench.pushes import DIRECTIONS
-from gait_lab.trials.crossing import CrossingResult, CrossingSpec, cross, plant_of
-from gait_lab.trials.trial import Tick, loaded_robot
 from sim_bridge.individual import draw_individual
 from sim_bridge.terrain import prisms
+from sim_bridge.trials.crossing import CrossingResult, CrossingSpec, cross, plant_of
+from sim_bridge.trials.trial import Tick, loaded_robot
 
 Values = Mapping[str, float | None]
 """Metric -> value of one suite."""

@@ -16,13 +16,21 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.analysis.metrics import yaw_of
 from gait_lab.faults.catalogue import FAULTS
 from gait_lab.faults.harness import Harness
 from gait_lab.soccer.pitch import practice
-from gait_lab.trials.motions import spot_in_world
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.trial import (
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import load_preset
+from robot_core.motion.keyframes import Motion, Posture
+from robot_core.motion.library import shipped_library
+from robot_core.types import STANDSTILL, GaitStatus, VelocityCommand
+from sim_bridge.ball import Ball
+from sim_bridge.robot import GroundTruth
+from sim_bridge.scene import load_scene
+from sim_bridge.trials.metrics import yaw_of
+from sim_bridge.trials.motions import spot_in_world
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     Policy,
     Push,
@@ -34,14 +42,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.parameters import load_preset
-from robot_core.motion.keyframes import Motion, Posture
-from robot_core.motion.library import shipped_library
-from robot_core.types import STANDSTILL, GaitStatus, VelocityCommand
-from sim_bridge.ball import Ball
-from sim_bridge.robot import GroundTruth
-from sim_bridge.scene import load_scene
 from sim_bridge.world import World
 
 State = tuple[GroundTruth, GaitStatus | None]

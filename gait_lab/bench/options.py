@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from gait_lab.trials.tasks import SPEED_TASKS
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
 from sim_bridge.plant import PlantOption, option_text, parse_options
+from sim_bridge.trials.tasks import SPEED_TASKS
 
 _KEY = "option"
 """Key of the `Option` in the metadata of a dataclass field."""
@@ -129,7 +129,7 @@ def option(
 
 
 def keep_option() -> Any:
-    """A field for the file of finished runs (`gait_lab.trials.kept`)."""
+    """A field for the file of finished runs (`sim_bridge.trials.result_cache`)."""
     text = "file of finished runs: those in it are not run again, others are added"
     return option("", text, "FILE")
 

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.analysis.metrics import measure
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, RED, pyplot, save
-from gait_lab.analysis.trace import Trace
 from gait_lab.bench.options import BenchOptions
-from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout, task_ticks
-from gait_lab.trials.tasks import find_task
-from gait_lab.trials.trial import Push, TimedCommands, loaded_robot, run
 from nao_lipm_gait.walks.steps import home_sole
 from robot_core.geometry import compose
 from robot_core.types import LEFT, RIGHT, GaitStatus, Pose2
+from sim_bridge.trials.metrics import measure
+from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout, task_ticks
+from sim_bridge.trials.tasks import find_task
+from sim_bridge.trials.trace import Trace
+from sim_bridge.trials.trial import Push, TimedCommands, loaded_robot, run
 
 SHOWN = 4.0
 """[s] of the CoM that figures 6 and 7 show."""

@@ -16,17 +16,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gait_lab.analysis.metrics import Metrics
-from gait_lab.analysis.trace import LEFT, Trace
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.score import FallDetection
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
-from gait_lab.trials.tasks import STAND_TIME, Task, find_task
-from gait_lab.trials.trial import Push, Walker
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from robot_core.types import STANDSTILL
+from sim_bridge.trials.metrics import Metrics
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
+from sim_bridge.trials.tasks import STAND_TIME, Task, find_task
+from sim_bridge.trials.trace import LEFT, Trace
+from sim_bridge.trials.trial import Push, Walker
 
 DIRECTIONS: Mapping[str, float] = {
     "forward": 0.0, "forward_left": 45.0, "left": 90.0, "back_left": 135.0,

@@ -23,10 +23,10 @@ from gait_lab.bench.published import PUBLISHED_NOTE
 from gait_lab.bench.result import Column, Table
 from gait_lab.bench.suite import Run, find_suite, plan
 from gait_lab.bench.suites.rough import WALKERS as CROSSING_ROBOTS
-from gait_lab.trials.crossing import CrossingSpec
-from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.crossing import CrossingSpec
+from sim_bridge.trials.trial import loaded_robot
 
 ROOT = Path(gait_lab.__file__).resolve().parents[1]
 CODE = ("config", "gait_lab", "lola_bridge", "nao_lipm_gait", "nao_soccer", "sim_bridge", "urdf")

@@ -11,16 +11,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 
-from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.result import Measurement, loop_name
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec, run_all
-from gait_lab.trials.tasks import AXES, Task, find_task
-from gait_lab.trials.trial import Walker
 from nao_lipm_gait.parameters import GaitParameters
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from sim_bridge.plant import PlantOption, option_text
+from sim_bridge.trials.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics
+from sim_bridge.trials.rollout import RolloutResult, RolloutSpec, run_all
+from sim_bridge.trials.tasks import AXES, Task, find_task
+from sim_bridge.trials.trial import Walker
 
 RULES = (
     f"x: does not count, because of a fall, flight over {FLIGHT_LIMIT:.0%}, slip over "

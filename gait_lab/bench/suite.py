@@ -16,12 +16,12 @@ from typing import Any
 
 from gait_lab.bench.options import BenchOptions, Option, command_line, declared, with_settings
 from gait_lab.bench.result import SuiteResult
-from gait_lab.compiled import is_compiled
-from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from sim_bridge.plant import load_plant, with_options
+from sim_bridge.trials.compiled import is_compiled
+from sim_bridge.trials.tasks import find_task
 
 QUICK_ENGINE = "mujoco"
 """Engine of `all`: the faster one."""

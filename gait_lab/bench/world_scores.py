@@ -11,8 +11,8 @@ import numpy as np
 
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Measurement
+from gait_lab.soccer.field_walks import WalkSamples, WalkSpec, walks
 from gait_lab.soccer.rendered_trial import run_rendered
-from gait_lab.soccer.walks import WalkSamples, WalkSpec, walks
 from gait_lab.soccer.world_trial import (
     Gap,
     WorldTrace,
@@ -21,10 +21,10 @@ from gait_lab.soccer.world_trial import (
     spliced,
     turned_after,
 )
-from gait_lab.trials.parallel import parallel_map
 from nao_soccer.world.state import HeadMode
 from robot_core.types import FloatArray
 from sim_bridge.plant import load_plant, with_options
+from sim_bridge.trials.parallel import parallel_map
 
 SETTLED = 2.0
 """[s] From the start on that do not count: the filters begin."""

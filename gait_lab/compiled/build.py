@@ -1,7 +1,8 @@
 """Writes a folder with the compiled gait. First on PYTHONPATH, it replaces the source.
 
-build/compiled/nao_lipm_gait/      the package; each module of the tick beside its machine code
-build/compiled/config, urdf, ...   links to the shared files, which the package looks up there
+build/compiled/nao_lipm_gait/      the gait; each module of the tick beside its machine code
+build/compiled/robot_core/         what it stands on, likewise
+build/compiled/config, urdf, ...   links to the shared files, which the packages look up there
 """
 
 import hashlib
@@ -13,16 +14,16 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from gait_lab.compiled import MADE_OF, SOURCE, sources
 from robot_core.errors import NaoGaitError
 from robot_core.resources import share
+from sim_bridge.trials.compiled import MADE_OF, PACKAGES, SOURCE, sources
 
 FOLDERS = ("estimation", "walks", "whole_body")
 AS_PYTHON = (
-    "calibration.py", "calibration_file.py", "errors.py", "parameters.py", "presets.py",
-    "resources.py", "schema.py", "walk_engines.py",
-)  # fmt: skip
-"""Modules of the package's root that stay Python: off the tick, pickled, or made by attrs."""
+    "calibration.py", "calibration_file.py", "parameters.py", "presets.py", "walk_engines.py",
+)
+"""Modules of the gait's root that stay Python: off the tick, pickled, or made by attrs."""
+OF_CORE = ("geometry.py", "joint_limits.py", "rate_limiter.py", "types.py")
 SHARED = ("config", "launch", "urdf")
 LINES_SHOWN = 15
 
@@ -50,11 +51,13 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
         shutil.rmtree(folder)
     elif folder.exists() and not folder.is_dir():
         raise NaoGaitError("folder", str(folder), "a folder, not a file")
-    modules = sorted(path.relative_to(SOURCE.parent) for path in _modules_of_the_tick())
+    modules = sorted(path.relative_to(SOURCE) for path in _modules_of_the_tick())
     say(f"compiling {len(modules)} modules of the gait (about a minute) ...")
     with tempfile.TemporaryDirectory(prefix="nao_gait_") as temporary:
         library, objects = Path(temporary, "library"), Path(temporary, "objects")
-        shutil.copytree(SOURCE, library / SOURCE.name, ignore=shutil.ignore_patterns("__pycache__"))
+        for package in PACKAGES:
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(SOURCE / package, library / package, ignore=ignored)
         _run_mypyc(library, objects, "3" if optimise else "0", modules)
         for name in SHARED:
             (library / name).symlink_to(share(name).resolve())
@@ -77,10 +80,12 @@ def _compiler() -> str:
 
 
 def _modules_of_the_tick() -> Iterator[Path]:
-    for path in SOURCE.rglob("*.py"):
+    yield from (SOURCE / "robot_core" / name for name in OF_CORE)
+    gait = SOURCE / "nao_lipm_gait"
+    for path in gait.rglob("*.py"):
         if path.name == "__init__.py" or path.name in AS_PYTHON:
             continue
-        if path.parent == SOURCE or path.relative_to(SOURCE).parts[0] in FOLDERS:
+        if path.parent == gait or path.relative_to(gait).parts[0] in FOLDERS:
             yield path
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gait_lab.analysis.metrics import velocity_in_heading, yaw_of
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.demo.tour import TourPhase
 from robot_core.types import FloatArray
+from sim_bridge.trials.metrics import velocity_in_heading, yaw_of
 
 COM_WINDOW = 3.0
 """[s] shown of the CoM."""

@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from gait_lab.analysis.metrics import fall_tick, measure
-from gait_lab.analysis.trace import Trace
 from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.trials.metrics import fall_tick, measure
+from sim_bridge.trials.trace import Trace
 
 SETTLE = 2.5
 """Time [s] after a change of the command from which a phase is measured."""

@@ -1,6 +1,6 @@
 """Calibration of the running robot: it stands, steps on the spot and stands; a file comes out.
 
-`run` connects the procedure of `gait_lab.trials.calibration_procedure` to the nodes. The gait
+`run` connects the procedure of `sim_bridge.trials.calibration_procedure` to the nodes. The gait
 itself measures; this tool commands, watches and writes down.
 """
 
@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.ros_session import VelocityPublisher, ros_node
-from gait_lab.trials.calibration_procedure import CalibrationError, Phase, Procedure
 from nao_lipm_gait.calibration_file import CalibrationFile, Deviation
 from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
 from nao_lipm_gait.runtime.commands import read_velocity
 from robot_core.errors import NaoGaitError
 from robot_core.ros.process import StopRequest, stop_on_signal
+from sim_bridge.trials.calibration_procedure import CalibrationError, Phase, Procedure
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -7,11 +7,11 @@ import numpy as np
 
 from gait_lab.faults.catalogue import ALL_FAULTS
 from gait_lab.faults.harness import PERIOD, Harness
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import TASKS
 from nao_lipm_gait.parameters import GaitParameters
 from robot_core.types import GaitState, VelocityCommand
 from sim_bridge.plant import PlantOption
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import TASKS
 
 WALKS, STOPPED, FELL, VIOLATED = "walks", "stopped", "fell", "violated"
 OUTCOMES = (WALKS, STOPPED, FELL, VIOLATED)

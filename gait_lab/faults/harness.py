@@ -12,7 +12,6 @@ import numpy as np
 from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.gait_process import GaitProcess
 from gait_lab.faults.invariants import Invariants
-from gait_lab.trials.trial import Tick, run_controller
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.controller import Settings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
@@ -22,6 +21,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from robot_core.types import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.robot import GroundTruth, Reading
+from sim_bridge.trials.trial import Tick, run_controller
 from sim_bridge.world import World
 
 PERIOD = 0.01

@@ -13,9 +13,9 @@ from gait_lab.faults.campaign import FaultRun
 from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness, Timed
 from gait_lab.faults.network_faults import Loss, WanderingAge
-from gait_lab.trials.rollout import make_pair
-from gait_lab.trials.tasks import RandomCommands
 from robot_core.types import VelocityCommand
+from sim_bridge.trials.rollout import make_pair
+from sim_bridge.trials.tasks import RandomCommands
 
 START = 1.0
 """Time of the first velocity command [s]."""

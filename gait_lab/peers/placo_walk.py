@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from gait_lab.peers.player import JointPlan, PeerPlayback
-from gait_lab.trials.tasks import STAND_TIME, Task
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
+from sim_bridge.trials.tasks import STAND_TIME, Task
 
 PROCESS = Path(__file__).with_name("placo_process.py")
 HOW_TO_GET_IT = "python3 -m venv placo-env && placo-env/bin/pip install placo==0.10.2"

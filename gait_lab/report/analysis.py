@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from gait_lab.analysis.body import BodyTrack, follow_body, robot_of, yaw_of_pose
-from gait_lab.analysis.metrics import Metrics, fall_tick, measure
 from gait_lab.analysis.recorded_percepts import RecordedPercepts, find_percepts
 from gait_lab.analysis.recorded_trace import (
     Step,
@@ -19,7 +18,6 @@ from gait_lab.analysis.recorded_trace import (
 )
 from gait_lab.analysis.recorded_walk import RecordedWalk, read_walk
 from gait_lab.analysis.recorded_world import RecordedWorld, find_world
-from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, IntArray, Trace
 from gait_lab.report.signals import (
     Innovation,
     MotorUse,
@@ -30,6 +28,8 @@ from gait_lab.report.signals import (
 )
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, VelocityCommand
+from sim_bridge.trials.metrics import Metrics, fall_tick, measure
+from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, IntArray, Trace
 
 SETTLE = 2.5
 """[s] after a change of the command before a stretch is measured."""

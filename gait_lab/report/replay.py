@@ -6,10 +6,10 @@ import numpy as np
 
 from gait_lab.analysis.body import BodyTrack, follow_body, shapes_of, yaw_of_pose
 from gait_lab.analysis.recorded_trace import SupportPhase
-from gait_lab.analysis.trace import DOUBLE, LEFT
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.page import ArrayStore
 from robot_core.types import FloatArray
+from sim_bridge.trials.trace import DOUBLE, LEFT
 
 FRAMES_PER_SECOND = 25.0
 MOST_FRAMES = 2500

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from gait_lab.analysis.recorded_trace import SupportPhase, supports_at
 from gait_lab.analysis.recorded_walk import RecordedWalk
-from gait_lab.analysis.trace import DOUBLE, IntArray
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray
 from sim_bridge.individual import draw_individual
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import load_plant
 from sim_bridge.robot import SATURATED
+from sim_bridge.trials.trace import DOUBLE, IntArray
 
 LAG = 1.0
 """[s] up to which the autocorrelation is shown."""

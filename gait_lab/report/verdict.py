@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.analysis.metrics import FLIGHT_LIMIT, tilt_of
 from gait_lab.report.analysis import Analysis
+from sim_bridge.trials.metrics import FLIGHT_LIMIT, tilt_of
 
 REACHED = 0.9
 """Share of the commanded speed that counts as reached."""

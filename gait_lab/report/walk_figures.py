@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.analysis.metrics import true_com_in_q, velocity_in_heading, yaw_of
-from gait_lab.analysis.trace import LEFT, RIGHT
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.page import (
     BLUE,
@@ -25,6 +23,8 @@ from gait_lab.report.page import (
     thin,
 )
 from robot_core.types import FloatArray
+from sim_bridge.trials.metrics import true_com_in_q, velocity_in_heading, yaw_of
+from sim_bridge.trials.trace import LEFT, RIGHT
 
 SMOOTHING = 0.5
 """[s] over which speeds are averaged: about two steps."""

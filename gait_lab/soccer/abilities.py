@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gait_lab.soccer.pitch import Pitch, RobotPlayer, practice, with_robots
-from gait_lab.trials.trial import CONTROL_PERIOD
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
@@ -23,6 +22,7 @@ from robot_core.geometry import relative
 from robot_core.types import Pose2
 from sim_bridge.plant import Plant
 from sim_bridge.scene import load_scene
+from sim_bridge.trials.trial import CONTROL_PERIOD
 
 HEEL_BALL = 1.85, -0.06
 """[m] Ball before the opponents' goal on the small pitch."""

@@ -36,7 +36,6 @@ from gait_lab.soccer.challenge_rules import (
     Way,
 )
 from gait_lab.soccer.pitch import parts_of, practice, with_robots
-from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
 from nao_soccer.behavior.kicks import Kick, KickTable, kicks_of
 from nao_soccer.behavior.mind import Decision
@@ -53,6 +52,7 @@ from robot_core.types import GaitState, Point2, Pose2
 from sim_bridge.engines.backend import BALL
 from sim_bridge.plant import Plant
 from sim_bridge.scene import load_scene
+from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
 STAND = 3.0
 """[s] of standing and looking around before the start."""

@@ -9,13 +9,13 @@ import statistics
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 
-from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
-from gait_lab.trials.kick import KickResult, KickSpec, kick, kick_directions
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.trial import loaded_robot
 from nao_soccer.behavior.walking import WalkLimits
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library
+from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
+from sim_bridge.trials.kick import KickResult, KickSpec, kick, kick_directions
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.trial import loaded_robot
 
 STANDS = 0.95
 """Share of the robots that have to stand after a kick of the table."""

@@ -16,7 +16,6 @@ from gait_lab.soccer.snapshots import (
     is_turned,
     wrong_half,
 )
-from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
 from nao_soccer.team.role import Role
@@ -24,6 +23,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, load_scene
+from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
 REFEREE_TICKS = 10
 """Control periods between two looks of the referee."""

@@ -9,8 +9,6 @@ import numpy as np
 from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, Senses
-from gait_lab.trials.several import make_gaits, make_scene_world, run_several
-from gait_lab.trials.trial import Action, Policy, Tick
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.gait import Gait
 from nao_soccer.behavior.mind import Decision
@@ -25,6 +23,8 @@ from robot_core.types import DOWN, GETTING_UP, STANDSTILL, Point2, Point3, Pose2
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, SceneBall, SceneRobot
+from sim_bridge.trials.several import make_gaits, make_scene_world, run_several
+from sim_bridge.trials.trial import Action, Policy, Tick
 from sim_bridge.world import World
 
 MIND_TICKS = 5

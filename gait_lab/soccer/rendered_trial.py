@@ -3,17 +3,17 @@
 import time as clock
 
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
+from gait_lab.soccer.field_walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.rendered_eyes import RenderedEyes
-from gait_lab.soccer.walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.world_trial import TraceRows, WorldTrace
-from gait_lab.trials.several import make_gaits, make_scene_world
-from gait_lab.trials.trial import WalkerController, run_controller
 from nao_soccer.player import Player
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode
 from robot_core.types import Pose2
 from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.trials.several import make_gaits, make_scene_world
+from sim_bridge.trials.trial import WalkerController, run_controller
 
 
 def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_lab.soccer.pitch import Pitch, is_upright, parts_of, practice, with_robots
-from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_soccer.behavior.basic import KEEPER_OUT
 from nao_soccer.game_state import GameState
 from robot_core.field import BallPlace
 from robot_core.types import Point2
 from sim_bridge.plant import Plant
 from sim_bridge.scene import load_scene
+from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
 DISTANCE = 2.0
 """[m] from the goal line to the ball before the shot."""

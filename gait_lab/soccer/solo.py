@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_lab.soccer.pitch import Pitch, is_upright, parts_of, practice, with_robots
-from gait_lab.trials.trial import CONTROL_PERIOD, Tick
 from nao_soccer.referee.rules import Rules
 from robot_core.field import BallPlace
 from robot_core.types import Point2, Pose2
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, load_scene
+from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
 LIMIT = 120.0
 """[s] after which a trial ends."""

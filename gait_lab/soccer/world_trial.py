@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
+from gait_lab.soccer.field_walks import WalkSamples
 from gait_lab.soccer.percept_model import PerceptModel
-from gait_lab.soccer.walks import WalkSamples
 from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.head.head_control import HeadControl

@@ -14,9 +14,9 @@ from statistics import median
 
 import numpy as np
 
+from gait_lab.tune.evaluation import Trial, robot_score, score_of, walk_all
 from gait_lab.tune.protocols import PROTOCOLS, Measures
 from gait_lab.tune.study import Place, Study
-from gait_lab.tune.trial import Trial, robot_score, score_of, walk_all
 from gait_lab.tune.workers import Workers, run_all
 from nao_lipm_gait.parameters import GaitParameters
 

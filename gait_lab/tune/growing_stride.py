@@ -9,11 +9,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gait_lab.analysis.metrics import Trace
-from gait_lab.trials.rollout import Recorder
-from gait_lab.trials.trial import Action, Policy, Tick, TrialSpec, make_gait, make_world, run
 from robot_core.geometry import yaw_of_quaternion
 from robot_core.types import STANDSTILL, GaitState, VelocityCommand
+from sim_bridge.trials.metrics import Trace
+from sim_bridge.trials.rollout import Recorder
+from sim_bridge.trials.trial import Action, Policy, Tick, TrialSpec, make_gait, make_world, run
 
 STAND_TIME = 1.0
 """Time before the first step [s]."""

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot
-from gait_lab.analysis.trace import LEFT, RIGHT, Trace
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import walk as walk_task
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import walk as walk_task
+from sim_bridge.trials.trace import LEFT, RIGHT, Trace
 
 
 @dataclass(frozen=True, slots=True)

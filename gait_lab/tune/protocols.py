@@ -10,11 +10,14 @@ from itertools import islice
 from statistics import fmean
 from typing import Any
 
-from gait_lab.analysis.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics, measure
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import SPOT_TURN, Task
-from gait_lab.trials.tasks import walk as walk_task
-from gait_lab.trials.trial import (
+from gait_lab.tune import growing_stride
+from robot_core.errors import NaoGaitError, is_number
+from robot_core.types import VelocityCommand
+from sim_bridge.trials.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics, measure
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import SPOT_TURN, Task
+from sim_bridge.trials.tasks import walk as walk_task
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     Push,
     TimedCommands,
@@ -23,9 +26,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from gait_lab.tune import growing_stride
-from robot_core.errors import NaoGaitError, is_number
-from robot_core.types import VelocityCommand
 
 CONTACT_LIMIT = 0.01
 """Share of ticks with contact of the legs that costs as much as twice the flight limit."""

@@ -14,9 +14,9 @@ from sklearn.inspection import permutation_importance
 
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot
 from gait_lab.tune.confirm import Candidate, Comparison, ComparisonRow, rows
+from gait_lab.tune.evaluation import Trial
 from gait_lab.tune.search import best_of
 from gait_lab.tune.study import Study
-from gait_lab.tune.trial import Trial
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.resources import share
 

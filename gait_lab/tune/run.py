@@ -7,18 +7,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from gait_lab.trials.parallel import workers as worker_count
 from gait_lab.tune import report
 from gait_lab.tune.confirm import Candidate, Comparison, compare, finals
+from gait_lab.tune.evaluation import Trial
 from gait_lab.tune.methods import Method, make_method
 from gait_lab.tune.search import best_of, search, window_for
 from gait_lab.tune.store import Store
 from gait_lab.tune.study import Place, Study, load_study
-from gait_lab.tune.trial import Trial
 from gait_lab.tune.workers import Workers, check_backend, make_workers
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from sim_bridge.plant import load_plant
+from sim_bridge.trials.parallel import workers as worker_count
 from sim_bridge.world import World
 
 FIXED = ("study", "method", "seed")

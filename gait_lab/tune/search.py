@@ -10,10 +10,10 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from typing import Any
 
+from gait_lab.tune.evaluation import Trial, evaluate, failed
 from gait_lab.tune.methods import Method, Point
 from gait_lab.tune.store import Store
 from gait_lab.tune.study import Study
-from gait_lab.tune.trial import Trial, evaluate, failed
 from gait_lab.tune.workers import ATTEMPTS, Workers
 
 

@@ -5,8 +5,8 @@ import sqlite3
 from collections.abc import Mapping
 from pathlib import Path
 
+from gait_lab.tune.evaluation import Trial
 from gait_lab.tune.protocols import Measures
-from gait_lab.tune.trial import Trial
 from robot_core.errors import NaoGaitError
 
 FILE = "study.db"

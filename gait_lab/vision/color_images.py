@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 import yaml
 
-from gait_lab.trials.rendered_frames import HeadSweep, RenderSpec, rendered_frames
 from gait_lab.vision.color_calibration import CalibratedColors, Sample, calibrate_colors
 from nao_soccer.vision.colors import (
     BALL,
@@ -28,6 +27,7 @@ from nao_soccer.vision.colors import (
 from nao_soccer.vision.controller import ImageInput, pixels_of
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
+from sim_bridge.trials.rendered_frames import HeadSweep, RenderSpec, rendered_frames
 
 IMAGES_MAX = 40
 """Number of images that are used, spread evenly over those that there are."""

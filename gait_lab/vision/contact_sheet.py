@@ -14,7 +14,7 @@ import numpy as np
 
 from gait_lab.vision.evaluate import BRIGHTNESS
 from gait_lab.vision.observations import Observation, observations
-from gait_lab.vision.walks import random_walk
+from gait_lab.vision.viewing_walks import random_walk
 from nao_soccer.vision.colors import Image, load_color_table
 from nao_soccer.vision.debug_image import draw_debug_image
 from nao_soccer.vision.detector import Vision

@@ -8,7 +8,7 @@ import numpy as np
 from gait_lab.vision.expected import View
 from gait_lab.vision.observations import Observation, observations
 from gait_lab.vision.score import Score, score_image
-from gait_lab.vision.walks import random_walk
+from gait_lab.vision.viewing_walks import random_walk
 from nao_soccer.vision.colors import ColorTable, load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.settings import VisionSettings, settings_of_scene

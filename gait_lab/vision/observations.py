@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gait_lab.trials.rendered_frames import FrameTruth, RenderedFrame, RenderSpec, rendered_frames
 from nao_soccer.vision.pose_history import BodyHistory
 from robot_core.geometry import rotation_from_rpy
 from robot_core.robot import RobotDescription
 from robot_core.robot.camera import CameraModel, CameraView, RgbImage
+from sim_bridge.trials.rendered_frames import FrameTruth, RenderedFrame, RenderSpec, rendered_frames
 
 
 class Observation(NamedTuple):

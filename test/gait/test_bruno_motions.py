@@ -6,12 +6,6 @@ import numpy as np
 import pytest
 
 from gait_lab.bench.suites.posture import soccer_task
-from gait_lab.trials.get_up import GetUpSpec, get_up
-from gait_lab.trials.kick import KickSpec, kick
-from gait_lab.trials.motions import MotionOutcome, MotionWatch
-from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
-from gait_lab.trials.tasks import AskedMotion, Task, find_task
-from gait_lab.trials.trial import HeldCommand, run
 from nao_lipm_gait.motion.player import MotionPlayer
 from nao_lipm_gait.presets import load_preset
 from nao_lipm_gait.whole_body.body_model import BodyModel
@@ -20,6 +14,12 @@ from robot_core.motion.keyframes import Posture
 from robot_core.motion.library import shipped_library
 from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, GaitState, VelocityCommand
+from sim_bridge.trials.get_up import GetUpSpec, get_up
+from sim_bridge.trials.kick import KickSpec, kick
+from sim_bridge.trials.motions import MotionOutcome, MotionWatch
+from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout
+from sim_bridge.trials.tasks import AskedMotion, Task, find_task
+from sim_bridge.trials.trial import HeldCommand, run
 
 ROBOT = load_robot("bruno")
 LIBRARY = shipped_library(ROBOT)

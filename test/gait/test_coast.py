@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.gait import Gait
 from obedient_robot import PARAMETERS, PERIOD, ObedientRobot
 from robot_core.types import FloatArray, GaitState, JointTargets, VelocityCommand
+from sim_bridge.trials.trial import loaded_robot
 
 FORWARD = VelocityCommand(0.15, 0.02, 0.1)
 OPEN_LOOP = PARAMETERS.replace(feedback=False)

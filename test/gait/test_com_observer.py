@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import find_task
 from nao_lipm_gait import walk_engines
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.lipm.com_observer import ComCorrection, ComObserver
@@ -14,6 +12,8 @@ from nao_lipm_gait.walks.lipm.kalman_observer import KalmanObserver
 from nao_lipm_gait.walks.lipm.state import WalkState
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
 from robot_core.types import LEFT
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import find_task
 
 DT = 0.01
 SIGMAS = (0.0001, 0.003, 0.02)

@@ -16,9 +16,9 @@ from robot_core.errors import NaoGaitError
 WALKS = """
 import hashlib, sys
 from gait_lab.compiled import is_compiled
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.trial import Push
-from gait_lab.trials.tasks import find_task
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.trial import Push
+from sim_bridge.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 
 def run(task, parameters=GaitParameters(), end=5.0, push=None):

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import STAND_TIME, find_task
-from gait_lab.trials.trial import Push
 from nao_lipm_gait.estimation.fall_detection import FALL_TICKS, FallDetector, TippingDetector
 from nao_lipm_gait.parameters import GaitParameters
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import STAND_TIME, find_task
+from sim_bridge.trials.trial import Push
 
 LIMIT, HORIZON, PERIOD = 0.5, 0.1, 0.01
 K = 6.4

@@ -4,7 +4,10 @@ import math
 
 import pytest
 
-from gait_lab.trials.trial import (
+from nao_lipm_gait.estimation.gyro_bias_jump import DEADBAND, GyroBiasJump
+from nao_lipm_gait.presets import preset_for
+from robot_core.types import DOWN, STANDSTILL, UPRIGHT, VelocityCommand
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     Push,
     TimedCommands,
@@ -14,9 +17,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.estimation.gyro_bias_jump import DEADBAND, GyroBiasJump
-from nao_lipm_gait.presets import preset_for
-from robot_core.types import DOWN, STANDSTILL, UPRIGHT, VelocityCommand
 
 DT = 0.01
 STEADY = (0.2, 0.0, 0.0)

@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import Task, find_task
 from nao_lipm_gait.estimation.com_measurement import LevelFrame, level_frame
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.yaw_slip import YawSlipFromYawGyro
@@ -14,6 +12,8 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.velocity_control import SETTLING_TIME, YAW_RATE_MAX, HeadingHold
 from nao_lipm_gait.whole_body.body_model import SolePose
 from robot_core.types import VelocityCommand
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import Task, find_task
 
 DT = 0.01
 UP = (0.0, 0.0, 1.0)

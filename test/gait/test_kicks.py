@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from gait_lab.trials.get_up import GetUpSpec, get_up
-from gait_lab.trials.kick import KickSpec, kick
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from robot_core.motion.library import shipped_library
 from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, GaitState, JointTargets, VelocityCommand
+from sim_bridge.trials.get_up import GetUpSpec, get_up
+from sim_bridge.trials.kick import KickSpec, kick
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import find_task
 from sim_bridge.world import World
 
 ROBOT = load_robot()

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gait_lab.trials.trial import Push, TimedCommands, TrialSpec, make_gait, make_world, run
 from nao_lipm_gait.modes import (
     TRANSITIONS,
     UPRIGHT_TIME,
@@ -37,6 +36,7 @@ from robot_core.types import (
     GaitState,
     VelocityCommand,
 )
+from sim_bridge.trials.trial import Push, TimedCommands, TrialSpec, make_gait, make_world, run
 
 ROBOT = load_robot()
 POSE = np.zeros(len(ROBOT.joint_names))

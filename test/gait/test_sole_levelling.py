@@ -6,10 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gait_lab.trials.calibration import Levelled, calibrate, levelling, true_tilt
-from gait_lab.trials.calibration_procedure import STEP_ON_THE_SPOT
-from gait_lab.trials.tasks import STAND_TIME
-from gait_lab.trials.trial import Push, TrialSpec, make_gait, make_world
 from nao_lipm_gait.calibration import NOT_CALIBRATED
 from nao_lipm_gait.estimation.com_measurement import level_frame
 from nao_lipm_gait.estimation.sole_levelling import (
@@ -22,6 +18,10 @@ from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.whole_body.body_model import SolePose
 from robot_core.geometry import rotation_from_rpy
 from robot_core.types import GRAVITY, LEFT, VelocityCommand
+from sim_bridge.trials.calibration import Levelled, calibrate, levelling, true_tilt
+from sim_bridge.trials.calibration_procedure import STEP_ON_THE_SPOT
+from sim_bridge.trials.tasks import STAND_TIME
+from sim_bridge.trials.trial import Push, TrialSpec, make_gait, make_world
 
 DT = 0.01
 STEP_TICKS = 24

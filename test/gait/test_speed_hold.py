@@ -2,8 +2,6 @@
 
 import pytest
 
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.velocity_control import (
     ERROR_MAX,
@@ -13,6 +11,8 @@ from nao_lipm_gait.velocity_control import (
     SpeedHold,
 )
 from robot_core.types import VelocityCommand
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import find_task
 
 DT = 0.01
 TIME = 2.0

@@ -7,11 +7,11 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import walk
-from gait_lab.trials.trial import TimedCommands, run
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.swing_foot import SwingFoot
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import walk
+from sim_bridge.trials.trial import TimedCommands, run
 
 DT = 0.01
 

@@ -6,14 +6,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.estimation.com_measurement import level_frame
 from nao_lipm_gait.estimation.yaw_slip import YawOverSole
 from nao_lipm_gait.estimation.yaw_slip_from_lean import YawSlipFromLean
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.whole_body.body_model import SolePose
 from robot_core.types import Point3
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import find_task
 
 DT = 0.01
 STEP = 0.2

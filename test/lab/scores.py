@@ -4,10 +4,10 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
-from gait_lab.analysis.metrics import Metrics
 from gait_lab.bench import Measurement, Score
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec
-from gait_lab.trials.tasks import Task, find_task
+from sim_bridge.trials.metrics import Metrics
+from sim_bridge.trials.rollout import RolloutResult, RolloutSpec
+from sim_bridge.trials.tasks import Task, find_task
 
 
 def metrics(**changes: Any) -> Metrics:

@@ -12,10 +12,10 @@ from gait_lab.bench.pushes import Cell
 from gait_lab.bench.score import FallDetection, Score
 from gait_lab.bench.suite import plan
 from gait_lab.bench.suites.paper import Options, contenders, outcome_rows
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import find_task
 
 
 def outcome(*scores: Score, name: str = "paper") -> Outcome:

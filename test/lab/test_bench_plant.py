@@ -9,14 +9,14 @@ import pytest
 from scores import metrics, values
 
 from gait_lab import cli
-from gait_lab.analysis.metrics import Metrics
 from gait_lab.bench import BenchOptions, SuiteResult, score, suite
 from gait_lab.bench.suites import plant
 from gait_lab.bench.suites.plant import INGREDIENTS, Ingredient
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec, rollout
-from gait_lab.trials.tasks import find_task, walk
 from robot_core.errors import NaoGaitError
 from sim_bridge.plant import Plant, load_plant, with_options
+from sim_bridge.trials.metrics import Metrics
+from sim_bridge.trials.rollout import RolloutResult, RolloutSpec, rollout
+from sim_bridge.trials.tasks import find_task, walk
 
 OPTIONS = plant.Options(
     robots=2, engine="mujoco", tasks=("forward", "back"), window=5.0, jobs=1, show=False,

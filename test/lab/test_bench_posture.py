@@ -8,9 +8,9 @@ from scores import metrics, score
 
 from gait_lab.bench import BenchOptions, Score, suite
 from gait_lab.bench.suites import posture
-from gait_lab.trials.tasks import STAND_TIME, Task
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL
+from sim_bridge.trials.tasks import STAND_TIME, Task
 
 
 def test_soccer_asks_for_each_piece_at_once_and_twice() -> None:

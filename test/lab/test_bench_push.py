@@ -22,11 +22,11 @@ from gait_lab.bench.pushes import (
 from gait_lab.bench.suite import plan
 from gait_lab.bench.suites import push
 from gait_lab.bench.suites.push import Options
-from gait_lab.trials.rollout import RolloutResult, RolloutSpec
-from gait_lab.trials.tasks import find_task
-from gait_lab.trials.trial import Push
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.rollout import RolloutResult, RolloutSpec
+from sim_bridge.trials.tasks import find_task
+from sim_bridge.trials.trial import Push
 
 TINY = Options(
     robots=1, seed=-1, engine="mujoco", parameters=load_preset("default"), tasks=("spot",),

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from scores import metrics, score, values
 
-from gait_lab.analysis.metrics import Metrics
 from gait_lab.bench import suite
 from gait_lab.bench.changes import load_changes
 from gait_lab.bench.figures import delay_figure
@@ -21,10 +20,11 @@ from gait_lab.bench.suites.delay import DELAYS, MOTOR_LAG, delays_of
 from gait_lab.bench.suites.endurance import Journey, JourneySpec, Stretch, Total
 from gait_lab.bench.suites.heat import LONGEST, minutes_until
 from gait_lab.bench.suites.robust import PLANTS
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import TASKS, RandomCommands
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.metrics import Metrics
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import TASKS, RandomCommands
 
 SCHEMA = {"suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"}
 TINY: dict[str, dict[str, Any]] = {

@@ -8,7 +8,11 @@ import attrs
 import pytest
 
 from gait_lab import cli
-from gait_lab.trials.calibration_procedure import (
+from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
+from nao_lipm_gait.runtime.calibration_monitor import Measurement
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.trials.calibration_procedure import (
     PHASE_LIMIT,
     PLACE,
     REST_TIME,
@@ -19,10 +23,6 @@ from gait_lab.trials.calibration_procedure import (
     Phase,
     Procedure,
 )
-from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
-from nao_lipm_gait.runtime.calibration_monitor import Measurement
-from robot_core.errors import NaoGaitError
-from robot_core.types import STANDSTILL, VelocityCommand
 
 UNKNOWN = Measurement(sole_pitch_deviation=0.02, sole_roll_deviation=0.02, steps_measure=True)
 LEVEL = Measurement(

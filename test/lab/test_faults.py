@@ -26,15 +26,15 @@ from gait_lab.faults.invariants import (
 from gait_lab.faults.robot_faults import PickedUp, motor_of
 from gait_lab.faults.scopes import SCOPES
 from gait_lab.faults.sensor_faults import ImuOutage
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import TASKS
-from gait_lab.trials.trial import TimedCommands, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from robot_core.types import GaitState, JointTargets, VelocityCommand
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import TASKS
+from sim_bridge.trials.trial import TimedCommands, run
 
 pytest.importorskip("mujoco")
 ROBOT = load_robot()

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from gait_lab.faults.harness import Fault, Harness
-from gait_lab.trials.trial import TrialSpec, make_world
 from nao_lipm_gait.presets import preset_for
 from robot_core.head_goals import Angles
 from robot_core.motion.library import shipped_library
 from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, GaitState, VelocityCommand
+from sim_bridge.trials.trial import TrialSpec, make_world
 
 pytest.importorskip("mujoco")
 ROBOTS = ("nao_h21_v33", "bruno")

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.analysis import metrics
-from gait_lab.analysis.metrics import measure
-from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, Trace
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials import metrics
+from sim_bridge.trials.metrics import measure
+from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, Trace
 
 PERIOD = 10_000_000
 HEIGHT = 0.33

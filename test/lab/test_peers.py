@@ -19,12 +19,12 @@ from gait_lab.bench.suites import peers
 from gait_lab.bench.suites.peers import Options
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo, request, with_placo_frames
 from gait_lab.peers.player import BLEND_TIME, LAG, JointPlan, PeerPlayback
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, GaitState, SensorFrame
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import find_task
 
 DT = 0.01
 NAO = load_robot("nao_h21_v33")

@@ -8,8 +8,8 @@ import pytest
 
 from gait_lab.bench.world_scores import WorldOptions, pose_score, right_again, trials
 from gait_lab.soccer.ball_course import BallCourse
+from gait_lab.soccer.field_walks import WalkSamples
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
-from gait_lab.soccer.walks import WalkSamples
 from gait_lab.soccer.world_trial import (
     Gap,
     WorldTrialSpec,

@@ -9,18 +9,18 @@ import attrs
 import numpy as np
 import pytest
 
-from gait_lab.trials.rendered_frames import (
+from robot_core.errors import NaoGaitError
+from robot_core.head_goals import Angles
+from robot_core.types import VelocityCommand
+from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.scene import load_scene
+from sim_bridge.trials.rendered_frames import (
     HeadSweep,
     RenderedFrame,
     RenderSpec,
     main,
     rendered_frames,
 )
-from robot_core.errors import NaoGaitError
-from robot_core.head_goals import Angles
-from robot_core.types import VelocityCommand
-from sim_bridge.cameras.camera import CameraSettings
-from sim_bridge.scene import load_scene
 
 SMALL = CameraSettings(width=160, height=120)
 

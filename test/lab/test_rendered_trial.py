@@ -2,7 +2,7 @@
 
 import pytest
 
-from gait_lab.soccer.walks import WalkSpec
+from gait_lab.soccer.field_walks import WalkSpec
 
 pytest.importorskip("cv2")
 pytest.importorskip("mujoco")

@@ -20,9 +20,9 @@ from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.recorded_walk import PARTS, find_parts, missing_parts
 from gait_lab.report.analysis import analyse
 from gait_lab.report.verdict import findings, headline
-from gait_lab.trials.rollout import RolloutSpec
-from gait_lab.trials.tasks import TASKS
-from gait_lab.trials.trial import Push
+from sim_bridge.trials.rollout import RolloutSpec
+from sim_bridge.trials.tasks import TASKS
+from sim_bridge.trials.trial import Push
 from walk_bag import write_walk
 
 SPEC = RolloutSpec(task=TASKS["forward"].lasting(1.0), engine="mujoco", robot_seed=1)

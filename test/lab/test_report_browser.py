@@ -11,9 +11,9 @@ pytest.importorskip("plotly")
 
 from browser import Tab, open_tab
 from gait_lab.report.command import write_comparison, write_report
-from gait_lab.trials.rollout import RolloutSpec
-from gait_lab.trials.tasks import TASKS
-from gait_lab.trials.trial import Push
+from sim_bridge.trials.rollout import RolloutSpec
+from sim_bridge.trials.tasks import TASKS
+from sim_bridge.trials.trial import Push
 from walk_bag import write_walk
 
 PUSH = Push(time=4.0, impulse=12.0, direction=1.5)

@@ -10,14 +10,14 @@ import pytest
 pytest.importorskip("rclpy")
 pytest.importorskip("mujoco")
 
-from gait_lab.analysis.metrics import measure
-from gait_lab.analysis.trace import LEFT, RIGHT
 from gait_lab.report.analysis import Analysis, Paths, analyse
 from gait_lab.report.signals import autocorrelation
 from gait_lab.report.verdict import BAD, FAIR, GOOD, findings, number, stretch_table
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import STAND_TIME, TASKS
 from nao_lipm_gait.parameters import GaitParameters
+from sim_bridge.trials.metrics import measure
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import STAND_TIME, TASKS
+from sim_bridge.trials.trace import LEFT, RIGHT
 from walk_bag import WrittenWalk, write_walk
 
 # Without slip in the odometry Q stands still in odom, so that the two can be compared exactly.

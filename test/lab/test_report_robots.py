@@ -19,13 +19,13 @@ from std_msgs.msg import String
 
 from gait_lab import cli
 from gait_lab.report.analysis import analyse
-from gait_lab.trials.rollout import RolloutSpec
-from gait_lab.trials.tasks import TASKS
 from nao_soccer.ros.vision_messages import objects
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from robot_core.errors import NaoGaitError
 from robot_core.ros.messages import to_time
 from sim_bridge.scene import Scene, SceneRobot
+from sim_bridge.trials.rollout import RolloutSpec
+from sim_bridge.trials.tasks import TASKS
 from walk_bag import write_walk
 
 SPEC = RolloutSpec(task=TASKS["forward"].lasting(1.0), engine="mujoco", robot_seed=-1)

@@ -17,13 +17,13 @@ from std_msgs.msg import Bool, String
 from gait_lab.report.analysis import analyse
 from gait_lab.report.page import ArrayStore
 from gait_lab.report.vision_figures import world
-from gait_lab.trials.rollout import RolloutSpec
-from gait_lab.trials.tasks import TASKS
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import BallEstimate, PoseEstimate
 from robot_core.ros.messages import to_time
 from robot_core.types import PoseCovariance
 from sim_bridge.scene import Scene, SceneRobot
+from sim_bridge.trials.rollout import RolloutSpec
+from sim_bridge.trials.tasks import TASKS
 from walk_bag import write_walk
 
 SPEC = RolloutSpec(task=TASKS["spot"].lasting(0.2), engine="mujoco", robot_seed=-1)

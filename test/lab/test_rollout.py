@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.analysis.trace import Recorder, Trace
-from gait_lab.trials.kept import KeptResults
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout, run_all
-from gait_lab.trials.tasks import Task, find_task, walk
-from gait_lab.trials.trial import Push, TimedCommands, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL, GaitStatus, JointTargets, SensorFrame, VelocityCommand
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.result_cache import KeptResults
+from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout, run_all
+from sim_bridge.trials.tasks import Task, find_task, walk
+from sim_bridge.trials.trace import Recorder, Trace
+from sim_bridge.trials.trial import Push, TimedCommands, run
 
 SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=4.0, end=5.0)
 

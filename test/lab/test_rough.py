@@ -11,11 +11,11 @@ import pytest
 from gait_lab.bench import suite
 from gait_lab.bench.figures import crossing_figure
 from gait_lab.bench.suites.rough import GIVEN, WALKERS, Options, parameters_of, walkers_of
-from gait_lab.trials.crossing import STEERING_MAX, CrossingRobot, CrossingSpec, cross, plant_of
-from gait_lab.trials.tasks import STAND_TIME
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
 from sim_bridge.plant import PlantOption
+from sim_bridge.trials.crossing import STEERING_MAX, CrossingRobot, CrossingSpec, cross, plant_of
+from sim_bridge.trials.tasks import STAND_TIME
 
 LEVEL: tuple[PlantOption, ...] = (
     ("terrain.kind", "flat"), ("terrain.start", 0.1), ("terrain.length", 0.3),
@@ -59,7 +59,7 @@ def test_a_fall_or_leaving_the_field_is_not_a_crossing(monkeypatch: pytest.Monke
     assert fell.end == "fell"
     assert fell.seconds is None
     assert fell.way < 0.3
-    monkeypatch.setattr("gait_lab.trials.crossing.INWARDS", -5.0)  # steered over the edge
+    monkeypatch.setattr("sim_bridge.trials.crossing.INWARDS", -5.0)  # steered over the edge
     left = cross(spec_of(BRUNO, ("terrain.width", 0.2), ("terrain.length", 10.0)))
     assert left.end == "left"
     assert left.seconds is None

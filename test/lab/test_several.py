@@ -8,10 +8,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from gait_lab.trials.several import make_gaits, make_scene_world, run_several
-from gait_lab.trials.trial import HeldCommand, Policy, TimedCommands
 from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.scene import load_scene
+from sim_bridge.trials.several import make_gaits, make_scene_world, run_several
+from sim_bridge.trials.trial import HeldCommand, Policy, TimedCommands
 
 pytestmark = pytest.mark.usefixtures("mujoco_only")
 FORWARD = VelocityCommand(0.1, 0.0, 0.0)

@@ -20,15 +20,15 @@ from gait_lab.soccer.snapshots import (
     wrong_half,
 )
 from gait_lab.soccer.solo import SoloSpec, solo
-from gait_lab.trials.dribble import DribbleResult, DribbleSpec, dribble
-from gait_lab.trials.kept import KeptResults
-from gait_lab.trials.kick import KickResult, KickSpec
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.rules import Goal
 from robot_core.errors import NaoGaitError
 from robot_core.types import GETTING_UP
 from sim_bridge.scene import load_scene
+from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
+from sim_bridge.trials.kick import KickResult, KickSpec
+from sim_bridge.trials.result_cache import KeptResults
 
 pytest.importorskip("mujoco")
 

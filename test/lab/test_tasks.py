@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from gait_lab.trials import tasks
-from gait_lab.trials.tasks import RAMP_TIME, STAND_TIME, TASKS, Task, find_task, walk
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL
+from sim_bridge.trials import tasks
+from sim_bridge.trials.tasks import RAMP_TIME, STAND_TIME, TASKS, Task, find_task, walk
 
 
 @pytest.mark.parametrize("task", TASKS.values(), ids=list(TASKS))

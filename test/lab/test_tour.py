@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from gait_lab.analysis.render import TILE_PERIOD
-from gait_lab.analysis.trace import LEFT, Trace
 from gait_lab.demo.picture import LENGTH, SHORTEST, PoseTrace, loop_rows
 from gait_lab.demo.tour import (
     FULL_TOUR,
@@ -20,6 +19,7 @@ from gait_lab.demo.tour import (
     phase_at,
 )
 from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.trials.trace import LEFT, Trace
 
 
 def walk(speed: float, turn: float, seconds: float, tilt: float = 0.0) -> Trace:

@@ -6,7 +6,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from gait_lab.trials.trial import (
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, JointTargets, VelocityCommand
+from sim_bridge.trials.trial import (
     Action,
     HeldCommand,
     Policy,
@@ -18,8 +20,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from robot_core.errors import NaoGaitError
-from robot_core.types import STANDSTILL, JointTargets, VelocityCommand
 from sim_bridge.world import World
 
 SPEC = TrialSpec(robot_seed=-1, engine="mujoco")

@@ -12,11 +12,11 @@ pytest.importorskip("cma")
 
 from test_tune_study import GOOD
 
+from gait_lab.tune.evaluation import evaluate
 from gait_lab.tune.methods import make_method
 from gait_lab.tune.search import search
 from gait_lab.tune.store import Store
 from gait_lab.tune.study import parse_study
-from gait_lab.tune.trial import evaluate
 from gait_lab.tune.workers import make_workers, run_all
 from robot_core.errors import NaoGaitError
 

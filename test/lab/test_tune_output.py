@@ -14,19 +14,19 @@ import itertools
 
 from test_tune_study import GOOD
 
-from gait_lab.analysis.trace import LEFT, RIGHT
-from gait_lab.trials.rollout import RolloutSpec, rollout
-from gait_lab.trials.tasks import walk as walk_task
 from gait_lab.tune import guide
 from gait_lab.tune.confirm import Comparison, candidates, rows
+from gait_lab.tune.evaluation import Trial
 from gait_lab.tune.guide import Sweep, SweepSetup, run_sweep, step_duration
 from gait_lab.tune.protocols import Measures
 from gait_lab.tune.report import importance, write_preset
 from gait_lab.tune.run import TuneOptions, run
 from gait_lab.tune.study import Place, parse_study
-from gait_lab.tune.trial import Trial
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.tasks import walk as walk_task
+from sim_bridge.trials.trace import LEFT, RIGHT
 
 PNG = b"\x89PNG"
 

@@ -16,11 +16,11 @@ pytest.importorskip("bayes_opt")
 
 from test_tune_study import GOOD
 
+from gait_lab.tune.evaluation import Trial
 from gait_lab.tune.methods import METHODS, Point, make_method
 from gait_lab.tune.search import best_of, search, window_for
 from gait_lab.tune.store import FILE, Store
 from gait_lab.tune.study import Study, parse_study
-from gait_lab.tune.trial import Trial
 from gait_lab.tune.workers import ATTEMPTS, LokyWorkers, run_all
 from robot_core.errors import NaoGaitError
 

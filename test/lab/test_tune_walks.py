@@ -10,12 +10,12 @@ pytest.importorskip("mujoco")
 
 from test_tune_study import GOOD
 
-from gait_lab.trials.trial import TrialSpec
+from gait_lab.tune.evaluation import evaluate, robot_score, score_of
 from gait_lab.tune.growing_stride import GrowingStride, distance, walk_growing_stride
 from gait_lab.tune.protocols import PROTOCOLS, Measures
 from gait_lab.tune.study import parse_study
-from gait_lab.tune.trial import evaluate, robot_score, score_of
 from nao_lipm_gait.parameters import GaitParameters
+from sim_bridge.trials.trial import TrialSpec
 
 STUDY = parse_study(GOOD)
 ROBOT = TrialSpec(engine="mujoco")

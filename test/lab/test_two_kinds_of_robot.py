@@ -8,7 +8,6 @@ import pytest
 
 pytest.importorskip("cv2")
 
-from gait_lab.trials.rendered_frames import RenderSpec, rendered_frames
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.percepts import ROBOTS, Kind
@@ -16,6 +15,7 @@ from nao_soccer.vision.settings import VisionSettings
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
 from sim_bridge.scene import Scene, SceneBall, SceneRobot
+from sim_bridge.trials.rendered_frames import RenderSpec, rendered_frames
 
 SEES = {
     "nao": ("camera_top", Kind.ROBOT_BLUE),

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gait_lab.trials.rendered_frames import FrameTruth
 from gait_lab.vision.expected import View
 from gait_lab.vision.fit import fit
 from gait_lab.vision.score import GATE, PoseDeviation, Score, Sighting, score_image
@@ -17,6 +16,7 @@ from pitch_image import camera
 from robot_core.field import Goals
 from robot_core.robot.camera import CameraPose, CameraView
 from robot_core.types import Pose2
+from sim_bridge.trials.rendered_frames import FrameTruth
 
 SETTINGS = VisionSettings(goals=Goals())
 PLACE = (-3.0, 0.3)

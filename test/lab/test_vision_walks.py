@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from gait_lab.vision.walks import KINDS, WAY, random_walk
+from gait_lab.vision.viewing_walks import KINDS, WAY, random_walk
 from sim_bridge.scene import Scene
 
 URDF = "nao_h21_v33"

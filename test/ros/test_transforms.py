@@ -7,11 +7,11 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from scipy.spatial.transform import Rotation
 
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import TASKS
-from gait_lab.trials.trial import Action, Policy, Tick, run
 from nao_lipm_gait.ros.messages import StatusWriter
 from robot_core.types import VelocityCommand
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import TASKS
+from sim_bridge.trials.trial import Action, Policy, Tick, run
 
 WALK = VelocityCommand(0.1, 0.0, 0.2)
 

@@ -14,7 +14,7 @@ from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.score import tasks_of
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.tasks import find_task
+from sim_bridge.trials.tasks import find_task
 
 PUSHES = (("left", 1.75), ("right", 1.75), ("forward", 2.5), ("back", 2.0))
 """Directions and impulses [N s] of the pushes on the spot."""

@@ -7,8 +7,8 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.soccer.solo import LIMIT, SoloResult, SoloSpec, solo
-from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
+from sim_bridge.trials.parallel import parallel_map
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from gait_lab.soccer.challenges import (
     ChallengeSpec,
     play_challenge,
 )
-from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
+from sim_bridge.trials.parallel import parallel_map
 
 NAMES = tuple(CHALLENGES)
 WALKS = "walk straight", "walk slalom"

@@ -11,21 +11,21 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
-from gait_lab.analysis.trace import Recorder
 from gait_lab.bench.options import BenchOptions
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.bench.timing import BLOCK, PhysicsSteps, cpu_time, time_scene
-from gait_lab.compiled import is_compiled
-from gait_lab.trials.rollout import RolloutSpec, make_pair, rollout
-from gait_lab.trials.tasks import Task, find_task
-from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from nao_lipm_gait.gait import Gait
 from robot_core.robot import load_robot
 from robot_core.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant, with_options
 from sim_bridge.scene import load_scene
 from sim_bridge.terrain import is_uneven
+from sim_bridge.trials.compiled import is_compiled
+from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout
+from sim_bridge.trials.tasks import Task, find_task
+from sim_bridge.trials.trace import Recorder
+from sim_bridge.trials.trial import CONTROL_PERIOD, TimedCommands, run
 from sim_bridge.world import World
 
 FIRST = 50

@@ -11,15 +11,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gait_lab.analysis.trace import ALARM_STATES
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
 from gait_lab.bench.score import FallDetection
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import STOP_SHARE, TASKS, RandomCommands
-from gait_lab.trials.trial import CONTROL_PERIOD, TimedCommands, run
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import STOP_SHARE, TASKS, RandomCommands
+from sim_bridge.trials.trace import ALARM_STATES
+from sim_bridge.trials.trial import CONTROL_PERIOD, TimedCommands, run
 
 FALLS_MAX = 100
 """A robot is given up after so many falls."""

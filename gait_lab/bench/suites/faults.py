@@ -13,11 +13,11 @@ from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.faults.campaign import FELL, VIOLATED, FaultResult, FaultRun
 from gait_lab.faults.scopes import SCOPES, Scope
-from gait_lab.trials.kept import KeptResults
-from gait_lab.trials.parallel import parallel_map
 from nao_lipm_gait.presets import DEFAULT, preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.result_cache import KeptResults
 
 _EVIDENCE = 20
 """Violations that are listed one by one."""

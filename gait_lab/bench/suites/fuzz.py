@@ -9,8 +9,8 @@ from gait_lab.bench.suite import Suite
 from gait_lab.faults.fuzz_files import fuzz_files
 from gait_lab.faults.fuzz_lola import LolaFuzzer, LolaFuzzResult
 from gait_lab.faults.fuzz_messages import GAIT, LOLA, Fuzzer, FuzzResult, FuzzRun
-from gait_lab.trials.kept import KeptResults
-from gait_lab.trials.parallel import parallel_map
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.result_cache import KeptResults
 
 STRETCH = 10_000
 """Ticks with one seed."""

@@ -10,9 +10,9 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.get_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.trial import loaded_robot
+from sim_bridge.trials.get_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.trial import loaded_robot
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,20 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, finite
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.tasks import Task, find_task
-from gait_lab.trials.trial import TimedCommands, TrialSpec, loaded_robot, make_gait, make_world, run
 from nao_lipm_gait.runtime.heat_watch import HOT, SIT
 from robot_core.errors import NaoGaitError
 from robot_core.types import GRAVITY, FloatArray
 from sim_bridge.plant import load_plant, with_options
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.tasks import Task, find_task
+from sim_bridge.trials.trial import (
+    TimedCommands,
+    TrialSpec,
+    loaded_robot,
+    make_gait,
+    make_world,
+    run,
+)
 
 SLOWEST = 0.01
 """[m/s] Below this the robot goes nowhere, and transport has no cost."""

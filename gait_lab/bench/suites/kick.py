@@ -9,7 +9,7 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.kick import (
+from sim_bridge.trials.kick import (
     AFTERWARDS,
     PLACEMENT,
     KickResult,
@@ -17,7 +17,7 @@ from gait_lab.trials.kick import (
     kick,
     kick_directions,
 )
-from gait_lab.trials.parallel import parallel_map
+from sim_bridge.trials.parallel import parallel_map
 
 
 @dataclass(frozen=True)

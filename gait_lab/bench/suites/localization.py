@@ -25,7 +25,7 @@ from gait_lab.bench.world_scores import (
     trials,
     walks_of,
 )
-from gait_lab.soccer.walks import WalkSamples
+from gait_lab.soccer.field_walks import WalkSamples
 
 
 def localization(options: WorldOptions) -> SuiteResult:

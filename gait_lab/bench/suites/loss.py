@@ -11,9 +11,9 @@ from gait_lab.bench.score import tasks_of
 from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.faults import fault_run
 from gait_lab.faults.long_walks import LossResult, LossWalk, walk_with_loss
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.tasks import Task
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.tasks import Task
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from gait_lab.bench.options import BenchOptions, keep_option, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.soccer.match import MatchResult, MatchSpec, play_match
-from gait_lab.trials.kept import KeptResults
-from gait_lab.trials.parallel import parallel_map
 from sim_bridge.plant import load_plant, with_options
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.result_cache import KeptResults
 
 SILENCE_FROM = 25.0
 """[s] from which on the referee is silent; the ball is in play then."""

@@ -11,18 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.analysis.trace import FloatArray, Recorder, Trace
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.demo.tour import FULL_TOUR, phase_at
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.rollout import RolloutSpec, make_pair
-from gait_lab.trials.tasks import TASKS
-from gait_lab.trials.trial import CONTROL_PERIOD, Action, Policy, Tick, run
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import TASKS
+from sim_bridge.trials.trace import FloatArray, Recorder, Trace
+from sim_bridge.trials.trial import CONTROL_PERIOD, Action, Policy, Tick, run
 
 STOP_TIME = 2.0
 """[s] to stop at the end of a course."""

@@ -19,10 +19,10 @@ from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, finit
 from gait_lab.bench.score import RULES, Score
 from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.peers import is_nao
-from gait_lab.trials.tasks import Task, find_task
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.robot import NAO, load_robot
+from sim_bridge.trials.tasks import Task, find_task
 
 NAMES = {"forward=10": "slow", "forward=20": "medium"}
 """Names of the slower walks; the others are named after their direction."""

@@ -10,7 +10,6 @@ import statistics
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from gait_lab.analysis.metrics import Metrics
 from gait_lab.bench.comparison import Contender, Outcome, compare
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Cell as TableCell
@@ -21,6 +20,7 @@ from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.robot import NAO, load_robot
+from sim_bridge.trials.metrics import Metrics
 
 PUSHES = (("left", 1.5), ("forward", 2.0))
 """Directions and impulses [N s] of the pushes on the spot."""

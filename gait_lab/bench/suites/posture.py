@@ -15,12 +15,12 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, shown
 from gait_lab.bench.score import RULES, Score, Variant, walk_all
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.motions import MotionOutcome
-from gait_lab.trials.tasks import STAND_TIME, AskedMotion, Task, find_task
-from gait_lab.trials.trial import loaded_robot
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library
 from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.trials.motions import MotionOutcome
+from sim_bridge.trials.tasks import STAND_TIME, AskedMotion, Task, find_task
+from sim_bridge.trials.trial import loaded_robot
 
 JUMP = 0.01
 """[s] in which a command changes."""

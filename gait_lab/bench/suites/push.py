@@ -23,8 +23,8 @@ from gait_lab.bench.pushes import (
 from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.trial import PUSH_DURATION
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.trial import PUSH_DURATION
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,6 @@ from gait_lab.bench.wake_up import Sleeper, sleep_until
 from gait_lab.demo.node_processes import may_run_in_real_time, real_time_priority
 from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness
-from gait_lab.trials.rollout import make_pair
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.controller import GaitController, Settings
@@ -36,6 +35,7 @@ from nao_lipm_gait.runtime.latency import GarbageScheduler
 from nao_lipm_gait.runtime.tick_times import quantile
 from robot_core.robot import load_robot
 from robot_core.types import VelocityCommand
+from sim_bridge.trials.rollout import make_pair
 
 SPEED = VelocityCommand(0.2, 0.0, 0.0)
 START_TIME = 1.0

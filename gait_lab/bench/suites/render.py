@@ -13,12 +13,12 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.trial import CONTROL_PERIOD
 from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
 from sim_bridge.engines.opengl import opengl_libraries
 from sim_bridge.plant import load_plant, with_options
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import load_scene
+from sim_bridge.trials.trial import CONTROL_PERIOD
 from sim_bridge.world import World
 
 SETTLE = 20

@@ -12,13 +12,13 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.crossing import CrossingResult, CrossingRobot, CrossingSpec, cross
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.tasks import find_task
-from gait_lab.trials.trial import loaded_robot
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.crossing import CrossingResult, CrossingRobot, CrossingSpec, cross
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.tasks import find_task
+from sim_bridge.trials.trial import loaded_robot
 
 PAPER_SLOW, PAPER_FAST = 45.0, 7.5
 """[s] published, over 1 m; how often it succeeded is not published."""

@@ -10,11 +10,11 @@ from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.peers import is_nao
-from gait_lab.trials.calibration import Levelled, SoleTilt, levelling
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.tasks import STAND_TIME, find_task
-from gait_lab.trials.trial import Push, TrialSpec
 from robot_core.types import VelocityCommand
+from sim_bridge.trials.calibration import Levelled, SoleTilt, levelling
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.tasks import STAND_TIME, find_task
+from sim_bridge.trials.trial import Push, TrialSpec
 
 PUSH_TIMES = (2.0, 4.0, 6.0)
 """[s] of walking at which the robot is pushed, in turn from the left, from behind, the front."""

@@ -9,8 +9,8 @@ from gait_lab.bench.result import Cell as TableCell
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
 from gait_lab.bench.score import LoopDetection, Score, walk_all
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.tasks import STAND_TIME, TASKS, Task
 from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.trials.tasks import STAND_TIME, TASKS, Task
 
 JUMP = 0.01
 """[s] in which a command changes."""

@@ -13,14 +13,14 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.trials.parallel import parallel_map
 from gait_lab.vision.evaluate import VisionWalk, WalkScores, evaluate_walk
 from gait_lab.vision.fit import as_yaml, fit
 from gait_lab.vision.score import GATE, GROUPS, RANGE, Score, merged
-from gait_lab.vision.walks import KINDS
+from gait_lab.vision.viewing_walks import KINDS
 from robot_core.errors import NaoGaitError
 from sim_bridge.engines.opengl import opengl_libraries
 from sim_bridge.plant import load_plant, with_options
+from sim_bridge.trials.parallel import parallel_map
 
 TIME_IGNORED = "image time ignored"
 """Walks with the newest pose of the camera in place of that at the time of the image."""

@@ -4,14 +4,14 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gait_lab.trials.calibration import calibrate
-from gait_lab.trials.trial import TrialSpec
 from gait_lab.tune.methods import Point
 from gait_lab.tune.protocols import PROTOCOLS, Measures
 from gait_lab.tune.study import Place, Study
 from nao_lipm_gait.calibration import Calibration
 from nao_lipm_gait.parameters import GaitParameters
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.calibration import calibrate
+from sim_bridge.trials.trial import TrialSpec
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """What one robot of a scene sees while it stands or walks, with what it measures and the truth.
 
-`python -m gait_lab.trials.rendered_frames --out DIR` writes images and a line of JSON for each.
+`python -m sim_bridge.trials.rendered_frames --out DIR` writes images and a line of JSON for each.
 """
 
 import argparse
@@ -16,8 +16,6 @@ from typing import Any, NamedTuple
 import attrs
 import numpy as np
 
-from gait_lab.trials.several import make_gaits
-from gait_lab.trials.trial import CONTROL_PERIOD, Policy, WalkerController, run_controllers
 from nao_lipm_gait.gait import Gait
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import rotation_matrix
@@ -28,6 +26,8 @@ from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
 from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import Scene, load_scene
+from sim_bridge.trials.several import make_gaits
+from sim_bridge.trials.trial import CONTROL_PERIOD, Policy, WalkerController, run_controllers
 from sim_bridge.world import World
 
 BALL_TIME = 400_000_000
@@ -352,7 +352,7 @@ def as_json(frame: RenderedFrame) -> dict[str, Any]:
 def main(args: Sequence[str] | None = None) -> int:
     """Write images and truth to a folder; the exit status."""
     parser = argparse.ArgumentParser(
-        prog="python -m gait_lab.trials.rendered_frames",
+        prog="python -m sim_bridge.trials.rendered_frames",
         description="Write what a robot of a scene sees, with the truth.",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")

@@ -2,8 +2,13 @@
 
 from collections.abc import Callable, Iterator, Sequence
 
-from gait_lab.compiled import check_fresh
-from gait_lab.trials.trial import (
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.presets import DEFAULT, preset_for
+from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.plant import Plant, load_plant
+from sim_bridge.scene import Scene
+from sim_bridge.trials.compiled import check_fresh
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     Policy,
     Tick,
@@ -11,11 +16,6 @@ from gait_lab.trials.trial import (
     WalkerController,
     run_controllers,
 )
-from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.presets import DEFAULT, preset_for
-from sim_bridge.cameras.camera import CameraSettings
-from sim_bridge.plant import Plant, load_plant
-from sim_bridge.scene import Scene
 from sim_bridge.world import World
 
 

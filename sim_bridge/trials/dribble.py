@@ -10,7 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.trials.trial import (
+from robot_core.geometry import compose, relative
+from robot_core.types import Point2, VelocityCommand
+from sim_bridge.ball import Ball
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     HeldCommand,
     Tick,
@@ -19,9 +22,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from robot_core.geometry import compose, relative
-from robot_core.types import Point2, VelocityCommand
-from sim_bridge.ball import Ball
 from sim_bridge.world import World
 
 RUN_UP = (0.3, 0.5)

@@ -5,9 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.analysis.metrics import yaw_of
-from gait_lab.trials.motions import FAR_AWAY, spot_in_world
-from gait_lab.trials.trial import (
+from nao_lipm_gait.gait import Gait
+from robot_core.errors import NaoGaitError
+from robot_core.motion.library import shipped_library
+from robot_core.types import FloatArray, GaitState
+from sim_bridge.ball import Ball
+from sim_bridge.trials.metrics import yaw_of
+from sim_bridge.trials.motions import FAR_AWAY, spot_in_world
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     HeldCommand,
     Tick,
@@ -17,11 +22,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.gait import Gait
-from robot_core.errors import NaoGaitError
-from robot_core.motion.library import shipped_library
-from robot_core.types import FloatArray, GaitState
-from sim_bridge.ball import Ball
 from sim_bridge.world import World
 
 SETTLE = 1.5

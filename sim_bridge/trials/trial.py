@@ -37,8 +37,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from gait_lab.analysis.metrics import has_fallen, yaw_of
-from gait_lab.compiled import check_fresh
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
@@ -47,6 +45,8 @@ from robot_core.types import STANDSTILL, GaitStatus, JointTargets, SensorFrame, 
 from sim_bridge.ball import Ball
 from sim_bridge.plant import Plant, PlantOption, load_plant, with_options
 from sim_bridge.robot import GroundTruth, SimulatedRobot
+from sim_bridge.trials.compiled import check_fresh
+from sim_bridge.trials.metrics import has_fallen, yaw_of
 from sim_bridge.world import World
 
 CONTROL_PERIOD = 0.01

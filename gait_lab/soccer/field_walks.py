@@ -15,9 +15,6 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.several import make_gaits, make_scene_world
-from gait_lab.trials.trial import Action, Policy, Tick, WalkerController, run_controller
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.errors import NaoGaitError
@@ -25,6 +22,9 @@ from robot_core.geometry import relative
 from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.scene import Scene, SceneRobot, load_scene
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.several import make_gaits, make_scene_world
+from sim_bridge.trials.trial import Action, Policy, Tick, WalkerController, run_controller
 
 EVERY = 2
 """Control periods between two samples."""

@@ -4,8 +4,8 @@ import os
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from gait_lab.trials.kept import KeptResults
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.result_cache import KeptResults
 
 
 def workers(asked: int | None = None) -> int:

@@ -9,8 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gait_lab.analysis.metrics import has_fallen
-from gait_lab.trials.trial import (
+from robot_core.motion.keyframes import LYING, Motion
+from robot_core.motion.library import shipped_library
+from robot_core.types import STANDSTILL, FloatArray, GaitState, JointTargets, VelocityCommand
+from sim_bridge.motors import TorqueLimits
+from sim_bridge.robot import GroundTruth
+from sim_bridge.trials.metrics import has_fallen
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     HeldCommand,
     TrialSpec,
@@ -18,11 +23,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from robot_core.motion.keyframes import LYING, Motion
-from robot_core.motion.library import shipped_library
-from robot_core.types import STANDSTILL, FloatArray, GaitState, JointTargets, VelocityCommand
-from sim_bridge.motors import TorqueLimits
-from sim_bridge.robot import GroundTruth
 from sim_bridge.world import World
 
 SIDES = {side: f"lying_{side}" for side in ("front", "back", "left", "right")}

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.analysis.trace import DOUBLE, LEFT, RIGHT, BoolArray, FloatArray, IntArray, Trace
 from robot_core.errors import NaoGaitError
 from sim_bridge.ball import SHOE_HEIGHT
+from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, BoolArray, FloatArray, IntArray, Trace
 
 LOADED = 2.0
 """[N] normal force from which a sole counts as loaded."""

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gait_lab.analysis.metrics import yaw_of
-from gait_lab.trials.tasks import AskedMotion
 from nao_lipm_gait.gait import Gait
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library
 from robot_core.types import FloatArray, GaitState
 from sim_bridge.ball import Ball
 from sim_bridge.robot import GroundTruth
+from sim_bridge.trials.metrics import yaw_of
+from sim_bridge.trials.tasks import AskedMotion
 from sim_bridge.world import World
 
 FAR_AWAY = (-50.0, 50.0)

@@ -1,7 +1,7 @@
 """The procedure of a calibration: the robot stands, steps on the spot and stands.
 
 It decides by the time of the robot's sensors what happens next. `nao_gait calibrate` carries it out
-over ROS, `gait_lab.trials.calibration` on a simulated robot.
+over ROS, `sim_bridge.trials.calibration` on a simulated robot.
 """
 
 import math

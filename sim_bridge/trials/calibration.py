@@ -6,9 +6,16 @@ from functools import lru_cache
 from itertools import islice
 from typing import NamedTuple
 
-from gait_lab.trials.calibration_procedure import CalibrationError, Phase, Procedure
-from gait_lab.trials.tasks import STAND_TIME
-from gait_lab.trials.trial import (
+from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.runtime.calibration_monitor import Measurement
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.robot import SimulatedRobot
+from sim_bridge.trials.calibration_procedure import CalibrationError, Phase, Procedure
+from sim_bridge.trials.tasks import STAND_TIME
+from sim_bridge.trials.trial import (
     Action,
     Policy,
     Push,
@@ -19,13 +26,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
-from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.parameters import load_preset
-from nao_lipm_gait.runtime.calibration_monitor import Measurement
-from robot_core.errors import NaoGaitError
-from robot_core.types import STANDSTILL, VelocityCommand
-from sim_bridge.robot import SimulatedRobot
 
 MEASUREMENT_PERIOD = 0.5
 """[s] between two looks at what the gait has measured."""

@@ -9,13 +9,17 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from gait_lab.analysis.metrics import Metrics, measure
-from gait_lab.analysis.trace import Recorder, Trace
-from gait_lab.trials.calibration import calibrate
-from gait_lab.trials.motions import MotionOutcome, MotionWatch, ball_for
-from gait_lab.trials.parallel import parallel_map
-from gait_lab.trials.tasks import Task
-from gait_lab.trials.trial import (
+from nao_lipm_gait.calibration import NOT_CALIBRATED
+from nao_lipm_gait.gait import Gait
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
+from sim_bridge.trials.calibration import calibrate
+from sim_bridge.trials.metrics import Metrics, measure
+from sim_bridge.trials.motions import MotionOutcome, MotionWatch, ball_for
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.tasks import Task
+from sim_bridge.trials.trace import Recorder, Trace
+from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     Push,
     TimedCommands,
@@ -26,10 +30,6 @@ from gait_lab.trials.trial import (
     make_world,
     run,
 )
-from nao_lipm_gait.calibration import NOT_CALIBRATED
-from nao_lipm_gait.gait import Gait
-from robot_core.errors import NaoGaitError
-from robot_core.robot import RobotDescription
 from sim_bridge.world import World
 
 

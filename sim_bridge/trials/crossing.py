@@ -4,12 +4,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from gait_lab.analysis.metrics import yaw_of
-from gait_lab.trials.tasks import STAND_TIME
-from gait_lab.trials.trial import Policy, Tick, TrialSpec, make_gait, make_world, run
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.plant import Plant, load_plant, with_options
+from sim_bridge.trials.metrics import yaw_of
+from sim_bridge.trials.tasks import STAND_TIME
+from sim_bridge.trials.trial import Policy, Tick, TrialSpec, make_gait, make_world, run
 
 PATIENCE = 120.0
 """[s] of walking after which an attempt has failed."""

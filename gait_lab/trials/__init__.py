@@ -1,1 +1,0 @@
-"""One robot and its gait in one process, stepped by one loop."""
