@@ -7,7 +7,7 @@ The parameter `walk` takes its choices from here, so this module imports no engi
 from typing import NamedTuple
 
 
-class Engine(NamedTuple):
+class WalkKind(NamedTuple):
     """Where a walk engine is.
 
     Attributes:
@@ -29,10 +29,10 @@ _WALKS = "nao_lipm_gait.walks"
 
 # The first one is the default.
 WALKS = {
-    "lipm": Engine(
+    "lipm": WalkKind(
         f"{_WALKS}.lipm.walk", "LipmWalk", "observed linear inverted pendulum of the first paper",
         flat_stance=True,
     ),
-    "zmp": Engine(f"{_WALKS}.zmp.walk", "ZmpWalk", "ZMP trajectories of the second paper"),
-    "preview": Engine(f"{_WALKS}.preview.walk", "PreviewWalk", "ZMP preview control"),
+    "zmp": WalkKind(f"{_WALKS}.zmp.walk", "ZmpWalk", "ZMP trajectories of the second paper"),
+    "preview": WalkKind(f"{_WALKS}.preview.walk", "PreviewWalk", "ZMP preview control"),
 }

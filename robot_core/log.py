@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
+SILENCE = 1.0
+"""[s] without joint states that is an error."""
+
 _KEYS_MAX = 256
 
 

@@ -83,7 +83,7 @@ def test_every_shared_file_is_installed(setup: dict):
 
 
 def test_every_package_is_installed(setup: dict):
-    for top in ("nao_lipm_gait", "sim_bridge", "gait_lab", "nao_soccer", "lola_bridge"):
+    for top in FLOORS:
         for init in (ROOT / top).rglob("__init__.py"):
             assert init.parent.relative_to(ROOT).as_posix().replace("/", ".") in setup["packages"]
         for module in (ROOT / top).rglob("*.py"):
@@ -92,13 +92,16 @@ def test_every_package_is_installed(setup: dict):
 
 
 def _imports(folder: str) -> set[str]:
+    return set().union(*map(_imports_of, (ROOT / folder).rglob("*.py")))
+
+
+def _imports_of(path: Path) -> set[str]:
     found = set()
-    for path in (ROOT / folder).rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                found |= {alias.name.split(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                found.add(node.module.split(".")[0])
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.split(".")[0])
     return found
 
 
@@ -127,8 +130,7 @@ ROSDEP_KEYS = {
 
 def test_package_xml_depends_on_what_is_imported():
     depends = {element.text for element in package_xml().iter() if element.tag.endswith("_depend")}
-    packages = ("nao_lipm_gait", "nao_soccer", "sim_bridge", "lola_bridge", "gait_lab")
-    imported = set().union(*(_imports(top) for top in packages))
+    imported = set().union(*map(_imports, FLOORS))
     imported |= _imports("launch")
     for module in imported:
         key = ROSDEP_KEYS.get(module)
@@ -138,44 +140,32 @@ def test_package_xml_depends_on_what_is_imported():
             assert key in depends, f"import {module}"
 
 
-def test_core_knows_no_ros_and_no_physics():
-    """Only the folder ros/ of the gait may import rclpy; nothing of the gait a simulator."""
+FLOORS = {
+    "robot_core": set(),
+    "nao_lipm_gait": {"robot_core"},
+    "nao_soccer": {"robot_core"},
+    "lola_bridge": {"robot_core"},
+    "sim_bridge": {"robot_core", "nao_lipm_gait", "lola_bridge"},
+    "gait_lab": {"robot_core", "nao_lipm_gait", "nao_soccer", "lola_bridge", "sim_bridge"},
+}
+"""What each package may import; ground truth and physics never get below the simulator."""
+SIMULATORS = {"pybullet", "mujoco"}
+
+
+@pytest.mark.parametrize("top", FLOORS)
+def test_a_package_imports_only_from_the_floors_below(top: str):
+    assert not _imports(top) & (FLOORS.keys() - FLOORS[top] - {top})
+    if top not in ("sim_bridge", "gait_lab"):
+        assert not _imports(top) & SIMULATORS
+
+
+@pytest.mark.parametrize("top", FLOORS)
+def test_only_the_folders_named_ros_import_ros(top: str):
+    """The cores run without ROS; the tools of the lab drive nodes and read bags."""
     ros = {"rclpy", "std_msgs", "sensor_msgs", "geometry_msgs", "nav_msgs", "rosgraph_msgs"}
-    for path in (ROOT / "nao_lipm_gait").rglob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        names = {
-            (node.module if isinstance(node, ast.ImportFrom) else alias.name).split(".")[0]
-            for node in ast.walk(tree)
-            if isinstance(node, ast.Import | ast.ImportFrom)
-            for alias in node.names
-            if not isinstance(node, ast.ImportFrom) or node.module
-        }
-        assert not names & {"pybullet", "mujoco", "sim_bridge", "lola_bridge", "gait_lab"}, path
-        if "ros" not in path.relative_to(ROOT).parts:
-            assert not names & ros, path
-
-
-SHARED_WITH_THE_BRIDGE = {
-    f"nao_lipm_gait.{name}"
-    for name in (
-        "errors", "geometry", "resources", "robot", "robot.camera", "schema", "types",
-        "ros.messages", "ros.parameters", "ros.process", "ros.topics", "runtime.command_input",
-        "runtime.diagnostics", "runtime.inputs", "runtime.reports",
-    )
-}  # fmt: skip
-
-
-def test_bridge_uses_only_what_it_shares_with_the_gait():
-    """The stand-in of a robot knows the robot and the plumbing of a node, not the walk."""
-    for path in (ROOT / "sim_bridge").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                module, names = node.module, {alias.name for alias in node.names}
-                if module == "nao_lipm_gait":
-                    assert {f"{module}.{name}" for name in names} <= SHARED_WITH_THE_BRIDGE, path
-                elif module.startswith("nao_lipm_gait."):
-                    assert module in SHARED_WITH_THE_BRIDGE, path
-                assert not module.startswith("gait_lab"), path
+    for path in (ROOT / top).rglob("*.py"):
+        if top != "gait_lab" and not {"ros", "lola"} & set(path.relative_to(ROOT).parts):
+            assert not _imports_of(path) & ros, path
 
 
 def _literal(module: str, name: str) -> list:

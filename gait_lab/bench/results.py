@@ -29,7 +29,10 @@ from sim_bridge.trials.crossing import CrossingSpec
 from sim_bridge.trials.trial import loaded_robot
 
 ROOT = Path(gait_lab.__file__).resolve().parents[1]
-CODE = ("config", "gait_lab", "lola_bridge", "nao_lipm_gait", "nao_soccer", "sim_bridge", "urdf")
+CODE = (
+    "config", "gait_lab", "lola_bridge", "nao_lipm_gait", "nao_soccer", "robot_core", "sim_bridge",
+    "urdf",
+)  # fmt: skip
 """What the figures depend on; other files may change without making a result old."""
 KEPT = ROOT / "build" / "results"
 """Finished runs of the campaigns."""

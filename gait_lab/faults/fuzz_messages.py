@@ -13,7 +13,7 @@ from gait_lab.faults.invariants import HANG, CommandCheck
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode
-from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import (
     ImuInput,
     Input,
@@ -113,7 +113,7 @@ class Fuzzer:
 
     def _make_controller(self) -> None:
         self.controller = GaitController(
-            self._robot, GaitParameters(), Settings(), lambda: self._now
+            self._robot, GaitParameters(), ControllerSettings(), lambda: self._now
         )
         self._check = CommandCheck(self._robot)
 

@@ -10,10 +10,10 @@ from typing import Protocol
 import numpy as np
 
 from gait_lab.faults.channel import Channel, Command, Delivery, Message
-from gait_lab.faults.gait_process import GaitProcess
 from gait_lab.faults.invariants import Invariants
+from gait_lab.faults.watched_gait import WatchedGait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.controller import Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
 from robot_core.command_input import CommandInput
@@ -21,7 +21,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from robot_core.types import GaitStatus, JointTargets, VelocityCommand
 from sim_bridge.robot import GroundTruth, Reading
-from sim_bridge.trials.trial import Tick, run_controller
+from sim_bridge.trials.trial import Tick, run_responder
 from sim_bridge.world import World
 
 PERIOD = 0.01
@@ -53,7 +53,7 @@ class Fault:
         summary: What happens, for the table of the campaign.
         why: Why robots fall, for the table; empty if they do not.
         end: Duration of a run [s].
-        settings: Settings of the gait; a fault for comparison may replace them.
+        settings: ControllerSettings of the gait; a fault for comparison may replace them.
         says: Parts of the warnings that explain a stop by this fault; used by the scopes `soccer`
             and `robot`.
         begin: Time at which the fault begins [s]; the robot walks by then.
@@ -63,7 +63,7 @@ class Fault:
     summary = "nothing"
     why = ""
     end = 6.0
-    settings = Settings()
+    settings = ControllerSettings()
     says: tuple[str, ...] = ()
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -122,7 +122,7 @@ class TemporaryFault(Fault):
 class Harness:
     """Steps the robot, its gaits, the operator and a fault by one control period at a time.
 
-    It is the `Controller` of a trial: see `run_controller`.
+    It is the `Responder` of a trial: see `run_responder`.
 
     Args:
         world: The world with the robot. The caller closes it.
@@ -164,7 +164,7 @@ class Harness:
         self.command = command
         self.tick = 0
         self.truth: GroundTruth = world.robot.truth()
-        self.gaits: list[GaitProcess] = []
+        self.gaits: list[WatchedGait] = []
         self.publishers = PublisherCounts()
         self.fallen = False
         self.height = float(self.truth.torso_position[2])
@@ -181,7 +181,7 @@ class Harness:
         self._to_gait: Channel[Message] = Channel()
         self._to_robot: Channel[Command] = Channel()
         self.start_gait()
-        self._ticks = run_controller(
+        self._ticks = run_responder(
             world, self, lambda _world, _tick: self.fault.before_physics(self), past_falls=True
         )
         next(self._ticks)
@@ -192,10 +192,10 @@ class Harness:
 
     # -- what a fault may do -----------------------------------------------------------------------
 
-    def start_gait(self) -> GaitProcess:
+    def start_gait(self) -> WatchedGait:
         """Start one more gait process."""
         self._started_gaits += 1
-        gait = GaitProcess(
+        gait = WatchedGait(
             f"gait_{self._started_gaits}", self.robot, self.parameters, self.fault.settings,
             self.invariants, self.seconds,
         )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import Fault, Harness, TemporaryFault, Timed
-from nao_lipm_gait.runtime.controller import Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
 
 JOINTS = 1000
@@ -196,4 +196,4 @@ class ImuIgnored(ImuGone):
     """As `ImuGone`, with the IMU watchdog of the gait switched off."""
 
     summary = "the same, with a gait that does not stop without an IMU"
-    settings = Settings(imu_patience=1e6)
+    settings = ControllerSettings(imu_patience=1e6)

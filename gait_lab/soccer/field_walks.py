@@ -24,7 +24,7 @@ from sim_bridge.plant import Plant, load_plant
 from sim_bridge.scene import Scene, SceneRobot, load_scene
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.several import make_gaits, make_scene_world
-from sim_bridge.trials.trial import Action, Policy, Tick, WalkerController, run_controller
+from sim_bridge.trials.trial import Action, Policy, Tick, WalkerResponder, run_responder
 
 EVERY = 2
 """Control periods between two samples."""
@@ -195,8 +195,8 @@ def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> WalkSamples
     ) as world:
         (gait,) = make_gaits(world)
         policy = RandomWalk(half, spec.seed, gait, spec.seconds)
-        controller = WalkerController(world, world.robot, gait, policy)
-        ticks = run_controller(world, controller, lambda *_: None, past_falls=True)
+        controller = WalkerResponder(world, world.robot, gait, policy)
+        ticks = run_responder(world, controller, lambda *_: None, past_falls=True)
         for count, tick in enumerate(ticks):
             truths[tick.truth.stamp] = tick.truth.base_footprint
             status = tick.status

@@ -13,7 +13,7 @@ from nao_soccer.world.state import HeadMode
 from robot_core.types import Pose2
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.trials.several import make_gaits, make_scene_world
-from sim_bridge.trials.trial import WalkerController, run_controller
+from sim_bridge.trials.trial import WalkerResponder, run_responder
 
 
 def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
@@ -42,11 +42,11 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
         half = half_of(scene)
         course = BallCourse((half[0] + 0.2, half[1] + 0.2), spec.seed)
         policy = RandomWalk(half, spec.seed, gait, spec.seconds)
-        controller = WalkerController(world, robot, gait, policy)
+        controller = WalkerResponder(world, robot, gait, policy)
         truths: dict[int, tuple[Pose2, BallTruth]] = {}
         rows = TraceRows()
         stamp: int | None = None
-        for tick in run_controller(world, controller, lambda *_: None, past_falls=True):
+        for tick in run_responder(world, controller, lambda *_: None, past_falls=True):
             place = tick.truth.base_footprint
             ball = course.at(world.time * 1e-9, place)
             world.put_ball(*ball.position, ball.velocity)

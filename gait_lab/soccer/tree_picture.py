@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from nao_soccer.behavior.engine import mermaid
+from nao_soccer.behavior.option_tree import mermaid
 from nao_soccer.behavior.options import PLAYER
 
 DOCS = Path("docs") / "soccer.md"

@@ -37,17 +37,16 @@ from lola_bridge.ros.messages import (
     touch,
 )
 from lola_bridge.safety import Mode, SafetySettings
-from nao_lipm_gait.runtime.reports import SILENCE
 from robot_core.command_input import CommandInput
 from robot_core.errors import NaoGaitError
-from robot_core.log import Level, LogLine
+from robot_core.log import SILENCE, Level, LogLine
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.ros.messages import stamp_in, temperature_messages
 from robot_core.ros.parameters import (
     declare,
+    load_parameter_file,
     node_parameter,
     of_type,
-    used_as,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.process import StopRequest
@@ -91,7 +90,7 @@ class LolaBridgeNode(Node):
 
     def __init__(self) -> None:
         super().__init__("lola_bridge", automatically_declare_parameters_from_overrides=True)
-        self._robot = used_as(URDF, load_robot, of_type(declare(self, URDF), str))
+        self._robot = load_parameter_file(self, URDF, load_robot)
         self._joints = JointMap(self._robot)
         self._settings = self._read_settings()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))

@@ -38,7 +38,7 @@ from nao_lipm_gait.ros.overdue_timer import OverdueTimer
 from nao_lipm_gait.ros.sampled_group import NEWEST, SampledGroup
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
 from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
-from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
@@ -52,10 +52,10 @@ from robot_core.ros.parameters import (
     as_mapping,
     declare,
     keep_types,
+    load_parameter_file,
     node_parameter,
     of_type,
     refused,
-    used_as,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription, write_log
@@ -118,11 +118,11 @@ class GaitNode(Node):
     def __init__(self) -> None:
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        self._robot = used_as(URDF, load_robot, text(declare(self, URDF)))
-        preset = used_as(PRESET, partial(preset_for, self._robot), text(declare(self, PRESET)))
-        motions = used_as(MOTIONS, partial(library_of, self._robot), text(declare(self, MOTIONS)))
-        calibration_file = text(declare(self, CALIBRATION))
-        calibration = used_as(CALIBRATION, partial(calibration_of, self._robot), calibration_file)
+        self._robot = load_parameter_file(self, URDF, load_robot)
+        preset = load_parameter_file(self, PRESET, partial(preset_for, self._robot))
+        motions = load_parameter_file(self, MOTIONS, partial(library_of, self._robot))
+        calibration_of_robot = partial(calibration_of, self._robot)
+        calibration = load_parameter_file(self, CALIBRATION, calibration_of_robot)
         period = of_type(declare(self, CONTROL_PERIOD), float)
         stamped = of_type(declare(self, STAMPED), bool)
         timeout = of_type(declare(self, TIMEOUT), float)
@@ -132,8 +132,8 @@ class GaitNode(Node):
         coasts = of_type(declare(self, COAST), bool)
         interface = text(declare(self, INTERFACE))
         parameters = self._declare_gait_parameters(preset)
-        warm_up(self._robot, parameters, Settings(period, timeout))
-        settings = Settings(period, timeout, bias_wait=bias_wait, hot_speed=hot_speed)
+        warm_up(self._robot, parameters, ControllerSettings(period, timeout))
+        settings = ControllerSettings(period, timeout, bias_wait=bias_wait, hot_speed=hot_speed)
         self._controller = GaitController(
             self._robot, parameters, settings, time.monotonic, motions, calibration
         )

@@ -29,7 +29,7 @@ from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, LoadInput,
 from nao_lipm_gait.runtime.lift_watch import LiftWatch
 from nao_lipm_gait.runtime.motion_commands import MotionCommands
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts, PublisherWatch
-from nao_lipm_gait.runtime.reports import SILENCE, Health, reports
+from nao_lipm_gait.runtime.reports import Health, reports
 from nao_lipm_gait.runtime.sensor_age import SensorAge
 from nao_lipm_gait.runtime.sensor_outage import SensorOutage
 from nao_lipm_gait.runtime.sole_loads import LOAD_AGE, SoleLoads
@@ -42,7 +42,7 @@ from nao_lipm_gait.runtime.validation import JointSample, SensorValidation
 from nao_lipm_gait.runtime.velocity_gate import VelocityGate
 from robot_core.errors import NaoGaitError, one_line
 from robot_core.head_goals import Goal
-from robot_core.log import Level, LogLine, Report
+from robot_core.log import SILENCE, Level, LogLine, Report
 from robot_core.message_checks import finite, stamp_of
 from robot_core.motion.library import MotionLibrary
 from robot_core.robot import RobotDescription
@@ -80,7 +80,7 @@ _CRASHES_MAX = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class ControllerSettings:
     """What does not change while the controller runs.
 
     Attributes:
@@ -133,7 +133,7 @@ class GaitController:
     Args:
         robot: The robot.
         parameters: Parameters of the gait.
-        settings: Settings of this controller.
+        settings: ControllerSettings of this controller.
         clock: Any monotonic time [s]; it is used for reports and never for the walk.
         motions: None = those that are shipped for this robot.
         calibration: Known constant errors of the robot's sensors.
@@ -150,7 +150,7 @@ class GaitController:
         self,
         robot: RobotDescription,
         parameters: GaitParameters,
-        settings: Settings,
+        settings: ControllerSettings,
         clock: Callable[[], float],
         motions: MotionLibrary | None = None,
         calibration: Calibration = NOT_CALIBRATED,
@@ -295,7 +295,7 @@ class GaitController:
         self._diagnostics.end("silence", "joint_states arrive")
         last = self._stamps.last
         self._stamps.accept(stamp, step)
-        self._stamp_reports.judge_doubtful(step)
+        self._stamp_reports.settle(step)
         if step is Step.REPEATED:
             self._answer_again(stamp, asked=arrived - before > ASKED_AGAIN)
             return
@@ -308,7 +308,7 @@ class GaitController:
         elif step is Step.LATE:
             raise self._stamp_reports.unexpected(step, stamp)
         elif step is Step.DOUBTFUL:
-            self._stamp_reports.doubt(stamp)
+            self._stamp_reports.hold(stamp)
             return
         elif step is Step.FIRST:
             self._validation.restart(sample, steady=True)
@@ -467,7 +467,7 @@ class GaitController:
         if outage.reason is None:
             self._diagnostics.end("outage", "the sensors are complete again")
             return False
-        self._diagnostics.begin(SENSORS, Level.ERROR, "outage", outage.reason, outage.kind)
+        self._diagnostics.begin(SENSORS, Level.ERROR, "outage", outage.reason, outage.log_key)
         return True
 
     def _acceleration_at_rest(self) -> FloatArray:

@@ -3,7 +3,7 @@
 import gc
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.controller import GaitController, Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, TwistInput
 from robot_core.robot import RobotDescription
 from robot_core.types import GRAVITY
@@ -16,7 +16,9 @@ COLLECT_WALKING = 20_000
 """The same for a walking gait, which collects only the young ones: about a millisecond."""
 
 
-def warm_up(robot: RobotDescription, parameters: GaitParameters, settings: Settings) -> None:
+def warm_up(
+    robot: RobotDescription, parameters: GaitParameters, settings: ControllerSettings
+) -> None:
     """Let a gait of the same kind stand and walk for a moment, and drop it.
 
     The first ticks are slow, because they fill caches and import modules.

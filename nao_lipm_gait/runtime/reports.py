@@ -5,11 +5,9 @@ from dataclasses import dataclass
 
 from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Remark
 from nao_lipm_gait.runtime.tick_times import TickSummary
-from robot_core.log import Level, Report
+from robot_core.log import SILENCE, Level, Report
 from robot_core.types import GaitState, GaitStatus
 
-SILENCE = 1.0
-"""[s] without joint states that is an error."""
 IDLE = 10.0
 """[s] after the last velocity command, after which its absence is no warning any more."""
 UNREACHED = 1e-3

@@ -19,13 +19,13 @@ class Outage(NamedTuple):
 
     Attributes:
         reason: Why the robot must not walk; None if it may.
-        kind: Tells reasons apart; the log shows each once.
+        log_key: Tells reasons apart; the log shows each once.
         fallen: The robot lies: take the torque off.
         imu_returned: The IMU is back after an outage.
     """
 
     reason: str | None = None
-    kind: str = ""
+    log_key: str = ""
     fallen: bool = False
     imu_returned: bool = False
 

@@ -60,12 +60,12 @@ class StampReports:
             f"a stamp that follows {last * 1e-9:.3f} s, or more stamps of the new time",
         )
 
-    def doubt(self, stamp: int) -> None:
+    def hold(self, stamp: int) -> None:
         """Keep a doubtful stamp [ns]: if it begins a new time base, the next message proves it."""
         self._diagnostics.rejected["joint_states"] += 1
         self._doubtful = self.unexpected(Step.DOUBTFUL, stamp)
 
-    def judge_doubtful(self, step: Step) -> None:
+    def settle(self, step: Step) -> None:
         """Report a doubtful stamp, unless the message after it continues from it."""
         error, self._doubtful = self._doubtful, None
         if error is not None and step not in NEW_TIME:

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
-from nao_soccer.behavior.engine import Activation, Engine
 from nao_soccer.behavior.kicks import KickTable
+from nao_soccer.behavior.option_tree import Activation, OptionTree
 from nao_soccer.behavior.options import PLAYER
 from nao_soccer.behavior.situation import Action, Body, Situation
 from nao_soccer.behavior.walking import WalkLimits, kept_apart
@@ -72,7 +72,7 @@ class Mind:
         self._limits = WalkLimits() if limits is None else limits
         self._planner = planner or Planner(table, self._limits, field, goals)
         self._dives = dives
-        self._engine = Engine(PLAYER)
+        self._engine = OptionTree(PLAYER)
         self._plan: BallPlan | None = None
         self._last_valid: int | None = None
         self._lost = False

@@ -1,7 +1,7 @@
 """The options of a player, from the leaves to the root."""
 
 from nao_soccer.behavior import basic, symbols
-from nao_soccer.behavior.engine import After, Option, State, When
+from nao_soccer.behavior.option_tree import After, Option, State, When
 from nao_soccer.behavior.situation import Action, Situation
 
 _State = State[Situation, Action]

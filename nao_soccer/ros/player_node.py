@@ -24,9 +24,9 @@ from robot_core.robot import load_robot
 from robot_core.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
 from robot_core.ros.parameters import (
     declare,
+    load_parameter_file,
     node_parameter,
     of_type,
-    used_as,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import LATCHED, Inputs
@@ -51,10 +51,9 @@ class PlayerNode(Node):
 
     def __init__(self) -> None:
         super().__init__("player", automatically_declare_parameters_from_overrides=True)
-        text = partial(of_type, kind=str)
-        robot = used_as(URDF, load_robot, text(declare(self, URDF)))
-        settings = used_as(SCENE, settings_of_scene, text(declare(self, SCENE)))
-        start = used_as(START, _pose, text(declare(self, START)))
+        robot = load_parameter_file(self, URDF, load_robot)
+        settings = load_parameter_file(self, SCENE, settings_of_scene)
+        start = load_parameter_file(self, START, _pose)
         seed = of_type(declare(self, SEED), int)
         goals = settings.goals or Goals()
         self._radius = settings.ball_radius

@@ -40,9 +40,9 @@ from robot_core.errors import NaoGaitError
 from robot_core.ros.messages import stamp_in, to_time
 from robot_core.ros.parameters import (
     declare,
+    load_from,
     node_parameter,
     of_type,
-    used_as,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import Inputs
@@ -81,8 +81,8 @@ class RefereeNode(Node):
     def __init__(self) -> None:
         super().__init__("referee", automatically_declare_parameters_from_overrides=True)
         scene = of_type(declare(self, SCENE), str)
-        settings = used_as(SCENE, settings_of_scene, scene)
-        players = used_as(SCENE, players_of_scene, scene)
+        settings = load_from(SCENE, settings_of_scene, scene)
+        players = load_from(SCENE, players_of_scene, scene)
         half = 60.0 * of_type(declare(self, MINUTES), float)
         keepers = of_type(declare(self, KEEPERS), bool)
         self._referee = Referee(

@@ -18,9 +18,9 @@ from robot_core.robot import load_robot
 from robot_core.ros.messages import stamp_in
 from robot_core.ros.parameters import (
     declare,
+    load_parameter_file,
     node_parameter,
     of_type,
-    used_as,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import Inputs
@@ -38,9 +38,9 @@ class VisionNode(Node):
     def __init__(self) -> None:
         super().__init__("vision", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        robot = used_as(URDF, load_robot, text(declare(self, URDF)))
-        settings = used_as(SCENE, settings_of_scene, text(declare(self, SCENE)))
-        table = used_as(COLORS, load_color_table, text(declare(self, COLORS)))
+        robot = load_parameter_file(self, URDF, load_robot)
+        settings = load_parameter_file(self, SCENE, settings_of_scene)
+        table = load_parameter_file(self, COLORS, load_color_table)
         names = tuple(name.strip() for name in text(declare(self, CAMERAS)).split(",") if name)
         self._radius = settings.ball_radius
         self._controller = VisionController(robot, table, settings, names or None)

@@ -127,8 +127,13 @@ def warn_of_unknown_overrides(node: Node, known: Iterable[str]) -> None:
             )
 
 
-def used_as(field: Field, load: Callable[[str], Loaded], value: str) -> Loaded:
-    """Load the file that a parameter names; a NaoGaitError names the parameter first."""
+def load_parameter_file(node: Node, field: Field, load: Callable[[str], Loaded]) -> Loaded:
+    """Declare a parameter that names a file and load it; errors name the parameter first."""
+    return load_from(field, load, of_type(declare(node, field), str))
+
+
+def load_from(field: Field, load: Callable[[str], Loaded], value: str) -> Loaded:
+    """Load the file that a declared parameter names; a NaoGaitError names the parameter first."""
     try:
         return load(value)
     except NaoGaitError as error:

@@ -22,9 +22,9 @@ from robot_core.robot import load_robot
 from robot_core.ros.messages import diagnostic_array
 from robot_core.ros.parameters import (
     declare,
+    load_parameter_file,
     node_parameter,
     of_type,
-    used_as,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.process import StopRequest
@@ -110,11 +110,11 @@ class LolaServerNode(Node):
     def __init__(self) -> None:
         super().__init__("lola_server", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        plant = used_as(parameters.PLANT, load_plant, text(declare(self, parameters.PLANT)))
+        plant = load_parameter_file(self, parameters.PLANT, load_plant)
         delay = declare(self, parameters.SENSOR_DELAY, DELAY)
         self.factor = of_type(declare(self, REAL_TIME_FACTOR), float)
         self._world = World.single(
-            used_as(URDF, load_robot, text(declare(self, URDF))),
+            load_parameter_file(self, URDF, load_robot),
             plant,
             robot_seed=of_type(declare(self, parameters.ROBOT_SEED), int),
             engine=text(declare(self, parameters.ENGINE)),

@@ -15,7 +15,13 @@ from std_srvs.srv import Trigger
 from robot_core.errors import NaoGaitError
 from robot_core.field import BallPlace
 from robot_core.robot import load_robot
-from robot_core.ros.parameters import declare, of_type, used_as, warn_of_unknown_overrides
+from robot_core.ros.parameters import (
+    declare,
+    load_from,
+    load_parameter_file,
+    of_type,
+    warn_of_unknown_overrides,
+)
 from robot_core.ros.topics import LATCHED, Inputs, publisher, write_log
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraSettings
@@ -44,7 +50,7 @@ class BridgeNode(Node):
     def __init__(self) -> None:
         super().__init__("sim_bridge", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        plant = used_as(parameters.PLANT, load_plant, text(declare(self, parameters.PLANT)))
+        plant = load_parameter_file(self, parameters.PLANT, load_plant)
         self.factor = of_type(declare(self, parameters.REAL_TIME_FACTOR), float)
         self.lockstep = of_type(declare(self, parameters.LOCKSTEP), bool)
         push_duration = of_type(declare(self, parameters.PUSH_DURATION), float)
@@ -74,7 +80,7 @@ class BridgeNode(Node):
             "cameras": self._camera_settings(plant),
         }
         if name != FLOOR:
-            scene = used_as(parameters.SCENE, load_scene, name)
+            scene = load_from(parameters.SCENE, load_scene, name)
             for field in OF_THE_FLOOR:
                 if self.has_parameter(field.name):
                     value = self.get_parameter(field.name).value
@@ -82,7 +88,7 @@ class BridgeNode(Node):
                     raise NaoGaitError(field.name, value, allowed)
             return World.of_scene(scene, plant, **common)
         return World.single(
-            used_as(parameters.URDF, load_robot, text(declare(self, parameters.URDF))),
+            load_parameter_file(self, parameters.URDF, load_robot),
             plant,
             robot_seed=of_type(declare(self, parameters.ROBOT_SEED), int),
             start_state=text(declare(self, parameters.START_STATE)),

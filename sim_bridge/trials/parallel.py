@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from robot_core.errors import NaoGaitError
-from sim_bridge.trials.result_cache import KeptResults
+from sim_bridge.trials.result_cache import ResultCache
 
 
 def workers(asked: int | None = None) -> int:
@@ -29,7 +29,7 @@ def parallel_map(
     label: str = "rollouts",
     show: bool = True,
     note: Callable[[Any], str] | None = None,
-    kept: KeptResults | None = None,
+    kept: ResultCache | None = None,
 ) -> list[Any]:
     """Call `function` with every item, over all cores, with a progress bar.
 

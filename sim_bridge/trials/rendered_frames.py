@@ -27,7 +27,7 @@ from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import Scene, load_scene
 from sim_bridge.trials.several import make_gaits
-from sim_bridge.trials.trial import CONTROL_PERIOD, Policy, WalkerController, run_controllers
+from sim_bridge.trials.trial import CONTROL_PERIOD, Policy, WalkerResponder, run_responders
 from sim_bridge.world import World
 
 BALL_TIME = 400_000_000
@@ -232,13 +232,13 @@ def _run(world: World, index: int, spec: RenderSpec) -> Iterator[RenderedFrame]:
     watched = _enable(world, robot, spec.cameras)
     gaits = make_gaits(world)
     controllers: list[Any] = [
-        WalkerController(world, each, gait, _Commands(spec.others))
+        WalkerResponder(world, each, gait, _Commands(spec.others))
         if spec.others != STANDSTILL
         else _Holding()
         for each, gait in zip(world.robots, gaits, strict=True)
     ]
     policy = _Commands(spec.command, gaits[index], spec.head)
-    controllers[index] = WalkerController(world, robot, gaits[index], policy)
+    controllers[index] = WalkerResponder(world, robot, gaits[index], policy)
     samples: deque[BodySample] = deque(maxlen=HISTORY)
     truths: dict[int, dict[str, FrameTruth]] = {}
     sent: dict[str, int] = {}
@@ -248,7 +248,7 @@ def _run(world: World, index: int, spec: RenderSpec) -> Iterator[RenderedFrame]:
         if spec.balls and world.time % BALL_TIME == 0:
             world.put_ball(*spec.balls[world.time // BALL_TIME % len(spec.balls)])
 
-    for _ in run_controllers(world, controllers, move_ball, past_falls=True):
+    for _ in run_responders(world, controllers, move_ball, past_falls=True):
         status, frame = controllers[index].status, robot.sense()
         if status is not None and frame is not None:
             samples.append(

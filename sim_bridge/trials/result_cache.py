@@ -18,7 +18,7 @@ from robot_core.errors import NaoGaitError
 _KEY = "run"
 
 
-class KeptResults:
+class ResultCache:
     """The file of finished runs.
 
     Args:

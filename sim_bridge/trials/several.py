@@ -13,8 +13,8 @@ from sim_bridge.trials.trial import (
     Policy,
     Tick,
     Walker,
-    WalkerController,
-    run_controllers,
+    WalkerResponder,
+    run_responders,
 )
 from sim_bridge.world import World
 
@@ -72,11 +72,11 @@ def run_several(
         The state at rest, then the ticks of all robots once per control period, until a policy
         ends the trial.
     """
-    controllers = [
-        WalkerController(world, robot, walker, policy)
+    responders = [
+        WalkerResponder(world, robot, walker, policy)
         for robot, walker, policy in zip(world.robots, walkers, policies, strict=True)
     ]
-    yield from run_controllers(world, controllers, disturb or _nothing, past_falls=True)
+    yield from run_responders(world, responders, disturb or _nothing, past_falls=True)
 
 
 def _nothing(world: World, ticks: Sequence[Tick]) -> None:

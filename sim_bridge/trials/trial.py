@@ -23,7 +23,7 @@ One period, from t to t + T, has this order:
    and changes the command of a `HeldCommand`.
 
 A trial whose robot is not driven by one gait on fresh frames (several processes, lossy channels)
-implements `Controller` and calls `run_controller`, which is the loop itself.
+implements `Responder` and calls `run_responder`, which is the loop itself.
 
 No ROS, no clock, no threads: a trial depends on its specification alone.
 """
@@ -173,13 +173,13 @@ class Policy:
     """What happens in a trial; the base class commands standing and never ends the trial.
 
     Attributes:
-        timed: `command` depends on the time alone, and no other requests are made to the gait. The
-            walker may then answer several frames in a row before the world is stepped, which is
-            faster and gives bit-identical results: frames that the sensor delay still holds back
-            cannot change.
+        looks_ahead: `command` depends on the time alone, and no other requests are made to the
+            gait. The walker may then answer several frames in a row before the world is stepped,
+            which is faster and gives bit-identical results: frames that the sensor delay still
+            holds back cannot change.
     """
 
-    timed = False
+    looks_ahead = False
 
     def disturb(self, world: World, tick: Tick) -> None:
         """Act on the world at the beginning of a control period; `tick` ended the last one."""
@@ -190,7 +190,7 @@ class Policy:
         Args:
             time: [s] since the start, at increasing times.
             tick: The last complete control period, of `time` - T; None at the start, and always
-                None if the policy is `timed`.
+                None if the policy is `looks_ahead`.
 
         Returns:
             The command; None ends the trial.
@@ -246,7 +246,7 @@ class TimedCommands(Policy):
         *,
         ahead: bool = True,
     ) -> None:
-        self.timed = ahead
+        self.looks_ahead = ahead
         self._command_at = command_at
         self._given = pushes
         self._pushes: dict[int, Push] = {}
@@ -268,7 +268,7 @@ class TimedCommands(Policy):
         return self._command_at(time)
 
 
-class Controller(Protocol):
+class Responder(Protocol):
     """What drives the robot: a gait on its frames, or gait processes behind lossy channels.
 
     Attributes:
@@ -308,77 +308,77 @@ def run(
         The state at rest, then one tick per control period, up to and with a fall, or until the
         policy ends it. Endless otherwise.
     """
-    controller = WalkerController(world, world.robot, walker, policy)
-    return run_controller(world, controller, policy.disturb, past_falls=past_falls)
+    responder = WalkerResponder(world, world.robot, walker, policy)
+    return run_responder(world, responder, policy.disturb, past_falls=past_falls)
 
 
-def run_controller(
+def run_responder(
     world: World,
-    controller: Controller,
+    responder: Responder,
     disturb: Callable[[World, Tick], None],
     *,
     past_falls: bool = False,
 ) -> Iterator[Tick]:
-    """The loop of `run` with any controller; see there.
+    """The loop of `run` with any responder; see there.
 
     Args:
         world: The robot.
-        controller: Drives it.
+        responder: Drives it.
         disturb: Called at the beginning of each control period with the last tick.
         past_falls: Go on after a fall.
 
     Yields:
         As `run`.
     """
-    for (tick,) in run_controllers(
-        world, [controller], lambda world, ticks: disturb(world, ticks[0]), past_falls=past_falls
+    for (tick,) in run_responders(
+        world, [responder], lambda world, ticks: disturb(world, ticks[0]), past_falls=past_falls
     ):
         yield tick
 
 
-def run_controllers(
+def run_responders(
     world: World,
-    controllers: Sequence[Controller],
+    responders: Sequence[Responder],
     disturb: Callable[[World, Sequence[Tick]], None],
     *,
     past_falls: bool = False,
 ) -> Iterator[tuple[Tick, ...]]:
-    """The loop behind every trial, with one controller for each robot of the world.
+    """The loop behind every trial, with one responder for each robot of the world.
 
     Args:
         world: The robots.
-        controllers: Drive the robots, in their order.
+        responders: Drive the robots, in their order.
         disturb: Called at the beginning of each control period with the last ticks.
         past_falls: Go on after all robots have fallen.
 
     Yields:
-        The ticks of all robots, until one controller ends the trial.
+        The ticks of all robots, until one responder ends the trial.
     """
     robots = world.robots
     truths = [robot.truth() for robot in robots]
     heights = [float(truth.torso_position[2]) for truth in truths]
     ticks = tuple(
         Tick(truth, each.command, each.status, False)
-        for truth, each in zip(truths, controllers, strict=True)
+        for truth, each in zip(truths, responders, strict=True)
     )
     yield ticks
     while past_falls or not all(tick.fallen for tick in ticks):
         disturb(world, ticks)
-        for robot, controller in zip(robots, controllers, strict=True):
-            robot.command(controller.targets)
+        for robot, responder in zip(robots, responders, strict=True):
+            robot.command(responder.targets)
         world.step()
-        for controller, tick in zip(controllers, ticks, strict=True):
-            if not controller.respond(tick):
+        for responder, tick in zip(responders, ticks, strict=True):
+            if not responder.respond(tick):
                 return
-        ticks = tuple(map(_tick, robots, controllers, heights))
+        ticks = tuple(map(_tick, robots, responders, heights))
         yield ticks
 
 
-def _tick(robot: SimulatedRobot, controller: Controller, height: float) -> Tick:
+def _tick(robot: SimulatedRobot, responder: Responder, height: float) -> Tick:
     """The end of a control period; `height` [m] of the torso at the start."""
     truth = robot.truth()
     fallen = has_fallen(truth.torso_position, truth.torso_quaternion, height)
-    return Tick(truth, controller.command, controller.status, fallen)
+    return Tick(truth, responder.command, responder.status, fallen)
 
 
 class _Answer(NamedTuple):
@@ -390,8 +390,8 @@ class _Answer(NamedTuple):
     error: Exception | None = None
 
 
-class WalkerController:
-    """A walker on the frames of its robot, one by one or ahead of it (see `Policy.timed`).
+class WalkerResponder:
+    """A walker on the frames of its robot, one by one or ahead of it (see `Policy.looks_ahead`).
 
     Ahead, the walker answers all frames that have been sampled already and the world follows with
     as many control periods. Each then works from caches that the other has not emptied.
@@ -423,8 +423,8 @@ class WalkerController:
             self.command = action
 
     def respond(self, tick: Tick) -> bool:
-        """See `Controller`."""
-        if self._policy.timed:
+        """See `Responder`."""
+        if self._policy.looks_ahead:
             if not self._answers:
                 self._answer_ahead()
             answer = self._answers.popleft()

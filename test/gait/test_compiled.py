@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import pytest
 
-from gait_lab import compiled
 from gait_lab.compiled import build
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials import compiled
 
 WALKS = """
 import hashlib, sys
-from gait_lab.compiled import is_compiled
+from sim_bridge.trials.compiled import is_compiled
 from sim_bridge.trials.rollout import RolloutSpec, rollout
 from sim_bridge.trials.trial import Push
 from sim_bridge.trials.tasks import find_task
@@ -48,9 +48,9 @@ class Output(NamedTuple):
 
 def run(*arguments: str, folders: tuple[Path, ...]) -> subprocess.CompletedProcess[str]:
     """Run Python with the gait in the first of these folders."""
-    path = os.pathsep.join(map(str, (*folders, compiled.SOURCE.parent)))
+    path = os.pathsep.join(map(str, (*folders, compiled.SOURCE)))
     return subprocess.run(
-        [sys.executable, *arguments], cwd=compiled.SOURCE.parent / "test",
+        [sys.executable, *arguments], cwd=compiled.SOURCE / "test",
         env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True,
     )  # fmt: skip
 

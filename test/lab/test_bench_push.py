@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scores import metrics, values
-from test_metrics import LEFT, walk
 
 from gait_lab.bench import pushes
 from gait_lab.bench.pushes import (
@@ -22,6 +21,7 @@ from gait_lab.bench.pushes import (
 from gait_lab.bench.suite import plan
 from gait_lab.bench.suites import push
 from gait_lab.bench.suites.push import Options
+from made_walk import LEFT, walk
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
 from sim_bridge.trials.rollout import RolloutResult, RolloutSpec

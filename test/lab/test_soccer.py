@@ -28,7 +28,7 @@ from robot_core.types import GETTING_UP
 from sim_bridge.scene import load_scene
 from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
 from sim_bridge.trials.kick import KickResult, KickSpec
-from sim_bridge.trials.result_cache import KeptResults
+from sim_bridge.trials.result_cache import ResultCache
 
 pytest.importorskip("mujoco")
 
@@ -180,8 +180,8 @@ def test_a_finished_match_is_not_played_again(tmp_path: Path) -> None:
         spec, {"red": 1, "blue": 1}, goals, 300.0, {"red1": 2}, 3, 25, 900, 0.98, 0.4, 0
     )
     file = str(tmp_path / "matches.jsonl")
-    KeptResults(file, MatchResult.restored).add(spec, result)
-    kept = KeptResults(file, MatchResult.restored)
+    ResultCache(file, MatchResult.restored).add(spec, result)
+    kept = ResultCache(file, MatchResult.restored)
     assert kept.result(spec) == result
     assert kept.result(replace(spec, seed=4)) is None
     assert kept.result(replace(spec, loss=0.3)) is None

@@ -12,9 +12,9 @@ from nao_lipm_gait.runtime.bias_wait import BiasWait
 from nao_lipm_gait.runtime.controller import (
     COAST_MAX,
     HELD_MAX,
+    ControllerSettings,
     GaitController,
     Output,
-    Settings,
 )
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TemperatureInput, TwistInput
 from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
@@ -45,7 +45,7 @@ class Robot:
         imu_force: What the accelerometer measures [m/s^2]; None = that of an upright robot.
     """
 
-    def __init__(self, settings: Settings | None = None) -> None:
+    def __init__(self, settings: ControllerSettings | None = None) -> None:
         self.now = 0.0
         self.stamp = 1_000 * MS
         self.pose = ROBOT.stand_pose.tolist()
@@ -59,7 +59,7 @@ class Robot:
         self.results: list[str] = []
         self.imu_force: tuple[float, float, float] | None = None
         self.controller = GaitController(
-            ROBOT, GaitParameters(), settings or Settings(), lambda: self.now
+            ROBOT, GaitParameters(), settings or ControllerSettings(), lambda: self.now
         )
 
     def take(self, output: Output) -> None:
@@ -540,7 +540,7 @@ def test_a_robot_that_is_driven_from_the_start_first_learns_the_bias_of_its_gyro
     """A walk with an unknown bias turns."""
 
     def ticks_until_it_walks(bias_wait: float) -> int:
-        robot = Robot(Settings(bias_wait=bias_wait))
+        robot = Robot(ControllerSettings(bias_wait=bias_wait))
         for tick in range(1000):
             robot.drive(0.1)
             robot.tick()
@@ -560,7 +560,7 @@ def test_a_robot_that_is_driven_from_the_start_first_learns_the_bias_of_its_gyro
 
 
 def test_the_wait_for_the_bias_is_bounded() -> None:
-    robot = Robot(Settings(bias_wait=2.0))
+    robot = Robot(ControllerSettings(bias_wait=2.0))
     robot.gyro_noise = 0.1  # never at rest
     for _ in range(300):
         robot.drive(0.1)
@@ -578,7 +578,7 @@ def test_the_wait_for_the_bias_is_bounded_when_the_clock_is_set_back() -> None:
 
 
 def test_a_bias_that_was_learned_outlives_a_reset() -> None:
-    robot = Robot(Settings(bias_wait=10.0))
+    robot = Robot(ControllerSettings(bias_wait=10.0))
     robot.tick(800)
     for _ in range(3):
         robot.now += 0.6
@@ -636,7 +636,7 @@ def test_a_hot_knee_ends_a_walk_and_the_robot_sits_until_it_is_told_to_stand() -
 
 @pytest.mark.parametrize("stamp", [1, 10**9, 1_700_000_000])
 def test_a_temperature_counts_for_ten_seconds_whatever_the_clock_does(stamp: int) -> None:
-    robot = Robot(Settings(hot_speed=0.5))
+    robot = Robot(ControllerSettings(hot_speed=0.5))
     heat(robot, "LElbowRoll", 75.0)  # before the first joint state
     robot.stamp = 1_000_000 * MS
     robot.tick(900)

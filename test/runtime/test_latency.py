@@ -7,7 +7,7 @@ import pytest
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.controller import Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings
 from nao_lipm_gait.runtime.latency import (
     COLLECT_RESTING,
     COLLECT_WALKING,
@@ -72,7 +72,7 @@ def test_the_warm_up_stands_and_walks(
         return targets
 
     monkeypatch.setattr(Gait, "step", counted)
-    warm_up(robot, GaitParameters(), Settings())
+    warm_up(robot, GaitParameters(), ControllerSettings())
     assert states[0] is GaitState.STAND
     assert states[-1] is GaitState.WALK
     assert len(states) > 50

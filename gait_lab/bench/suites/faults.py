@@ -17,7 +17,7 @@ from nao_lipm_gait.presets import DEFAULT, preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.result_cache import KeptResults
+from sim_bridge.trials.result_cache import ResultCache
 
 _EVIDENCE = 20
 """Violations that are listed one by one."""
@@ -84,7 +84,7 @@ def faults(options: Options) -> SuiteResult:
     verdicts = parallel_map(
         scope.run, runs_of(options), jobs=options.jobs, show=options.show, label="faults",
         note=lambda verdict: f"{verdict.run.fault}: {verdict.outcome}",
-        kept=KeptResults(options.keep, FaultResult.restored) if options.keep else None,
+        kept=ResultCache(options.keep, FaultResult.restored) if options.keep else None,
     )  # fmt: skip
     by_class: dict[str, list[FaultResult]] = {}
     for verdict in verdicts:

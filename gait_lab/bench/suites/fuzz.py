@@ -10,7 +10,7 @@ from gait_lab.faults.fuzz_files import fuzz_files
 from gait_lab.faults.fuzz_lola import LolaFuzzer, LolaFuzzResult
 from gait_lab.faults.fuzz_messages import GAIT, LOLA, Fuzzer, FuzzResult, FuzzRun
 from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.result_cache import KeptResults
+from sim_bridge.trials.result_cache import ResultCache
 
 STRETCH = 10_000
 """Ticks with one seed."""
@@ -40,7 +40,7 @@ def fuzz(options: Options) -> SuiteResult:
     found = parallel_map(
         _run, of_gait, jobs=options.jobs, show=options.show, label="fuzz",
         note=lambda one: f"{len(one.violations)} violations",
-        kept=KeptResults(options.keep, FuzzResult) if options.keep else None,
+        kept=ResultCache(options.keep, FuzzResult) if options.keep else None,
     )  # fmt: skip
     took = time.monotonic() - began
     ticks = sum(one.run.ticks for one in found)
@@ -48,7 +48,7 @@ def fuzz(options: Options) -> SuiteResult:
     lola = parallel_map(
         _run_lola, of_lola, jobs=options.jobs, show=options.show, label="LoLA",
         note=lambda one: f"{len(one.violations)} violations",
-        kept=KeptResults(options.keep, LolaFuzzResult) if options.keep else None,
+        kept=ResultCache(options.keep, LolaFuzzResult) if options.keep else None,
     )  # fmt: skip
     broken += [
         f"VIOLATED LoLA, seed {one.run.seed}: {text}" for one in lola for text in one.violations

@@ -9,7 +9,7 @@ from gait_lab.bench.suite import Suite
 from gait_lab.soccer.match import MatchResult, MatchSpec, play_match
 from sim_bridge.plant import load_plant, with_options
 from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.result_cache import KeptResults
+from sim_bridge.trials.result_cache import ResultCache
 
 SILENCE_FROM = 25.0
 """[s] from which on the referee is silent; the ball is in play then."""
@@ -49,7 +49,7 @@ def matches(options: Options) -> SuiteResult:
     ]
     results: list[MatchResult] = parallel_map(
         play_match, specs, jobs=options.jobs, label="matches", show=options.show, note=_note,
-        kept=KeptResults(options.keep, MatchResult.restored) if options.keep else None,
+        kept=ResultCache(options.keep, MatchResult.restored) if options.keep else None,
     )  # fmt: skip
     count = len(results)
     minutes = sum(result.seconds for result in results) / 60.0

@@ -29,7 +29,7 @@ from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.presets import preset_for
-from nao_lipm_gait.runtime.controller import GaitController, Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler
 from nao_lipm_gait.runtime.tick_times import quantile
@@ -205,7 +205,7 @@ def _record(options: Options) -> Script:
 
 def _replay(options: Options, script: Script, keeper: bool) -> Replay:
     controller = GaitController(
-        load_robot(options.urdf), options.parameters, Settings(PERIOD), time.monotonic
+        load_robot(options.urdf), options.parameters, ControllerSettings(PERIOD), time.monotonic
     )
     gc.collect()
     gc.freeze()

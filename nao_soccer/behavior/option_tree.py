@@ -15,7 +15,7 @@ behaviour; the states on the way are the *activation path*.
         State("search", SEARCHING, to=[When(ball_seen, "approach")]),
         State("approach", walk_to_ball, to=[When(ball_lost, "search")]),
     )
-    command, path = Engine(STRIKER).update(situation, time)
+    command, path = OptionTree(STRIKER).update(situation, time)
 
 The first state of an option is its initial one. An option that was not on the activation path of
 the last update starts in it. In each option on the path, at most one transition is taken per
@@ -174,7 +174,7 @@ class _Memory:
     since: float
 
 
-class Engine(Generic[S, A]):
+class OptionTree(Generic[S, A]):
     """Walks the tree of options.
 
     Args:

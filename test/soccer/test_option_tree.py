@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_soccer.behavior.engine import After, Engine, Option, State, When, mermaid
+from nao_soccer.behavior.option_tree import After, Option, OptionTree, State, When, mermaid
 from nao_soccer.behavior.options import PLAYER
 from robot_core.errors import NaoGaitError
 
@@ -39,7 +39,7 @@ def tree() -> Option[float, str]:
 
 
 def test_the_first_state_is_the_initial_one_and_symbols_move_on() -> None:
-    engine = Engine(tree())
+    engine = OptionTree(tree())
     action, path = engine.update(0.0, 10.0)
     assert (action, [each.state for each in path]) == ("rest", ["wait"])
     action, path = engine.update(1.0, 10.1)
@@ -47,7 +47,7 @@ def test_the_first_state_is_the_initial_one_and_symbols_move_on() -> None:
 
 
 def test_the_path_has_the_time_in_each_state() -> None:
-    engine = Engine(tree())
+    engine = OptionTree(tree())
     for step in range(1, 26):
         _, path = engine.update(1.0, 0.1 * step)
     assert [each.state for each in path] == ["work", "first"]
@@ -62,12 +62,12 @@ def test_at_most_one_transition_of_an_option_is_taken_per_update() -> None:
         State("b", rest, [After(0.0, "c")]),
         State("c", run, [After(9.0, "a")]),
     )
-    engine = Engine(option)
+    engine = OptionTree(option)
     assert [engine.update(0.0, 0.1 * i)[1][0].state for i in range(3)] == ["b", "c", "c"]
 
 
 def test_an_option_that_was_left_starts_again_in_its_first_state() -> None:
-    engine = Engine(tree())
+    engine = OptionTree(tree())
     engine.update(1.0, 0.0)
     assert engine.update(1.0, 1.5)[1][1].state == "second"
     engine.update(-1.0, 1.6)
@@ -103,7 +103,7 @@ def test_an_option_that_contains_itself_is_refused() -> None:
     option = tree()
     option.states["wait"].do = option
     with pytest.raises(NaoGaitError, match="contains itself"):
-        Engine(option)
+        OptionTree(option)
 
 
 def test_the_picture_shows_every_state_and_transition_of_the_player() -> None:

@@ -7,20 +7,20 @@ from dataclasses import replace
 from gait_lab.faults.channel import Message
 from gait_lab.faults.invariants import Invariants
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.controller import GaitController, Output, Settings
+from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import JointInput
 from robot_core.robot import RobotDescription
 from robot_core.types import JointTargets
 
 
-class GaitProcess:
+class WatchedGait:
     """Collects the commands of its gait and shows them to the invariants.
 
     Args:
         name: Name of the process, the sender of its commands.
         robot: The robot to walk.
         parameters: Parameters of the gait.
-        settings: Settings of the gait.
+        settings: ControllerSettings of the gait.
         invariants: Checks every command and the duration of every message.
         seconds: Returns the time since the start [s].
 
@@ -34,7 +34,7 @@ class GaitProcess:
         name: str,
         robot: RobotDescription,
         parameters: GaitParameters,
-        settings: Settings,
+        settings: ControllerSettings,
         invariants: Invariants,
         seconds: Callable[[], float],
     ) -> None:

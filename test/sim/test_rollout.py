@@ -13,7 +13,7 @@ from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL, GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.result_cache import KeptResults
+from sim_bridge.trials.result_cache import ResultCache
 from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout, run_all
 from sim_bridge.trials.tasks import Task, find_task, walk
 from sim_bridge.trials.trace import Recorder, Trace
@@ -161,7 +161,7 @@ def test_a_finished_run_is_not_run_again(tmp_path: Path) -> None:
     file = tmp_path / "runs.jsonl"
     _RUN.clear()
     for last in (3, 5):
-        kept = KeptResults(str(file), _Squared)
+        kept = ResultCache(str(file), _Squared)
         found = parallel_map(_squared, range(last), jobs=1, show=False, kept=kept)
         assert found == [_Squared(n, n * n) for n in range(last)]
     assert _RUN == [0, 1, 2, 3, 4]
@@ -174,15 +174,15 @@ def test_a_file_that_holds_no_finished_runs_is_refused_in_one_line(
     file = tmp_path / "runs.jsonl"
     file.write_text(text + "\n")
     with pytest.raises(NaoGaitError, match="finished runs") as error:
-        KeptResults(str(file), _Squared)
+        ResultCache(str(file), _Squared)
     assert "\n" not in str(error.value)
 
 
 def test_a_finished_run_of_another_kind_is_refused(tmp_path: Path) -> None:
     file = str(tmp_path / "runs.jsonl")
-    KeptResults(file, _Squared).add(2, _Squared(2, 4))
+    ResultCache(file, _Squared).add(2, _Squared(2, 4))
     with pytest.raises(NaoGaitError, match="keep"):
-        KeptResults(file, GaitStatus).result(2)
+        ResultCache(file, GaitStatus).result(2)
 
 
 def test_the_ideal_plant_walks_with_the_preset_made_for_it() -> None:
