@@ -10,7 +10,7 @@ from made_walk import HEIGHT, LEFT, quaternion, walk
 from robot_core.errors import NaoGaitError
 from sim_bridge.trials import metrics
 from sim_bridge.trials.metrics import measure
-from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT
+from sim_bridge.trials.trace import DOUBLE, RIGHT
 
 
 def test_a_circle_walker_scores_its_own_speed_and_its_yaw_drift() -> None:
