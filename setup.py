@@ -76,7 +76,7 @@ def shared_files() -> list[tuple[str, list[str]]]:
 
 setup(
     name=NAME,
-    version="0.1.0",
+    version="0.2.0",
     description="A NAO that walks with the CoM-observing 3D-LIPM gait of Graf and Roefer",
     license="Apache-2.0",
     maintainer="The nao_lipm_gait authors",
