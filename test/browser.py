@@ -9,11 +9,15 @@ from typing import Any
 import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-# A machine without a graphics card draws WebGL in software.
-ARGUMENTS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")  # fmt: skip
-TIMEOUT = 120_000
-"""[ms] for any single thing, on a busy machine that draws in software."""
+"""Looked for on the PATH; without any, playwright's own is taken."""
+ARGUMENTS = (
+    "--no-sandbox", "--disable-background-networking", "--disable-component-update",
+    "--disable-sync", "--no-first-run",
+    # A machine without a graphics card draws WebGL in software.
+    "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+)  # fmt: skip
+TIMEOUT = 300_000
+"""[ms] for any single thing, on a busy machine that draws in software; it only ends a hang."""
 
 
 class Tab:
@@ -58,7 +62,8 @@ def open_tab(address: str | Path, width: int = 1280, height: int = 900) -> Itera
         try:
             browser = tool.chromium.launch(executable_path=found, args=list(ARGUMENTS))
         except playwright.Error as error:
-            pytest.skip(f"no Chromium (playwright install chromium): {str(error).splitlines()[0]}")
+            reason = str(error).strip().splitlines()[0]
+            pytest.skip(f"no Chromium (apt-get install chromium): {reason}")
         try:
             tab = Tab(browser.new_page(viewport={"width": width, "height": height}))
             tab.page.goto(address.as_uri() if isinstance(address, Path) else address)
