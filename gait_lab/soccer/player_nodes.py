@@ -21,20 +21,20 @@ def referee_ports(domain: int) -> dict[str, object]:
 
 
 def player_parameters(
-    robot: SceneRobot, scene: Scene, file: Path, domain: int
+    robot: SceneRobot, scene: Scene, file: str | Path, domain: int
 ) -> dict[str, object]:
     """Parameters of a node `player`.
 
     Args:
         robot: The robot that plays.
         scene: The scene, with its team mates.
-        file: The file of the scene.
+        file: The file of the scene, or its shipped name.
         domain: The ROS domain of the match.
     """
     x, y, heading = in_field(robot.pose, robot.team)
     return {
         "urdf": robot.urdf,
-        "scene": file,
+        "scene": str(file),
         "team": robot.team,
         "number": robot.number,
         "players": sum(each.team == robot.team for each in scene.robots),

@@ -23,7 +23,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     index.mkdir(parents=True)
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "log"))
-    install(tmp_path, "nao_lipm_gait", "gait", "sim_bridge", "vision")
+    install(tmp_path, "nao_lipm_gait", "gait", "sim_bridge", "vision", "player", "referee")
     return tmp_path
 
 
@@ -37,13 +37,15 @@ def install(prefix: Path, package: str, *executables: str) -> None:
         file.chmod(0o755)
 
 
-def launched(expected: int, **arguments: str) -> tuple[int, list[str]]:
+def launched(expected: int, file: str = "walk", **arguments: str) -> tuple[int, list[str]]:
     """Exit status of the launch, and what it has started; it ends after the expected number."""
-    status, commands = launched_commands(expected, **arguments)
+    status, commands = launched_commands(expected, file, **arguments)
     return status, [Path(command[0]).name for command in commands]
 
 
-def launched_commands(expected: int, **arguments: str) -> tuple[int, list[list[str]]]:
+def launched_commands(
+    expected: int, file: str = "walk", **arguments: str
+) -> tuple[int, list[list[str]]]:
     """As `launched`, with the command lines."""
     started: list[list[str]] = []
 
@@ -51,7 +53,7 @@ def launched_commands(expected: int, **arguments: str) -> tuple[int, list[list[s
         started.append(event.cmd)  # type: ignore[attr-defined]
         return [Shutdown()] if len(started) == expected else []
 
-    source = PythonLaunchDescriptionSource(str(share("launch", "walk.launch.py")))
+    source = PythonLaunchDescriptionSource(str(share("launch", f"{file}.launch.py")))
     service = LaunchService(noninteractive=True)
     service.include_launch_description(
         LaunchDescription(
@@ -141,6 +143,17 @@ def test_transforms_of_the_links_are_published_where_that_is_possible(packages: 
         ({"scene": "pitch", "vision": "true", "cameras": "false"},
          "cameras: got 'false'; allowed: true, because vision needs images"),
         ({"robot_seed": "x"}, "robot_seed: got 'x'; allowed: a whole number"),
+        ({"robot_seed": "-2"}, "robot_seed: got -2; allowed: a whole number from -1"),
+        ({"robotseed": "1"}, "robotseed: got '1'; allowed: no such argument; robot_seed is one"),
+        ({"engine": "ode"}, "engine: got 'ode'; allowed: one of pybullet, mujoco"),
+        ({"preset": "quick"}, "preset"),
+        ({"plant": "moon"}, "plant: got 'moon'; allowed: a shipped name"),
+        ({"urdf": "atlas"}, "urdf: got 'atlas'; allowed: a shipped name"),
+        ({"calibration": "/no/such.yaml"}, "calibration"),
+        ({"start_state": "flying"}, "start_state: got 'flying'; allowed: one of stand"),
+        ({"sensor_delay": "2.0"}, "sensor_delay: got 2.0; allowed: a number from 0 to 1 s"),
+        ({"params_file": "/no/such.yaml"}, "params_file"),
+        ({"params_file": str(share("config", "gait", "paper.yaml"))}, "ros__parameters"),
     ],
 )
 def test_what_cannot_be_done_is_refused_before_anything_starts(
@@ -153,6 +166,38 @@ def test_what_cannot_be_done_is_refused_before_anything_starts(
     assert status == 1
     assert started == []
     assert reason in caplog.text
+
+
+def test_a_parameter_file_reaches_every_node_and_arguments_come_before_it(
+    packages: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text("/**: {ros__parameters: {robot_seed: 3, swing_lift: 0.02}}")
+    _, commands = launched_commands(2, params_file=str(file), robot_seed="4")
+    lines = {Path(command[0]).name: " ".join(command) for command in commands}
+    assert parameters(lines["gait"])["swing_lift"] == 0.02
+    assert parameters(lines["sim_bridge"])["robot_seed"] == 4
+
+
+def test_a_match_has_all_nodes_of_its_robots_and_a_referee(packages: Path) -> None:
+    status, commands = launched_commands(14, "match", minutes="1.0")
+    assert status == 0
+    nodes = [(Path(command[0]).name, " ".join(command)) for command in commands]
+    of_robots = sorted([*["gait"] * 4, *["player"] * 4, *["vision"] * 4])
+    assert sorted(name for name, _ in nodes) == sorted([*of_robots, "referee", "sim_bridge"])
+    values = {name: parameters(line) for name, line in nodes if name in ("referee", "sim_bridge")}
+    assert values["referee"]["minutes"] == 1.0
+    assert values["sim_bridge"]["lockstep"] is True
+    assert values["sim_bridge"]["cameras"] is True
+    (player,) = [line for name, line in nodes if name == "player" and "__ns:=/blue2" in line]
+    found = parameters(player)
+    assert (found["team"], found["number"]) == ("blue", 2)
+    assert found["control_port"] == values["referee"]["control_port"]
+
+
+def test_a_match_needs_a_field(packages: Path, caplog: pytest.LogCaptureFixture) -> None:
+    assert launched(-1, "match", scene="floor") == (1, [])
+    assert "scene: got 'floor'; allowed: a scene with a field and teams" in caplog.text
 
 
 def test_everything_ends_when_a_node_ends(packages: Path) -> None:
