@@ -6,6 +6,7 @@ Röfer.
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -13,21 +14,23 @@ from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration, SensorCorrect
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
+from nao_lipm_gait.frame_check import check_inputs
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.presets import DEFAULT, preset_for
 from nao_lipm_gait.status import make_status
 from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold
-from nao_lipm_gait.walks.base import BodyTargets, make_walk
+from nao_lipm_gait.walks.base import BodyTargets, MakeObserver, make_walk
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
 from nao_lipm_gait.whole_body.stand_blend import StandBlend
 from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
-from robot_core.errors import NaoGaitError
+from robot_core.errors import NaoGaitError, is_number
 from robot_core.geometry import ORIGIN
 from robot_core.head_goals import Goal
 from robot_core.joint_limits import JointLimits
@@ -35,7 +38,7 @@ from robot_core.motion.joints import BODY, joint_groups
 from robot_core.motion.keyframes import Motion
 from robot_core.motion.library import MotionLibrary
 from robot_core.rate_limiter import RateLimiter
-from robot_core.robot import RobotDescription
+from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import (
     DOWN,
     IN_MOTION,
@@ -69,11 +72,16 @@ class Gait:
     """Makes one robot walk.
 
     Args:
-        robot: Robot to walk with.
-        parameters: Parameters of the gait.
+        robot: Robot to walk with, or its shipped name or URDF file.
+        parameters: Parameters of the gait, or the name or file of a preset.
         control_period: Time [s] between two sensor frames.
         motions: Motions of this robot; None = the shipped ones, read when one is first requested.
         calibration: Known constant errors of its sensors.
+        make_observer: Makes a CoM observer of your own from the parameters, for `walk: lipm`.
+        **changes: Parameters to change, by name: `swing_lift=0.03`.
+
+    Raises:
+        NaoGaitError: There is no such robot, preset or parameter, or its value is not allowed.
 
     Attributes:
         robot: Robot to walk with.
@@ -82,13 +90,24 @@ class Gait:
 
     def __init__(
         self,
-        robot: RobotDescription,
-        parameters: GaitParameters,
+        robot: RobotDescription | str | Path,
+        parameters: GaitParameters | str | Path = DEFAULT,
         control_period: float = 0.01,
         motions: MotionLibrary | None = None,
         calibration: Calibration = NOT_CALIBRATED,
+        make_observer: MakeObserver | None = None,
+        **changes: bool | float | str,
     ) -> None:
+        if not isinstance(robot, RobotDescription):
+            robot = load_robot(robot)
+        if not isinstance(parameters, GaitParameters):
+            parameters = preset_for(robot, parameters)
+        if changes:
+            parameters = parameters.replace(**changes)
+        if not (is_number(control_period) and control_period > 0.0):
+            raise NaoGaitError("control_period", control_period, "more than 0 s")
         self.robot = robot
+        self._make_observer = make_observer
         self._library = motions
         self._calibration = calibration
         self._correction = SensorCorrection(robot, calibration)
@@ -96,6 +115,7 @@ class Gait:
         self._pending: GaitParameters | None = None
         self._dt = self._elapsed = control_period
         self._period = round(control_period * 1e9)
+        self._joints = len(robot.joint_names)
         self._body = BodyModel(robot)
         self._limits = JointLimits(robot)
         self._head = HeadControl(robot)
@@ -119,7 +139,7 @@ class Gait:
         p = self._parameters = self._pending or self._parameters
         self._pending = None
         self._cautious = False
-        self._walk = make_walk(self._walk_parameters(p), self._dt)
+        self._walk = make_walk(self._walk_parameters(p), self._dt, self._make_observer)
         self._delay_ticks = self._walk.delay_ticks
         self._late = 0
         self._estimator = StateEstimator(self._body, p, self._dt, self.levelling, self._alignment)
@@ -150,13 +170,17 @@ class Gait:
         """One control tick: SensorFrame -> JointTargets.
 
         Args:
-            frame: Sensors of one instant, all values finite. A stamp that goes back, or a gap of
-                more than `MISSED_TICKS_MAX` periods, resets the gait.
+            frame: Sensors of one instant. A stamp that goes back, or a gap of more than
+                `MISSED_TICKS_MAX` periods, resets the gait.
             command: Commanded velocity.
 
         Returns:
             Joint targets inside the joint limits.
+
+        Raises:
+            NaoGaitError: A number is not finite, or an array has another shape; nothing changes.
         """
+        check_inputs(frame, command, self._joints)
         # Constant errors of the sensors.
         frame = self._correction.sensed(frame)
 

@@ -1,10 +1,12 @@
 """The interface of a walk engine: what the gait calls, and what it gets back."""
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import Protocol, final
 
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walk_engines import WALKS
+from nao_lipm_gait.walks.lipm.com_observer import ComObserver
 from robot_core.errors import NaoGaitError
 from robot_core.types import LEFT, Point3, Pose2, VelocityCommand
 
@@ -225,23 +227,34 @@ class Walk(Protocol):
         """Time until the next support change [s]; 0 in a stand."""
 
 
-def make_walk(parameters: GaitParameters, control_period: float) -> Walk:
+MakeObserver = Callable[[GaitParameters], ComObserver]
+"""Makes a CoM observer from the parameters of the gait."""
+
+
+def make_walk(
+    parameters: GaitParameters, control_period: float, make_observer: MakeObserver | None = None
+) -> Walk:
     """The walk engine that the parameter `walk` names, in a stand.
 
     Args:
         parameters: Parameters of the gait.
         control_period: Time between two ticks [s].
+        make_observer: Makes its CoM observer; None = its own.
 
     Returns:
         The engine; see `nao_lipm_gait.walk_engines`.
 
     Raises:
-        NaoGaitError: There is no such engine.
+        NaoGaitError: There is no such engine, or it has no CoM observer.
     """
     if parameters.walk not in WALKS:
         raise NaoGaitError("walk", parameters.walk, f"one of {', '.join(WALKS)}")
     engine = WALKS[parameters.walk]
-    walk: Walk = getattr(import_module(engine.module), engine.name)(parameters, control_period)
+    if make_observer is not None and parameters.walk != "lipm":
+        raise NaoGaitError("make_observer", parameters.walk, "an observer only with walk: lipm")
+    given = () if make_observer is None else (make_observer,)
+    make = getattr(import_module(engine.module), engine.name)
+    walk: Walk = make(parameters, control_period, *given)
     return walk
 
 

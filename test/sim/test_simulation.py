@@ -1,0 +1,227 @@
+"""The Python API: the ten lines of the README, and what it refuses."""
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait import (
+    Gait,
+    JointTargets,
+    NaoGaitError,
+    Observation,
+    SensorFrame,
+    Simulation,
+    Velocity,
+)
+from sim_bridge.trials.trial import TimedCommands, TrialSpec, make_gait, make_world, run
+
+README = Path(__file__).resolve().parents[2] / "README.md"
+ROBOT = "nao_h21_v33"
+STAND_TICKS = 100
+
+
+def ten_lines() -> str:
+    return re.findall(r"```python\n(from nao_lipm_gait import .*?)```", README.read_text(), re.S)[0]
+
+
+@pytest.fixture
+def sim(mujoco_only: None) -> Iterator[Simulation]:
+    with Simulation(ROBOT) as simulation:
+        yield simulation
+
+
+@pytest.fixture(scope="module")
+def gait() -> Gait:
+    return Gait(ROBOT)
+
+
+@pytest.fixture
+def frame(gait: Gait) -> SensorFrame:
+    upright = np.array((0.0, 0.0, 9.81))
+    return SensorFrame(0, np.array(gait.robot.stand_pose), np.zeros(3), upright)
+
+
+def test_the_ten_lines_end_where_the_trial_loop_ends(engine: str) -> None:
+    spec = TrialSpec(robot_seed=40, engine=engine, urdf=ROBOT)
+    walker = make_gait(spec)
+    walker.set_parameters(Gait(ROBOT, swing_lift=0.03)._parameters)
+
+    def command_at(time: float) -> Velocity:
+        return Velocity(0.2 if round(time / 0.01) > STAND_TICKS else 0.0)
+
+    with make_world(spec) as world:
+        *_, last = islice(run(world, walker, TimedCommands(command_at)), 501)
+    names: dict = {}
+    exec(ten_lines().replace('"mujoco"', repr(engine)), names)
+    truth = names["obs"].truth
+    assert truth.base_footprint == last.truth.base_footprint
+    assert np.array_equal(truth.joint_position, last.truth.joint_position)
+    assert truth.base_footprint[0] > 0.5, "it walked"
+    assert not names["obs"].fallen
+
+
+def walk(sim: Simulation, gait: Gait, ticks: int) -> list[Observation]:
+    seen, targets = [sim.reset()], None
+    for _ in range(ticks):
+        seen.append(sim.step(targets))
+        if seen[-1].frame is not None:
+            targets = gait.step(seen[-1].frame, Velocity(0.1))
+    return seen
+
+
+def test_a_reset_repeats_the_run_and_restarts_the_gait(sim: Simulation) -> None:
+    gait = Gait(ROBOT, level_soles=False)
+    first, second = walk(sim, gait, 60), walk(sim, gait, 60)
+    assert [obs.truth.base_footprint for obs in first] == [
+        obs.truth.base_footprint for obs in second
+    ]
+    assert [obs.time for obs in second] == pytest.approx([0.01 * tick for tick in range(61)])
+    sim.reset(seed=3)
+    assert sim.world.robot.spec.seed == 3
+    assert not np.array_equal(sim.step(None).truth.com, first[1].truth.com)
+
+
+def test_frames_are_held_back_by_the_sensor_delay(sim: Simulation) -> None:
+    sim.reset()
+    ages = []
+    for _ in range(8):
+        obs = sim.step(None)
+        ages.append(obs.frame and obs.truth.stamp - obs.frame.stamp)
+    assert ages == [None] * 3 + [40_000_000] * 5
+
+
+def test_no_targets_hold_the_last_ones(sim: Simulation) -> None:
+    pose = np.array(sim.world.robot.description.stand_pose)
+    shoulder = sim.world.robot.description.index("LShoulderPitch")
+    pose[shoulder] += 0.2
+    sim.reset()
+    sim.step(pose)
+    for _ in range(100):
+        obs = sim.step(None)
+    assert obs.truth.joint_position[shoulder] == pytest.approx(pose[shoulder], abs=0.05)
+
+
+def test_a_push_moves_the_torso_along_its_direction(sim: Simulation) -> None:
+    sim.reset()
+    sim.push(2.0, math.pi / 2.0)
+    for _ in range(8):
+        obs = sim.step(None)
+    assert obs.truth.torso_linear_velocity_in_torso[1] > 0.1
+
+
+def test_a_simulation_with_a_ball_and_another_plant() -> None:
+    with Simulation(engine="pybullet", plant="ideal", ball=(0.3, 0.1)) as sim:
+        sim.reset()
+        assert sim.step(None).frame is not None, "the ideal plant has no delay"
+        assert sim.world.ball is not None
+
+
+def test_an_observer_of_ones_own_is_asked(frame: SensorFrame) -> None:
+    from nao_lipm_gait.walks.lipm.kalman_observer import kalman_observer
+
+    asked = []
+    gait = Gait(ROBOT, make_observer=lambda p: asked.append(p) or kalman_observer(p))
+    assert asked
+    gait.step(frame, Velocity())
+    with pytest.raises(NaoGaitError, match="make_observer: got 'zmp'"):
+        Gait(ROBOT, "zmp", make_observer=kalman_observer)
+
+
+REFUSED: dict[str, Callable[[], object]] = {
+    "urdf: got 'nao_h22'": lambda: Gait("nao_h22"),
+    "swing_lifts: got 0.03": lambda: Gait(ROBOT, swing_lifts=0.03),
+    "swing_lift: got 3; allowed: a number from 0 to 0.06 m": lambda: Gait(ROBOT, swing_lift=3),
+    "got 'fast'; allowed: a shipped name": lambda: Gait(ROBOT, "fast"),
+    "control_period: got 0": lambda: Gait(ROBOT, control_period=0),
+    "urdf: got 'hans'": lambda: Simulation("hans"),
+    "engine: got 'bullet'": lambda: Simulation(engine="bullet"),
+    "plant: got 'moon'": lambda: Simulation(plant="moon"),
+    "seed: got -2": lambda: Simulation(seed=-2),
+    "seed: got 0.5": lambda: Simulation(seed=0.5),  # type: ignore[arg-type]
+    "noise_seed: got -1": lambda: Simulation(noise_seed=-1),
+    "control_period: got nan": lambda: Simulation(control_period=math.nan),
+    "ball: got 1": lambda: Simulation(ball=1),  # type: ignore[arg-type]
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_a_wrong_argument_ends_in_one_line(text: str, mujoco_only: None) -> None:
+    with pytest.raises(NaoGaitError) as caught:
+        REFUSED[text]()
+    assert text in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def changed(array: np.ndarray, index: int, value: float) -> np.ndarray:
+    copy = np.array(array)
+    copy[index] = value
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (lambda f: None, "frame: got None"),
+        (lambda f: f._replace(joint_position=changed(f.joint_position, 2, math.nan)),
+         "frame.joint_position[2]: got nan; allowed: a finite number"),
+        (lambda f: f._replace(angular_velocity=np.array((0.0, math.inf, 0.0))),
+         "frame.angular_velocity[1]: got inf"),
+        (lambda f: f._replace(linear_acceleration=np.zeros(2)),
+         "frame.linear_acceleration: got 'shape (2,)'"),
+        (lambda f: f._replace(joint_position=f.joint_position[1:]),
+         "frame.joint_position: got 'shape (21,)'; allowed: an array of shape (22,)"),
+        (lambda f: f._replace(joint_position=f.joint_position.tolist()),
+         "frame.joint_position: got ["),
+    ],
+)  # fmt: skip
+def test_a_bad_frame_is_refused_and_changes_nothing(
+    gait: Gait, frame: SensorFrame, change: Callable, text: str
+) -> None:
+    gait.step(frame, Velocity())
+    before = gait.status
+    with pytest.raises(NaoGaitError) as caught:
+        gait.step(change(frame), Velocity())
+    assert text in str(caught.value)
+    assert gait.status == before
+
+
+@pytest.mark.parametrize("command", [0.2, None, Velocity(math.nan), Velocity("fast")])
+def test_a_bad_command_is_refused(gait: Gait, frame: SensorFrame, command: Velocity) -> None:
+    with pytest.raises(NaoGaitError, match="command"):
+        gait.step(frame, command)
+
+
+def test_a_step_needs_a_reset_before_and_no_close(sim: Simulation) -> None:
+    with pytest.raises(NaoGaitError, match="step: got 'no reset before it'"):
+        sim.step(None)
+    sim.reset()
+    sim.close()
+    for act in (lambda: sim.step(None), sim.reset, lambda: sim.push(1.0)):
+        with pytest.raises(NaoGaitError, match="a closed simulation"):
+            act()
+    sim.close()
+
+
+@pytest.mark.parametrize(
+    "targets",
+    ["stand", [0.0] * 21, [math.nan] * 22, JointTargets(0, np.zeros(22), 2.0),
+     JointTargets(0, np.zeros(22), "stiff"), Velocity(0.1)],
+)  # fmt: skip
+def test_bad_targets_are_refused_and_the_simulation_goes_on(
+    sim: Simulation, targets: object
+) -> None:
+    sim.reset()
+    with pytest.raises(NaoGaitError, match="targets"):
+        sim.step(targets)  # type: ignore[arg-type]
+    assert sim.step(None).time == pytest.approx(0.01)
+
+
+def test_a_push_must_be_a_number(sim: Simulation) -> None:
+    sim.reset()
+    with pytest.raises(NaoGaitError, match="impulse: got nan"):
+        sim.push(math.nan)
