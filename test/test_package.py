@@ -137,7 +137,7 @@ KNOWN_TO_ROSDEP = {
 }  # fmt: skip
 """Keys that resolve on Ubuntu 24.04 by the rosdistro of August 2026; one that does not makes rosdep
 install nothing at all."""
-OF_JAZZY = re.compile(r"\w+_(msgs|srvs|interfaces)|rclpy|launch(_ros)?|ros2launch|tf2_ros_py|ament_.*")
+OF_JAZZY = re.compile(r"\w+_(msgs|srvs|interfaces|py)|rclpy|launch(_ros)?|ros2launch|ament_.*")
 
 
 def test_rosdep_resolves_every_dependency():

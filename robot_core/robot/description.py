@@ -95,6 +95,7 @@ class RobotDescription:
         name: Its name.
         urdf_path: File of the URDF.
         urdf: Text of the URDF.
+        remarks: What was mended in it; nodes log it.
         joint_names: The joints.
         left_leg: Joints of the left leg.
         right_leg: Joints of the right leg.
@@ -134,6 +135,7 @@ class RobotDescription:
     name: str
     urdf_path: Path
     urdf: str
+    remarks: tuple[str, ...]
     joint_names: tuple[str, ...]
     left_leg: LegJoints
     right_leg: LegJoints

@@ -7,6 +7,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.resources import find, names
 from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
 from robot_core.robot.robot_file import RobotFile, load_robot_file
+from robot_core.robot.urdf_check import checked_urdf
 from robot_core.robot.urdf_model import UrdfModel
 from robot_core.schema import read_text
 from robot_core.types import FloatArray, Point2
@@ -46,10 +47,12 @@ def load_robot(
     torso = model.frame(file.frames.torso)
     for leg, sole in zip((file.left_leg, file.right_leg), soles, strict=True):
         model.check_leg(torso, sole, leg)
+    text, remarks = checked_urdf(text, urdf_path, file.joints, torso, soles)
     return RobotDescription(
         name=file.name,
         urdf_path=urdf_path,
         urdf=text,
+        remarks=remarks,
         joint_names=file.joints,
         left_leg=file.left_leg,
         right_leg=file.right_leg,

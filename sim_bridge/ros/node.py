@@ -68,6 +68,8 @@ class BridgeNode(Node):
             ", ".join(self._titles(plant))
             + (": lockstep" if self.lockstep else f": real time factor {self.factor:g}")
         )
+        for remark in {each for robot in self._world.robots for each in robot.description.remarks}:
+            self.get_logger().warning(remark)
 
     def _make_world(self, name: str, plant: Plant) -> World:
         text = partial(of_type, kind=str)
