@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 
 from robot_core.errors import NaoGaitError
 
@@ -170,6 +169,8 @@ def _check_bodies(
     root: ET.Element, path: Path, joints: set[str], torso: str, soles: tuple[str, str]
 ) -> None:
     """Masses of what moves, and the size of the robot, with all other joints fixed."""
+    import pinocchio as pin  # here: a command line that only names a robot stays quick
+
     for joint in root.findall("joint"):
         if joint.get("name") not in joints:
             joint.set("type", "fixed")
