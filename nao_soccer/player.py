@@ -1,72 +1,304 @@
 """One player: what it perceives becomes a world state, a decision and a direction for its head.
 
-player = Player(settings, start)
+It knows neither sockets nor ROS: the node `player` and matches in one process use it alike.
+
+player = Player(identity, robot, settings, start)
 player.world.add_odometry(stamp, pose)
 player.world.add_percepts(percepts)
-decision = player.decide(behavior, body, now)
-goal = player.look(decision.world, decision.action.head)
+player.hear_referee(data, time)                  # bytes of the GameController
+player.hear_mate(data, time)                     # bytes of a team mate
+decision = player.decide(body, now)
+goal = player.look(decision)                     # for the head
+data = player.team_message(now * 1e-9)           # what to send now, if anything
 """
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 
-from nao_soccer.behavior.mind import Decision
-from nao_soccer.behavior.player_behavior import PlayerBehavior
+from nao_soccer.behavior.ball_plan import Planner
+from nao_soccer.behavior.basic import DIVES
+from nao_soccer.behavior.kicks import kicks_of
+from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
+from nao_soccer.behavior.walking import WalkLimits
+from nao_soccer.game_state import GameState, Phase
+from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
+from nao_soccer.team.link import TeamLink
+from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
+from nao_soccer.team.role import Role
+from nao_soccer.team.roles import Claim, RoleChoice
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import HeadMode, WorldState
+from nao_soccer.world.state import IMAGE_AGE_MAX, TeamMate, WorldState
+from robot_core.field import Goals
 from robot_core.head_goals import Goal
-from robot_core.types import Pose2
+from robot_core.motion.library import shipped_library
+from robot_core.robot import RobotDescription
+from robot_core.types import Point2, Pose2
+
+BALL_AGE = 3.0
+"""[s] since somebody saw the ball, after which nobody claims to be near it."""
+GETTING_UP_TIME = 10.0
+"""[s] that a robot on the ground needs before it can walk to the ball."""
+REFEREE_SILENCE = 3.0
+"""[s] without the referee, who speaks twice a second, after which this is reported."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Who a player is.
+
+    Attributes:
+        team: Number of its team.
+        player: Its number.
+        players: Number of players of the team.
+        waits: It stands until a referee is heard. If not, it plays at once.
+        roles: It agrees with its team mates who goes to the ball. If not, it always goes.
+    """
+
+    team: int
+    player: int
+    players: int = 2
+    waits: bool = True
+    roles: bool = True
 
 
 class Player:
-    """World model and head of one robot.
+    """World model, team, decisions and head of one robot.
 
     Args:
-        settings: Of the world model.
-        start: Pose in the field of its team at which it begins, and to which the referee puts it
-            with a penalty; None = not known.
+        identity: Who it is.
+        robot: The robot; its motions say which kicks and dives it has.
+        settings: Of the world model; with the field and the goals.
+        start: Pose x, y [m], yaw [rad] in the field of its team at which it begins, and to which
+            the referee puts it with a penalty; None = not known.
+        limits: Largest speeds; None = the defaults.
+        planner: Chooses what to do with the ball; None = the one that plays at the goal.
 
     Attributes:
-        world: Takes percepts, odometry, falls and team messages.
+        world: Takes percepts, odometry and falls.
+        link: The team's radio.
+        role: The present role.
+        game: The state of the game.
     """
 
-    def __init__(self, settings: WorldSettings, start: Pose2 | None = None) -> None:
+    def __init__(
+        self,
+        identity: Identity,
+        robot: RobotDescription,
+        settings: WorldSettings,
+        start: Pose2 | None = None,
+        *,
+        limits: WalkLimits | None = None,
+        planner: Planner | None = None,
+    ) -> None:
+        self.identity = identity
         self.world = WorldModel(settings)
+        self.link = TeamLink(identity.team, identity.player, settings.field, identity.players)
+        self.role = Role.SUPPORTER
+        self.game = GameState(phase=Phase.INITIAL if identity.waits else Phase.PLAYING)
+        self._mind = Mind(
+            kicks_of(robot.motions),
+            settings.field,
+            settings.goals or Goals(),
+            limits,
+            dives=all(name in shipped_library(robot).motions for name in DIVES),
+            planner=planner,
+        )
         self._looking = Looking(self.world.map)
+        self._roles = RoleChoice(identity.player)
+        self._decision: Decision | None = None
+        self._state: WorldState | None = None
+        self._urgent = self._late_start = self._was_penalized = False
+        self._packet: int | None = None
+        self._packet_time = -math.inf
         self._start = start
-        self._was_penalized = False
         self._begin_at_start()
 
-    def decide(self, behavior: PlayerBehavior, body: Body, now: int) -> Decision | None:
-        """Decide by what the robot and its team mates see.
+    # -- hearing -----------------------------------------------------------------------------------
+
+    def hear_referee(self, data: bytes, time: float) -> None:
+        """Take a control message; a packet that was sent before the last one is left out.
 
         Args:
-            behavior: What decides; it has heard the referee and the team mates.
-            body: The robot's body.
-            now: Time [ns] of the robot's clock.
+            data: The bytes.
+            time: [s] at which they came.
 
-        Returns:
-            The decision; None before the first odometry.
+        Raises:
+            NaoGaitError: It cannot be read, or is of a game of other teams.
         """
-        if behavior.take_late_start():
+        message = decode(data)
+        game = seen_by(message, self.identity.team, self.identity.player)
+        # The network may swap packets; after a second of silence any packet is a new beginning.
+        old = self._packet is not None and (message.packet - self._packet) % 256 >= 128
+        if old and time - self._packet_time < 1.0:
+            return
+        if self._packet is None:
+            self._late_start = game.phase in (Phase.SET, Phase.PLAYING)
+        self.game, self._packet, self._packet_time = game, message.packet, time
+
+    def hear_mate(self, data: bytes, time: float) -> None:
+        """Take a team message; NaoGaitError as `TeamLink.receive`."""
+        self.link.receive(data, time)
+
+    # -- deciding ----------------------------------------------------------------------------------
+
+    def decide(self, body: Body, now: int) -> Decision | None:
+        """Decide by what the robot and its team mates see; None before the first odometry.
+
+        Args:
+            body: What the gait reports.
+            now: [ns] of the robot's clock.
+        """
+        if self._late_start:  # it began in the middle of a half: it may be anywhere
             self.world.forget_place()
-        penalized = behavior.game.penalized
-        if self._was_penalized and not penalized:
+            self._late_start = False
+        if self._was_penalized and not self.game.penalized:
             self._begin_at_start()  # there the referee has put the robot
-        self._was_penalized = penalized
-        for mate in behavior.link.mates(now * 1e-9):
+        self._was_penalized = self.game.penalized
+        for mate in self.link.mates(now * 1e-9):
             self.world.add_mate(mate)
         state = self.world.state()
-        if state is None:
-            return None
-        return behavior.update(replace(state, stamp=now), body)
+        return None if state is None else self.decide_in(replace(state, stamp=now), body)
 
-    def look(self, state: WorldState, mode: HeadMode) -> Goal | None:
-        """Where the head looks in a state of the world; None leaves it to the gait."""
-        return self._looking.goal(mode, state) if state.upright else None
+    def decide_in(self, state: WorldState, body: Body) -> Decision:
+        """Decide in a state of the world, whose stamp is the present."""
+        time = state.stamp * 1e-9
+        if self._state is not None and state.stamp < self._state.stamp:
+            self._restart(time)
+        before = self.role
+        claims = self.link.claims(time)
+        if self.identity.roles:
+            self.role = self._roles.update(
+                time,
+                self._seconds_to_ball(state),
+                claims,
+                ball=self._ball(state),
+                goalkeeper=self.game.goalkeeper,
+                playing=self.game.phase is Phase.PLAYING,
+            )
+        else:
+            self.role = Role.KEEPER if self.game.goalkeeper else Role.STRIKER
+        self._urgent = self._urgent or self.role is not before
+        self._decision = self._mind.update(
+            state, body, self.game, self.role, self._striker(state, claims)
+        )
+        self._state = state
+        return self._decision
+
+    def look(self, decision: Decision) -> Goal | None:
+        """Where the head looks after a decision; None leaves it to the gait."""
+        return self._looking.goal(decision.action.head, decision.world)
 
     def _begin_at_start(self) -> None:
         if self._start is not None:
             self.world.start((self._start,))
+
+    def _restart(self, time: float) -> None:
+        """The clock has begun again: drop everything that waits for a time of the old one."""
+        self._mind.reset()
+        self._roles = RoleChoice(self.identity.player)
+        self.link.reset()
+        self._packet_time = min(self._packet_time, time)
+
+    def _seconds_to_ball(self, state: WorldState) -> float:
+        plan = None if self._decision is None else self._decision.plan
+        ball = state.ball
+        game = self.game
+        away = game.penalized or game.stopped or state.blind or self._mind.lost
+        if plan is None or ball is None or ball.age > BALL_AGE or away:
+            return NEVER
+        down = 0.0 if state.upright else GETTING_UP_TIME
+        return min(plan.approach + down, NEVER)
+
+    def _ball(self, state: WorldState) -> Point2 | None:
+        ball = state.ball
+        playing = self.game.phase is Phase.PLAYING and self.game.ball_free
+        seen = ball is not None and ball.seen_recently and playing
+        return ball.position_in_field if ball is not None and seen else None
+
+    def _striker(self, state: WorldState, claims: list[Claim]) -> TeamMate | None:
+        if self.role is Role.STRIKER:
+            return None
+        numbers = [each.number for each in claims if each.role is Role.STRIKER]
+        return next((mate for mate in state.mates if mate.number in numbers), None)
+
+    # -- telling -----------------------------------------------------------------------------------
+
+    @property
+    def remark(self) -> str:
+        """Why the robot stands or lacks something that it should have; empty if all is well."""
+        state, game = self._state, self.game
+        if state is None:
+            return ""
+        if state.image_age > IMAGE_AGE_MAX:
+            return f"no usable image for {state.image_age:.0f} s: the robot stands"
+        if state.blind:
+            return f"nothing seen in the images for {state.sight_age:.0f} s: the robot stands"
+        silence = state.stamp * 1e-9 - self._packet_time
+        if self.identity.waits and self._packet is None:
+            return "no referee heard yet: the robot stands"
+        if self.identity.waits and silence > REFEREE_SILENCE:
+            return f"referee not heard for {silence:.0f} s: {game.phase.value} goes on"
+        plays = state.upright and game.phase is Phase.PLAYING and not game.penalized
+        if self._mind.lost and plays:
+            return "own pose not valid: the robot looks for landmarks"
+        alone = self.identity.roles and self.identity.players > 1 and not state.mates
+        if alone and game.phase is Phase.PLAYING:
+            return "no team mate heard: this robot plays as if alone"
+        return ""
+
+    def team_message(self, time: float) -> bytes | None:
+        """The team message to send now; None = none. Call it after `decide`."""
+        silent = self.game.phase in (Phase.INITIAL, Phase.FINISHED)
+        if self._state is None or silent or not self.identity.roles:
+            return None
+        data = self.link.send(
+            time,
+            self._message,
+            urgent=self._urgent,
+            budget=self.game.message_budget,
+            remaining=self.game.seconds_remaining,
+        )
+        if data is not None:
+            self._urgent = False
+        return data
+
+    def _message(self, count: int) -> TeamMessage:
+        state = self._state
+        assert state is not None
+        ball = None
+        if state.ball_from_self is not None:
+            own = state.ball_from_self
+            deviation = math.sqrt(max(0.0, 0.5 * (own.covariance[0] + own.covariance[2])))
+            ball = BallMessage(own.position, own.velocity, min(deviation, 30.0), own.age)
+        return TeamMessage(
+            team=self.identity.team,
+            player=self.identity.player,
+            count=count,
+            time=state.stamp // 1_000_000,
+            pose=state.own.pose,
+            valid=state.own.valid,
+            fallen=not state.upright,
+            penalized=self.game.penalized,
+            role=self.role,
+            seconds_to_ball=self._seconds_to_ball(state),
+            ball=ball,
+        )
+
+    def return_message(self) -> bytes:
+        """What the GameController is told."""
+        state = self._state
+        me = self.identity
+        if state is None:
+            return ReturnMessage(me.player, me.team).encode()
+        ball = state.ball
+        return ReturnMessage(
+            me.player,
+            me.team,
+            not state.upright,
+            state.own.pose,
+            None if ball is None else ball.age,
+            (0.0, 0.0) if ball is None else ball.position,
+        ).encode()

@@ -165,7 +165,7 @@ class SoccerHarness(Channels):
     @property
     def stopped(self) -> bool:
         """The struck robot stands still at the end, and its remark names the fault."""
-        return all(self._stands) and self.fault.explained_by(self._player.behavior.remark)
+        return all(self._stands) and self.fault.explained_by(self._player.player.remark)
 
     @property
     def _player(self) -> RobotPlayer:
@@ -186,8 +186,8 @@ class SoccerHarness(Channels):
             self.fell_at = self._now
         walks = self._walks(player)
         self._stands.append(not walks)
-        if player.runs and player.behavior.remark and self._now >= self.fault.begin:
-            self.explained[player.behavior.remark.partition(" for ")[0]] = None
+        if player.runs and player.player.remark and self._now >= self.fault.begin:
+            self.explained[player.player.remark.partition(" for ")[0]] = None
         self._check_blind(walks, upright and player.runs)
         self._check_silent_stop(frame)
 
@@ -222,7 +222,7 @@ class SoccerHarness(Channels):
             if robot.team == team and player.runs
         ]
         playing = frame.phase == Phase.PLAYING
-        says = any(self.fault.explained_by(player.behavior.remark) for player in mates)
+        says = any(self.fault.explained_by(player.player.remark) for player in mates)
         if not playing or says or not mates or any(map(self._walks, mates)):
             self._moved = self._now
         elif self._now - self._moved > IDLE_MAX:

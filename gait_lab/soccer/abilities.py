@@ -86,13 +86,13 @@ def _backheel(spec: AbilitySpec) -> AbilityResult:
     with _pitch(spec, "pitch_small", HEEL_START) as pitch:
         pitch.world.put_ball(*HEEL_BALL)
         player = pitch.players[0]
-        player.behavior.game = GameState(phase=Phase.SET)
+        player.player.game = GameState(phase=Phase.SET)
         goal, time = False, 0.0
         for _ in pitch.run(lambda _: None):
             time = pitch.count * CONTROL_PERIOD
             if time >= HEEL_WAIT:
-                player.behavior.game = GameState(phase=Phase.PLAYING)
-            elif player.senses.player.world.state() is not None:
+                player.player.game = GameState(phase=Phase.PLAYING)
+            elif player.player.world.state() is not None:
                 _show_ball(player, pitch.world.time, relative((*HEEL_BALL, 0.0), pitch.poses[0]))
             lies_in = pitch.field.place_of(pitch.ball_position, pitch.ball_radius, pitch.goals)
             goal = lies_in is BallPlace.IN_BLUE_GOAL
@@ -110,7 +110,7 @@ def _show_ball(player: RobotPlayer, now: int, place: Pose2) -> None:
     ball = Percept(Kind.BALL, place[:2], (HEEL_ERROR**2, 0.0, HEEL_ERROR**2))
     nothing = np.zeros((0, 2))
     percepts = Percepts(now, ball, (), nothing, np.zeros((0, 3)), (), nothing)
-    player.senses.player.world.add_percepts(percepts)
+    player.player.world.add_percepts(percepts)
 
 
 def _pitch(spec: AbilitySpec, name: str, *poses: Pose2) -> Pitch:
@@ -127,7 +127,7 @@ def _two_at_ball(spec: AbilitySpec) -> AbilityResult:
             if time >= PAIR_LIMIT or (time >= PAIR_TIME and moved > PAIR_PUSHED):
                 break
         apart = math.dist(pitch.poses[1][:2], PAIR_BALL)
-        roles = [player.behavior.role for player in pitch.players]
+        roles = [player.player.role for player in pitch.players]
     done = roles == [Role.STRIKER, Role.SUPPORTER] and moved > PAIR_PUSHED and apart > PAIR_APART
     doing = f"{', '.join(roles)}; ball moved {moved:.2f} m, the other one at {apart:.2f} m"
     return AbilityResult(spec, done, time if done else None, doing)

@@ -21,7 +21,8 @@ towards positive y. The time starts after it has stood for a while, as it was pl
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,15 +40,14 @@ from gait_lab.soccer.pitch import parts_of, practice, with_robots
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
 from nao_soccer.behavior.kicks import Kick, KickTable, kicks_of
 from nao_soccer.behavior.mind import Decision
-from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Action, Body
 from nao_soccer.behavior.walking import WalkLimits
 from nao_soccer.game_state import GameState, Phase
+from nao_soccer.player import Player
 from nao_soccer.world.state import HeadMode, WorldState
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
 from robot_core.geometry import relative
-from robot_core.robot import RobotDescription
 from robot_core.types import GaitState, Point2, Pose2
 from sim_bridge.engines.backend import BALL
 from sim_bridge.plant import Plant
@@ -82,26 +82,16 @@ KEEP_FOOT = 0.05
 # -- players ---------------------------------------------------------------------------------------
 
 
-class WayFollower(PlayerBehavior):
-    """A player that follows a way as fast as it can.
+class WayFollower(Player):
+    """A player that follows a way as fast as it can."""
 
-    Args:
-        way: The way.
-        identity: As of `PlayerBehavior`, and so on.
-        robot: The robot.
-        field: The field.
-        goals: The goals.
-    """
-
-    def __init__(
-        self, way: Way, identity: Identity, robot: RobotDescription, field: Field, goals: Goals
-    ) -> None:
-        super().__init__(identity, robot, field, goals)
+    def __init__(self, way: Way, *args: Any) -> None:
+        super().__init__(*args)
         self._way = way
 
-    def update(self, state: WorldState, body: Body) -> Decision:
+    def decide_in(self, state: WorldState, body: Body) -> Decision:
         """Walk towards the next piece of the way."""
-        decision = super().update(state, body)
+        decision = super().decide_in(state, body)
         if self.game.phase is not Phase.PLAYING or not state.upright:
             return decision
         target = self._way.ahead(state.own.pose[:2], WALK_AHEAD)
@@ -189,14 +179,14 @@ class AtTarget(Planner):
         return BallPlan(kick, False, direction, 0.0, 0.0)
 
 
-class Kicker(PlayerBehavior):
+class Kicker(Player):
     """A player that stands still after its kick."""
 
-    def update(self, state: WorldState, body: Body) -> Decision:
+    def decide_in(self, state: WorldState, body: Body) -> Decision:
         """Kick once."""
         if body.state is GaitState.MOTION:
             self.game = GameState(phase=Phase.FINISHED)
-        return super().update(state, body)
+        return super().decide_in(state, body)
 
 
 # -- attempts --------------------------------------------------------------------------------------
@@ -279,14 +269,17 @@ class _Attempt:
             other.runs = False
         self.trace: list[tuple[float, float, float, float]] = []
 
-    def run(self, behavior: PlayerBehavior) -> Iterator[tuple[float, Tick, set[tuple[int, int]]]]:
-        """From the start on: time [s], tick of the robot, what touches what; until the limit."""
+    def run(
+        self, kind: Callable[..., Player]
+    ) -> Iterator[tuple[float, Tick, set[tuple[int, int]]]]:
+        """Let a kind of player play: time [s] from the start on, its tick, what touches what."""
         pitch, begins = self.pitch, round(STAND / CONTROL_PERIOD)
-        behavior.game = GameState(phase=Phase.SET)
-        self.player.behavior = behavior
+        pitch.restart_player(0, kind)
+        player = self.player.player
+        player.game = GameState(phase=Phase.SET)
         for ticks in pitch.run(lambda _: None):
             if pitch.count == begins:
-                behavior.game = GameState(phase=Phase.PLAYING)
+                player.game = GameState(phase=Phase.PLAYING)
             time = (pitch.count - begins) * CONTROL_PERIOD
             if time < 0.0:
                 continue
@@ -295,19 +288,6 @@ class _Attempt:
             yield time, ticks[0], pitch.world.touches
             if time > self.spec.limit:
                 return
-
-    @property
-    def parts(self) -> tuple[Identity, RobotDescription, Field, Goals]:
-        """What every behaviour needs."""
-        robot = self.pitch.world.robots[0]
-        return self.player.behavior.identity, robot.description, self.pitch.field, self.pitch.goals
-
-    @property
-    def radius(self) -> float:
-        """Of the ball [m]."""
-        ball = self.pitch.scene.ball
-        assert ball is not None
-        return ball.radius
 
     def feet(self, tick: Tick, *, loaded: bool) -> list[Point2]:
         """x, y [m] of points of the soles: of those that carry the robot, or of both."""
@@ -339,9 +319,8 @@ def _walk(spec: ChallengeSpec, *, weaves: bool) -> ChallengeResult:
         for arm in (-WALK_LONG, WALK_LONG)
     ]
     with _Attempt(spec, course.start, OUT_OF_THE_WAY, others) as attempt:
-        walker = WayFollower(course.way(*past), *attempt.parts)
         referee = WalkReferee(course, weaves=weaves)
-        for time, tick, pairs in attempt.run(walker):
+        for time, tick, pairs in attempt.run(partial(WayFollower, course.way(*past))):
             place = attempt.pitch.poses[0][:2]
             touches = any(0 in pair and BALL not in pair for pair in pairs)
             referee.update(time, place, attempt.feet(tick, loaded=True), touches=touches)
@@ -357,23 +336,22 @@ def _control(spec: ChallengeSpec) -> ChallengeResult:
     course = Course.on(_field(spec))
     ball = course.x, -course.touchline
     with _Attempt(spec, course.start, ball, course.obstacles) as attempt:
-        identity, robot, field, goals = attempt.parts
-        limits = WalkLimits(forward=BALL_SPEED)
+        pitch, limits = attempt.pitch, WalkLimits(forward=BALL_SPEED)
+        table = kicks_of(pitch.world.robots[0].description.motions)
         way = course.way(
             *(Past(course.obstacles[index], side * BALL_GAP) for index, side in BALL_PAST)
         )
-        planner = AlongWay(way, kicks_of(robot.motions), limits, field, goals)
-        behavior = PlayerBehavior(identity, robot, field, goals, limits, planner)
-        referee = ControlReferee(course, attempt.radius)
-        for time, tick, pairs in attempt.run(behavior):
+        planner = AlongWay(way, table, limits, pitch.field, pitch.goals)
+        referee = ControlReferee(course, pitch.ball_radius)
+        for time, tick, pairs in attempt.run(partial(Player, limits=limits, planner=planner)):
             referee.update(
-                time, attempt.pitch.ball, attempt.pitch.poses[0][:2],
+                time, pitch.ball, pitch.poses[0][:2],
                 attempt.feet(tick, loaded=False),
                 touches=any(BALL in pair and 0 not in pair for pair in pairs),
             )  # fmt: skip
             if referee.ended is not None:
                 break
-        x, y = attempt.pitch.ball
+        x, y = pitch.ball
         doing = (
             f"ball at {x:.2f}, {y:.2f} m; {referee.away.count} times too far away, "
             f"{referee.contacts.count} times at an obstacle"
@@ -396,21 +374,21 @@ def _kick(spec: ChallengeSpec, target: Point2) -> ChallengeResult:
     field = _field(spec)
     ball = Course.on(field).goal_area, 0.0
     with _Attempt(spec, (-field.length / 2.0, 0.0, 0.0), ball) as attempt:
-        identity, robot, field, goals = attempt.parts
+        pitch = attempt.pitch
+        robot = pitch.world.robots[0].description
         table = kicks_of(robot.motions)
         if not table.kicks:
             raise NaoGaitError("robot", robot.name, "a robot with kicks")
-        planner = AtTarget(target, table, WalkLimits(), field, goals)
-        behavior = Kicker(identity, robot, field, goals, planner=planner)
+        planner = AtTarget(target, table, WalkLimits(), pitch.field, pitch.goals)
         referee = KickReferee(ball, target)
-        for time, _, pairs in attempt.run(behavior):
-            state = attempt.pitch.world.ball
+        for time, _, pairs in attempt.run(partial(Kicker, planner=planner)):
+            state = pitch.world.ball
             assert state is not None
             speed = math.hypot(*state.velocity[:2].tolist())
-            referee.update(time, attempt.pitch.ball, speed, touches=(BALL, 0) in pairs)
+            referee.update(time, pitch.ball, speed, touches=(BALL, 0) in pairs)
             if referee.over:
                 break
-        x, y = attempt.pitch.ball
+        x, y = pitch.ball
         kicks = ", ".join(attempt.player.kicks) or "no kick"
         doing = f"{kicks}: ball at {x:.2f}, {y:.2f} m" + (", touched again" * referee.again)
         return attempt.result(referee.distance, doing)

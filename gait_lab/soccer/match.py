@@ -208,7 +208,7 @@ class Match:
         for index, player in enumerate(self.pitch.players):
             for each in self.pitch.channels.referee_message(index, data, time):
                 with contextlib.suppress(NaoGaitError):  # the node logs it
-                    player.behavior.hear_referee(each, time)
+                    player.player.hear_referee(each, time)
 
     def _put_back(self, name: str) -> None:
         for robot, player in zip(self.pitch.scene.robots, self.pitch.players, strict=True):
@@ -230,7 +230,7 @@ class Match:
             state = "stand" if tick.status is None else tick.status.state.value
             doing = f"{path[-1].option}: {path[-1].state}" if path else ""
             x, y, heading = (round(each, 3) for each in pose)
-            role = player.behavior.role.value
+            role = player.player.role.value
             # From the field of the team into the world is the same turn as back.
             turned = player.estimated_pose is not None and is_turned(
                 heading, in_field(player.estimated_pose, robot.team)[2]
@@ -295,7 +295,7 @@ class _Strikers:
             if team in match.spec.without_roles:
                 continue
             roles = [
-                player.behavior.role
+                player.player.role
                 for robot, player in zip(match.pitch.scene.robots, match.pitch.players, strict=True)
                 if robot.team == team and not match.referee.penalized(robot.name)
             ]

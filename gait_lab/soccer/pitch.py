@@ -8,20 +8,21 @@ import numpy as np
 
 from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.percept_model import OtherRobot
-from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, Senses
+from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, in_field
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.gait import Gait
 from nao_soccer.behavior.mind import Decision
-from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body
+from nao_soccer.player import Identity, Player
 from nao_soccer.referee.rules import TEAM_NUMBERS
 from nao_soccer.world.settings import WorldSettings
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
 from robot_core.robot import RobotDescription
-from robot_core.types import DOWN, GETTING_UP, STANDSTILL, Point2, Point3, Pose2
+from robot_core.types import DOWN, GETTING_UP, STANDSTILL, GaitStatus, Point2, Point3, Pose2
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
+from sim_bridge.robot import GroundTruth
 from sim_bridge.scene import Scene, SceneBall, SceneRobot
 from sim_bridge.trials.several import make_gaits, make_scene_world, run_several
 from sim_bridge.trials.trial import Action, Policy, Tick
@@ -34,16 +35,10 @@ LYING = 0.22
 
 
 class RobotPlayer(Policy):
-    """One robot on a pitch: senses, behaviour and gait.
-
-    Args:
-        pitch: Where it plays.
-        index: Of the robot in the world.
-        behavior: Its behaviour.
-        senses: Its senses.
-        gait: Its gait.
+    """One robot on a pitch: eyes, player and gait.
 
     Attributes:
+        player: World model and behaviour.
         decision: The last one.
         estimated_pose: Its own pose in the field of its team by its world model.
         kicks: Names of the motions that kicked so far.
@@ -51,19 +46,20 @@ class RobotPlayer(Policy):
     """
 
     def __init__(
-        self, pitch: "Pitch", index: int, behavior: PlayerBehavior, senses: Senses, gait: Gait
+        self, pitch: "Pitch", index: int, player: Player, eyes: Eyes, gait: Gait
     ) -> None:
         self.gait = gait
         self.kicks: list[str] = []
         self._pitch = pitch
         self._index = index
+        self._eyes = eyes
         self._count = 0
-        self.start(behavior, senses)
+        self.start(player)
 
-    def start(self, behavior: PlayerBehavior, senses: Senses) -> None:
+    def start(self, player: Player) -> None:
         """Start the process of the player: it knows nothing of one before."""
-        self.behavior = behavior
-        self.senses = senses
+        self.player = player
+        self._stamp: int | None = None
         self.decision: Decision | None = None
         self.estimated_pose: Pose2 | None = None
         self.runs = True
@@ -74,19 +70,27 @@ class RobotPlayer(Policy):
         """Sense in every period, decide in some."""
         if tick is None or tick.status is None or not self.runs:
             return STANDSTILL
-        pitch = self._pitch
-        self.senses.step(
-            pitch.world.time, tick.truth, tick.status, pitch.ball, pitch.others(self._index)
-        )
+        self._sense(tick.truth, tick.status)
         self._count += 1
         if self._count % MIND_TICKS == 0:
-            self._decide(time, tick)
+            self._decide(time, tick.status)
         return self._walk
 
-    def _decide(self, time: float, tick: Tick) -> None:
-        assert tick.status is not None
-        player = self.senses.player
-        decision = player.decide(self.behavior, Body(tick.status.state), round(time * 1e9))
+    def _sense(self, truth: GroundTruth, status: GaitStatus) -> None:
+        pitch, world = self._pitch, self.player.world
+        world.set_upright(status.state not in (*DOWN, GETTING_UP))
+        if status.stamp != self._stamp:
+            self._stamp = status.stamp
+            with contextlib.suppress(NaoGaitError):  # a jump after the robot was put back
+                world.add_odometry(status.stamp, status.base_footprint_in_odom)
+        others = pitch.others(self._index)
+        for percepts in self._eyes.arrived(pitch.world.time, truth, pitch.ball, others):
+            with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
+                world.add_percepts(percepts)
+
+    def _decide(self, time: float, status: GaitStatus) -> None:
+        player = self.player
+        decision = player.decide(Body(status.state), round(time * 1e9))
         if decision is None:
             return
         self.estimated_pose = decision.world.own.pose
@@ -101,8 +105,8 @@ class RobotPlayer(Policy):
             except NaoGaitError:
                 pass  # refused by the gait, for example because the robot is falling
         self._motion = action.motion
-        self.gait.request_look(player.look(decision.world, action.head))
-        data = self.behavior.team_message(time)
+        self.gait.request_look(player.look(decision))
+        data = player.team_message(time)
         if data is not None:
             self._pitch.tell(self._index, data, time)
 
@@ -172,7 +176,7 @@ class Pitch:
         self._seen = [OtherRobot(KINDS[robot.team], robot.pose[:2]) for robot in scene.robots]
         errors = load_percept_errors()
         self.players = []
-        self._starts: list[Callable[[], tuple[PlayerBehavior, Senses]]] = []
+        self._starts: list[tuple[Identity, RobotDescription, WorldSettings, Pose2]] = []
         for index, (robot, gait) in enumerate(
             zip(scene.robots, make_gaits(self.world), strict=True)
         ):
@@ -183,26 +187,17 @@ class Pitch:
                 if rendered
                 else ModelEyes(description, robot.team, self.field, self.goals, errors, number)
             )
-            make = partial(
-                self._make_player, identity(robot), description, robot,
-                self.channels.eyes(index, eyes), number,
-            )  # fmt: skip
-            self._starts.append(make)
-            self.players.append(RobotPlayer(self, index, *make(), gait))
+            settings = WorldSettings(
+                field=self.field, goals=self.goals, poles=scene.poles, seed=number
+            )
+            start = identity(robot), description, settings, in_field(robot.pose, robot.team)
+            self._starts.append(start)
+            eyes = self.channels.eyes(index, eyes)
+            self.players.append(RobotPlayer(self, index, Player(*start), eyes, gait))
 
-    def _make_player(
-        self, identity: Identity, robot: RobotDescription, place: SceneRobot, eyes: Eyes, seed: int
-    ) -> tuple[PlayerBehavior, Senses]:
-        """What the process of a player holds."""
-        behavior = PlayerBehavior(identity, robot, self.field, self.goals)
-        settings = WorldSettings(
-            field=self.field, goals=self.goals, poles=self.scene.poles, seed=seed
-        )
-        return behavior, Senses(place.team, settings, eyes, place.pose)
-
-    def restart_player(self, index: int) -> None:
-        """Start the process of a player anew: it knows nothing but what it is told at a start."""
-        self.players[index].start(*self._starts[index]())
+    def restart_player(self, index: int, kind: Callable[..., Player] = Player) -> None:
+        """Start the process of a player anew; `kind` makes it of the arguments of `Player`."""
+        self.players[index].start(kind(*self._starts[index]))
 
     def _rendered(self, index: int, gait: Gait) -> Eyes:
         """The cameras and vision of a robot."""
@@ -247,7 +242,7 @@ class Pitch:
             if mate and self._random.random() >= self._loss:
                 for each in self.channels.team_message(number, data):
                     with contextlib.suppress(NaoGaitError):  # the node logs it
-                        player.behavior.hear_mate(each, time)
+                        player.player.hear_mate(each, time)
 
     def run(self, watch: Callable[[Sequence[Tick]], None]) -> Iterator[Sequence[Tick]]:
         """Step the world by control periods.

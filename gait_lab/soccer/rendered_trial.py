@@ -6,8 +6,9 @@ from gait_lab.soccer.ball_course import BallCourse, BallTruth
 from gait_lab.soccer.field_walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.rendered_eyes import RenderedEyes
 from gait_lab.soccer.world_trial import TraceRows, WorldTrace
-from nao_soccer.player import Player
 from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.looking import Looking
+from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode
 from robot_core.types import Pose2
@@ -33,12 +34,13 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
         robot = world.robot
         (gait,) = make_gaits(world)
         eyes = RenderedEyes(robot, gait, settings)
-        player = Player(
+        model = WorldModel(
             WorldSettings(
                 field=settings.field, goals=settings.goals, poles=settings.poles, seed=spec.seed
             )
         )
-        player.world.start((robot.truth().base_footprint,))
+        looking = Looking(model.map)
+        model.start((robot.truth().base_footprint,))
         half = half_of(scene)
         course = BallCourse((half[0] + 0.2, half[1] + 0.2), spec.seed)
         policy = RandomWalk(half, spec.seed, gait, spec.seconds)
@@ -55,14 +57,14 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
             if status is None or status.stamp == stamp:
                 continue
             stamp = status.stamp
-            player.world.add_odometry(stamp, status.base_footprint_in_odom)
+            model.add_odometry(stamp, status.base_footprint_in_odom)
             for percepts in eyes.arrived(world.time, tick.truth, ball.position, ()):
                 began = clock.perf_counter()
-                player.world.add_percepts(percepts)
-                state = player.world.state()
+                model.add_percepts(percepts)
+                state = model.state()
                 cost = clock.perf_counter() - began
                 if state is not None and state.stamp in truths:
-                    gait.request_look(player.look(state, head))
+                    gait.request_look(looking.goal(head, state))
                     delay = (state.stamp - percepts.stamp) * 1e-9
                     rows.add(state, *truths[state.stamp], delay, cost)
             for old in [each for each in truths if each < stamp]:

@@ -1,6 +1,5 @@
-"""What one simulated robot knows of the world: its eyes, its world model, its head."""
+"""The eyes of a simulated robot: percepts by the model."""
 
-import contextlib
 import math
 from collections import deque
 from collections.abc import Sequence
@@ -10,15 +9,12 @@ import numpy as np
 
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.vision.percept_errors import PerceptErrors
-from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind, Percepts
-from nao_soccer.world.settings import WorldSettings
-from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
 from robot_core.geometry import rotation_matrix
 from robot_core.robot import RobotDescription
 from robot_core.robot.camera import CameraModel, CameraView, Intrinsics
-from robot_core.types import DOWN, GETTING_UP, GaitStatus, Point2, Pose2
+from robot_core.types import Point2, Pose2
 from sim_bridge.robot import GroundTruth
 
 IMAGE_SIZE = (320, 240)
@@ -115,41 +111,6 @@ class ModelEyes:
         while self._coming and self._coming[0].due <= now:
             found.append(self._coming.popleft().percepts)
         return found
-
-
-class Senses:
-    """Eyes, world model and head of one robot.
-
-    Args:
-        team: Its team, which says where the opponents' goal is.
-        settings: Of its world model.
-        eyes: Its cameras and vision.
-        start: Pose at which it begins, in the world.
-    """
-
-    def __init__(self, team: str, settings: WorldSettings, eyes: Eyes, start: Pose2) -> None:
-        self.player = Player(settings, in_field(start, team))
-        self._eyes = eyes
-        self._stamp: int | None = None
-
-    def step(
-        self,
-        now: int,
-        truth: GroundTruth,
-        status: GaitStatus,
-        ball: Point2,
-        others: Sequence[OtherRobot],
-    ) -> None:
-        """One control period; `status` is that of the gait, for the rest see `Eyes`."""
-        world = self.player.world
-        world.set_upright(status.state not in (*DOWN, GETTING_UP))
-        if status.stamp != self._stamp:
-            self._stamp = status.stamp
-            with contextlib.suppress(NaoGaitError):  # a jump after the robot was put back
-                world.add_odometry(status.stamp, status.base_footprint_in_odom)
-        for percepts in self._eyes.arrived(now, truth, ball, others):
-            with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
-                world.add_percepts(percepts)
 
 
 def _view(camera: CameraModel, truth: GroundTruth, footprint: Pose2) -> CameraView:

@@ -99,7 +99,7 @@ def shot(spec: ShotSpec) -> ShotResult:
     launch = SLIDING * speed / math.hypot(*way)
     velocity = (launch * way[0], launch * way[1])
     with practice(scene, spec.seed, spec.engine, spec.plant) as pitch:
-        pitch.players[0].behavior.game = GameState(goalkeeper=True)
+        pitch.players[0].player.game = GameState(goalkeeper=True)
         pitch.world.put_ball(*ball)
         return _Shot(spec, pitch, ball, velocity).run(speed)
 

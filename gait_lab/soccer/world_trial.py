@@ -22,9 +22,10 @@ from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.whole_body.body_model import SolePose
-from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import settings_of_scene
+from nao_soccer.world.looking import Looking
+from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
 from robot_core.geometry import compose, relative, rotate_planar, rotation_from_rpy
@@ -242,7 +243,7 @@ class TraceRows:
 def run_trial(
     spec: WorldTrialSpec,
     walk: WalkSamples,
-    watch: Callable[[Player, WorldState], None] | None = None,
+    watch: Callable[[WorldModel, WorldState], None] | None = None,
 ) -> WorldTrace:
     """Run the world model over a recorded walk.
 
@@ -255,9 +256,10 @@ def run_trial(
     robot = load_robot(spec.urdf)
     errors = spec.errors or load_percept_errors()
     delay = round((errors.delay if spec.delay is None else spec.delay) * 1e9)
-    player = Player(
+    model = WorldModel(
         WorldSettings(field=scene.field, goals=scene.goals, poles=scene.poles, seed=spec.seed)
     )
+    looking = Looking(model.map)
     vision = PerceptModel(errors, scene.field, scene.goals, spec.seed, spec.scale)
     half = scene.field.length / 2.0 + 0.2, scene.field.width / 2.0 + 0.2
     course = BallCourse(half, spec.seed)
@@ -266,7 +268,7 @@ def run_trial(
     arrivals: deque[Arrival] = deque()
     period = round(1e9 / RATE / head.camera_count)
     rows, exposures, before, cost = TraceRows(), 0, int(walk.stamp[0]), 0.0
-    player.world.start((_pose(walk.truth[0]),))
+    model.start((_pose(walk.truth[0]),))
     table = zip(
         walk.stamp.tolist(), walk.odometry.tolist(), walk.torso.tolist(), walk.truth.tolist(),
         strict=True,
@@ -276,9 +278,9 @@ def run_trial(
         ball = course.at(time, truth)
         blind = spec.gap is not None and spec.gap.start <= time < spec.gap.end
         if spec.gap is not None and spec.gap.fall:
-            player.world.set_upright(not blind)
+            model.set_upright(not blind)
         began = clock.perf_counter()
-        player.world.add_odometry(stamp, _pose(odometry))
+        model.add_odometry(stamp, _pose(odometry))
         cost += clock.perf_counter() - began
         head.step(torso, (stamp - before) * 1e-9)
         before = stamp
@@ -290,22 +292,22 @@ def run_trial(
                     Arrival(stamp + delay, vision.see(stamp, view, truth, ball.position))
                 )
         if mate is not None:
-            mate.tell(player, stamp, ball)
+            mate.tell(model, stamp, ball)
         while arrivals and arrivals[0].due <= stamp:
             due, percepts = arrivals.popleft()
             if not spec.knows_delay:
                 percepts = replace(percepts, stamp=stamp)
             began = clock.perf_counter()
-            player.world.add_percepts(percepts)
-            state = player.world.state()
+            model.add_percepts(percepts)
+            state = model.state()
             cost += clock.perf_counter() - began
             if state is None:
                 continue
-            head.control.ask(player.look(state, spec.head))
+            head.control.ask(looking.goal(spec.head, state))
             rows.add(state, truth, ball, (stamp - due + delay) * 1e-9, cost)
             cost = 0.0
             if watch is not None:
-                watch(player, state)
+                watch(model, state)
     return rows.trace()
 
 
@@ -316,14 +318,14 @@ class _Mate:
         self._random = np.random.default_rng((seed, 4))
         self._next = 0
 
-    def tell(self, player: Player, stamp: int, ball: BallTruth) -> None:
+    def tell(self, model: WorldModel, stamp: int, ball: BallTruth) -> None:
         if stamp < self._next:
             return
         self._next = stamp + round(MATE_PERIOD * 1e9)
         x, y = (each + MATE_ERROR * self._random.standard_normal() for each in ball.position)
         variance = MATE_ERROR**2
         told = TeamBall((x, y), ball.velocity, (variance, 0.0, variance), 0.0)
-        player.world.add_mate(TeamMate(2, stamp, (-1.0, 0.0, 0.0), True, ball=told))
+        model.add_mate(TeamMate(2, stamp, (-1.0, 0.0, 0.0), True, ball=told))
 
 
 def spliced(walk: WalkSamples, other: WalkSamples, time: float, gap: float) -> WalkSamples:

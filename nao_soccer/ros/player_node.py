@@ -1,27 +1,30 @@
-"""The player as a ROS 2 node: what was seen becomes a world state, and that an action."""
+"""The player as a ROS 2 node: messages and packets in; commands, reports and packets out."""
 
-from functools import partial
-from typing import Any
-
-from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray, PoseWithCovarianceStamped
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PointStamped, PoseArray, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool, String
 
-from nao_soccer.player import Player
-from nao_soccer.ros import behavior_part
+from nao_soccer.behavior.mind import Decision
+from nao_soccer.behavior.situation import Body
+from nao_soccer.player import Identity, Player
+from nao_soccer.referee.protocol import CONTROL_PORT, RETURN_PORT
+from nao_soccer.referee.rules import TEAM_NUMBERS
 from nao_soccer.ros import player_messages as convert
-from nao_soccer.ros.behavior_part import BehaviorPart
+from nao_soccer.ros.status_message import status_message
+from nao_soccer.team.message import PORT_BASE
+from nao_soccer.team.udp import LOCAL, UdpLink
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import WorldState
 from robot_core.errors import NaoGaitError, is_number
-from robot_core.field import Goals
+from robot_core.field import TEAMS
 from robot_core.head_goals import Follow, Goal, LookAt, Search
 from robot_core.robot import load_robot
-from robot_core.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
+from robot_core.ros.messages import to_time
 from robot_core.ros.parameters import (
     declare,
     load_parameter_file,
@@ -38,46 +41,82 @@ START = node_parameter(
     "start", "", "pose at the start in the field of the own team, as x y yaw; empty = not known"
 )
 SEED = node_parameter("seed", 0, "seed of the particles", "", 0, 2**31 - 1)
-NODE_PARAMETERS = (URDF, SCENE, START, SEED, *behavior_part.NODE_PARAMETERS)
+TEAM = node_parameter("team", "red", "the robot's team", choices=TEAMS)
+NUMBER = node_parameter("number", 1, "number of the player", minimum=1, maximum=20)
+PLAYERS = node_parameter("players", 2, "players of the team, who share its messages", "", 1, 20)
+TEAM_NUMBER = node_parameter(
+    "team_number", 0, "number of the team in messages; 0 = 1 for red, 2 for blue", "", 0, 255
+)
+REFEREE = node_parameter("referee", True, "stand until a referee is heard; false = play at once")
+ROLES = node_parameter("roles", True, "agree with team mates who goes to the ball")
+ADDRESS = node_parameter("address", LOCAL, "UDP address to listen on and to broadcast to")
+TEAM_PORT = node_parameter(
+    "team_port", 0, f"UDP port of team messages; 0 = {PORT_BASE} + number of the team", "", 0, 65535
+)
+CONTROL = node_parameter("control_port", CONTROL_PORT, "UDP port of the referee", "", 1024, 65535)
+RETURN = node_parameter("return_port", RETURN_PORT, "UDP port of return messages", "", 1024, 65535)
+NODE_PARAMETERS = (
+    URDF, SCENE, START, SEED,
+    TEAM, NUMBER, PLAYERS, TEAM_NUMBER, REFEREE, ROLES, ADDRESS, TEAM_PORT, CONTROL, RETURN,
+)  # fmt: skip
 
+PERIOD = 50_000_000
+"""[ns] between two decisions."""
 REPORT_PERIOD = 100_000_000
 """[ns] between two messages with pose and ball."""
+RETURN_PERIOD = 500_000_000
+"""[ns] between two return messages and reports of the behaviour."""
 SEARCH_PERIOD = 1_000_000_000
 """[ns] after which the head is told again to search: the gait may have been started again."""
 
 
 class PlayerNode(Node):
-    """World model and behaviour of one robot."""
+    """One player with its topics and sockets; it decides in the time of the odometry's stamps."""
 
     def __init__(self) -> None:
         super().__init__("player", automatically_declare_parameters_from_overrides=True)
         robot = load_parameter_file(self, URDF, load_robot)
-        settings = load_parameter_file(self, SCENE, settings_of_scene)
+        scene = load_parameter_file(self, SCENE, settings_of_scene)
         start = load_parameter_file(self, START, _pose)
         seed = of_type(declare(self, SEED), int)
-        goals = settings.goals or Goals()
-        self._radius = settings.ball_radius
-        self._player = Player(
-            WorldSettings(
-                field=settings.field, goals=settings.goals, poles=settings.poles, seed=seed
-            ),
-            start,
+        number = of_type(declare(self, TEAM_NUMBER), int)
+        number = number or TEAM_NUMBERS[of_type(declare(self, TEAM), str)]
+        identity = Identity(
+            number,
+            of_type(declare(self, NUMBER), int),
+            of_type(declare(self, PLAYERS), int),
+            waits=of_type(declare(self, REFEREE), bool),
+            roles=of_type(declare(self, ROLES), bool),
         )
-        self._inputs = Inputs(self, burst=1)
-        self._behavior = BehaviorPart(self, self._inputs, robot, settings.field, goals)
-        self._images = convert.PerceptBuffer()
-        self._reported = 0
+        settings = WorldSettings(
+            field=scene.field, goals=scene.goals, poles=scene.poles, seed=seed
+        )
+        self._player = Player(identity, robot, settings, start)
+        self._radius = scene.ball_radius
+        address = of_type(declare(self, ADDRESS), str)
+        team_port = of_type(declare(self, TEAM_PORT), int) or PORT_BASE + number
+        control, back = (of_type(declare(self, each), int) for each in (CONTROL, RETURN))
+        self._team = UdpLink(team_port, address)
+        self._referee = UdpLink(control, address, target_port=back)
+        self._body = Body()
+        self._motion = ""
         self._head: type[Goal] | None = None
-        self._searched = 0
+        self._decisions, self._reports = _Timer(PERIOD), _Timer(REPORT_PERIOD)
+        self._returns, self._searches = _Timer(RETURN_PERIOD), _Timer(SEARCH_PERIOD)
+        self._inputs = Inputs(self, burst=1)
         self._make_publishers()
-        self._make_subscriptions()
+        sensors = qos_profile_sensor_data
+        subscribe = self._inputs.subscribe
+        subscribe(Odometry, "odom", self._on_odometry, sensors)
+        subscribe(PointCloud2, "vision/percepts", self._on_percepts, sensors)
+        subscribe(String, "gait/support", self._on_support, LATCHED)
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
-        me = self._behavior.behavior.identity
-        self.get_logger().info(f"{robot.name}, player {me.player} of team {me.team}")
+        self.get_logger().info(f"{robot.name}, player {identity.player} of team {number}")
 
     def destroy_node(self) -> None:
         """Close the sockets too."""
-        self._behavior.close()
+        self._team.close()
+        self._referee.close()
         super().destroy_node()
 
     def _make_publishers(self) -> None:
@@ -89,17 +128,9 @@ class PlayerNode(Node):
         self._look_at = make(PointStamped, "gait/look_at", 10)
         self._follow = make(PointStamped, "gait/follow", 10)
         self._head_mode = make(String, "gait/head_mode", 10)
-
-    def _make_subscriptions(self) -> None:
-        sensors = qos_profile_sensor_data
-        for kind, topic, receive, qos in (
-            (Odometry, "odom", self._on_odometry, sensors),
-            (PointCloud2, "vision/lines", partial(self._on_part, "lines"), sensors),
-            (PointCloud2, "vision/percepts", partial(self._on_part, "objects"), sensors),
-            (PolygonStamped, "vision/view", partial(self._on_part, "view"), sensors),
-            (String, "gait/support", self._on_support, LATCHED),
-        ):
-            self._inputs.subscribe(kind, topic, receive, qos)
+        self._cmd_vel = make(Twist, "cmd_vel", 10)
+        self._motions = make(String, "gait/motion", 10)
+        self._report = make(DiagnosticArray, "behavior", 10)
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -108,38 +139,61 @@ class PlayerNode(Node):
         try:
             self._player.world.add_odometry(stamp, pose)
         finally:
-            if self._behavior.due(stamp):
+            if self._decisions.due(stamp):
                 self._decide(stamp)
 
-    def _on_part(self, name: str, message: Any) -> None:
-        frame = message.header.frame_id
-        if frame != BASE_FOOTPRINT:
-            raise NaoGaitError(f"vision/{name} header.frame_id", frame, BASE_FOOTPRINT)
-        stamp = stamp_in(message.header, f"vision/{name}")
-        percepts = self._images.add(name, stamp, message)
-        if percepts is not None:
-            self._player.world.add_percepts(percepts)
+    def _on_percepts(self, message: PointCloud2) -> None:
+        self._player.world.add_percepts(convert.percepts(message))
 
     def _on_support(self, message: String) -> None:
         state = state_of(message.data)
         if state is None:
             raise NaoGaitError("gait/support", message.data, "a state of the gait and a foot")
         self._player.world.set_upright(state not in DOWN and state is not GETTING_UP)
-        self._behavior.see_state(state)
+        self._body = Body(state)
+
+    def _hear(self, time: float) -> None:
+        """Take what team mates and referee have sent; `time` [s] of the robot's clock."""
+        for link, take in (
+            (self._referee, self._player.hear_referee),
+            (self._team, self._player.hear_mate),
+        ):
+            for data, sender in link.received():
+                try:
+                    take(data, time)
+                except NaoGaitError as error:
+                    text = f"{sender}: {error}; ignored"
+                    self._inputs.warn(f"{sender} {error.field}", text)
 
     # -- deciding ----------------------------------------------------------------------------------
 
     def _decide(self, now: int) -> None:
-        part = self._behavior
-        part.hear(now)
-        decision = self._player.decide(part.behavior, part.body, now)
+        self._hear(now * 1e-9)
+        decision = self._player.decide(self._body, now)
         if decision is None:
+            self._decisions.reset()
             return
-        part.act(decision, now)
-        self._turn_head(self._player.look(decision.world, decision.action.head), now)
-        if not 0 <= now - self._reported < REPORT_PERIOD:
-            self._reported = now
+        self._act(decision, now)
+        self._turn_head(self._player.look(decision), now)
+        if self._reports.due(now):
             self._publish(decision.world)
+
+    def _act(self, decision: Decision, now: int) -> None:
+        """Command the gait; tell team mates and referee."""
+        action = decision.action
+        walk = Twist()
+        walk.linear.x, walk.linear.y = float(action.walk.x), float(action.walk.y)
+        walk.angular.z = float(action.walk.yaw)
+        self._cmd_vel.publish(walk)
+        if action.motion and action.motion != self._motion:
+            self._motions.publish(String(data=action.motion))
+        self._motion = action.motion
+        data = self._player.team_message(now * 1e-9)
+        if data is not None:
+            self._team.send(data)
+        if self._returns.due(now):
+            self._referee.send(self._player.return_message())
+            self._report.publish(self._diagnostics(now, decision))
 
     def _turn_head(self, goal: Goal | None, now: int) -> None:
         if isinstance(goal, LookAt | Follow):
@@ -148,12 +202,15 @@ class PlayerNode(Node):
             point.point.x, point.point.y, point.point.z = goal.point
             (self._follow if isinstance(goal, Follow) else self._look_at).publish(point)
         elif isinstance(goal, Search):
-            if self._head is not Search or not 0 <= now - self._searched < SEARCH_PERIOD:
-                self._searched = now
+            if self._head is not Search:
+                self._searches.reset()
+            if self._searches.due(now):
                 self._head_mode.publish(String(data="search"))
         elif self._head is not None:
             self._head_mode.publish(String(data="free"))
         self._head = None if goal is None else type(goal)
+
+    # -- reports -----------------------------------------------------------------------------------
 
     def _publish(self, state: WorldState) -> None:
         self._pose.publish(convert.pose(state.stamp, state.own))
@@ -163,6 +220,40 @@ class PlayerNode(Node):
         if self._particles.get_subscription_count():
             poses = self._player.world.localization.particles
             self._particles.publish(convert.particles(state.stamp, poses))
+
+    def _diagnostics(self, now: int, decision: Decision) -> DiagnosticArray:
+        player = self._player
+        values = {
+            "role": player.role.value,
+            "phase": player.game.phase.value,
+            "plan": "none" if decision.plan is None else decision.plan.name,
+            "messages": str(player.link.sent),
+        }
+        for depth, each in enumerate(decision.path):
+            values[f"option_{depth}"] = str(each)
+        remark = player.remark
+        if remark:
+            self._inputs.warn(remark.partition(" for ")[0], remark)
+        text = remark or f"{player.role.value}: {decision.path[-1]}"
+        return status_message(now, "behavior", text, values, warns=bool(remark))
+
+
+class _Timer:
+    """Says when a period [ns] has passed since it last did, or the clock has begun again."""
+
+    def __init__(self, period: int) -> None:
+        self._period = period
+        self._last: int | None = None
+
+    def due(self, now: int) -> bool:
+        due = self._last is None or not 0 <= now - self._last < self._period
+        if due:
+            self._last = now
+        return due
+
+    def reset(self) -> None:
+        """It is due at the next time."""
+        self._last = None
 
 
 def _pose(text: str) -> Pose2 | None:

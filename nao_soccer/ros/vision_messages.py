@@ -3,14 +3,7 @@
 from collections.abc import Iterable
 
 import numpy as np
-from geometry_msgs.msg import (
-    Point32,
-    PolygonStamped,
-    Pose,
-    PoseArray,
-    PoseStamped,
-    PoseWithCovarianceStamped,
-)
+from geometry_msgs.msg import Pose, PoseArray, PoseStamped, PoseWithCovarianceStamped
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -23,9 +16,11 @@ from robot_core.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
 from robot_core.types import FloatArray
 
 KINDS = tuple(Kind)
-"""The field `kind` of `vision/percepts` is an index of this."""
+LINE_POINT, CORNER = len(KINDS), len(KINDS) + 1
+"""The field `kind` of `vision/percepts` is an index of `KINDS`, or one of these two: a point of a
+line, or a corner of the part of the ground that the image shows."""
 LINE_FIELDS = ("x", "y", "z", "var_x", "cov_xy", "var_y")
-OBJECT_FIELDS = (*LINE_FIELDS, "yaw", "kind")
+PERCEPT_FIELDS = (*LINE_FIELDS, "yaw", "kind")
 """Fields of `vision/lines` and `vision/percepts`: [m], [m^2], [rad]."""
 _UNKNOWN = np.pi**2
 """[rad^2] Variance of an orientation that is not known."""
@@ -96,21 +91,19 @@ def lines(percepts: Percepts) -> PointCloud2:
     return _cloud(percepts, rows, LINE_FIELDS)
 
 
-def objects(percepts: Percepts) -> PointCloud2:
-    """`vision/percepts`: as `lines`, with yaw [rad] and kind, an index of `KINDS`."""
+def percept_cloud(percepts: Percepts) -> PointCloud2:
+    """`vision/percepts`: all that one image shows; as `lines`, with yaw [rad] and kind."""
     found = percepts.objects if percepts.ball is None else (percepts.ball, *percepts.objects)
-    rows = [
-        (*each.position, 0.0, *each.covariance, each.yaw, float(KINDS.index(each.kind)))
-        for each in found
-    ]
-    return _cloud(percepts, np.array(rows).reshape(-1, len(OBJECT_FIELDS)), OBJECT_FIELDS)
-
-
-def view(percepts: Percepts) -> PolygonStamped:
-    """`vision/view`: the part of the ground that the image shows."""
-    message = PolygonStamped(header=_header(percepts))
-    message.polygon.points = [Point32(x=x, y=y) for x, y in percepts.visible.tolist()]
-    return message
+    lines, corners = len(percepts.line_points), len(percepts.visible)
+    rows = np.zeros((len(found) + lines + corners, len(PERCEPT_FIELDS)))
+    for row, each in zip(rows, found, strict=False):
+        row[:] = (*each.position, 0.0, *each.covariance, each.yaw, KINDS.index(each.kind))
+    points = rows[len(found) : len(found) + lines]
+    points[:, :2], points[:, 3:6] = percepts.line_points, percepts.line_covariances
+    points[:, 7] = LINE_POINT
+    rows[len(found) + lines :, :2] = percepts.visible
+    rows[len(found) + lines :, 7] = CORNER
+    return _cloud(percepts, rows, PERCEPT_FIELDS)
 
 
 def debug(percepts: Percepts, picture: np.ndarray, camera: str) -> Image:

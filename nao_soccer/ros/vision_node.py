@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import PolygonStamped, PoseArray, PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
@@ -57,7 +57,6 @@ class VisionNode(Node):
         self._ball = make(PoseWithCovarianceStamped, "vision/ball", 10)
         self._lines = make(PointCloud2, "vision/lines", 10)
         self._percepts = make(PointCloud2, "vision/percepts", 10)
-        self._view = make(PolygonStamped, "vision/view", 10)
         self._arrays = [
             (make(PoseArray, f"vision/{topic}", 10), kinds)
             for topic, kinds in (
@@ -106,8 +105,7 @@ class VisionNode(Node):
         if percepts.ball is not None:
             self._ball.publish(convert.ball(percepts, percepts.ball, self._radius))
         self._lines.publish(convert.lines(percepts))
-        self._percepts.publish(convert.objects(percepts))
-        self._view.publish(convert.view(percepts))
+        self._percepts.publish(convert.percept_cloud(percepts))
         for publisher, kinds in self._arrays:
             publisher.publish(convert.poses(percepts, percepts.of(*kinds)))
         if self._debug.get_subscription_count():

@@ -77,16 +77,8 @@ class Looking:
         self._glance_end = -math.inf
 
     def goal(self, mode: HeadMode, state: WorldState) -> Goal | None:
-        """Where to look now.
-
-        Args:
-            mode: What behaviour asks for.
-            state: The world.
-
-        Returns:
-            A goal of the head, to be renewed with each state; None leaves it to the gait.
-        """
-        if mode is HeadMode.FREE:
+        """Where to look now, to be renewed with each state; None leaves it to the gait."""
+        if mode is HeadMode.FREE or not state.upright:
             return None
         now = state.stamp * 1e-9
         if mode is HeadMode.AHEAD:

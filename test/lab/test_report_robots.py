@@ -19,7 +19,7 @@ from std_msgs.msg import String
 
 from gait_lab import cli
 from gait_lab.report.analysis import analyse
-from nao_soccer.ros.vision_messages import objects
+from nao_soccer.ros.vision_messages import percept_cloud
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from robot_core.errors import NaoGaitError
 from robot_core.ros.messages import to_time
@@ -41,7 +41,8 @@ def percepts(stamp: int) -> Any:
     ball = Percept(Kind.BALL, (BALL[0] + 0.03, BALL[1]), (1e-4, 0.0, 1e-4))
     blue = Percept(Kind.ROBOT_BLUE, (BLUE[0], BLUE[1] + 0.1), (1e-4, 0.0, 1e-4))
     nothing = np.empty((0, 2))
-    return objects(Percepts(stamp, ball, (blue,), nothing, np.empty((0, 3)), (), nothing))
+    found = Percepts(stamp, ball, (blue,), nothing, np.empty((0, 3)), (), nothing)
+    return percept_cloud(found)
 
 
 def others() -> list[tuple[str, int, Any]]:

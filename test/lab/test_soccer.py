@@ -85,7 +85,7 @@ def test_a_player_that_is_started_again_does_nothing_of_before() -> None:
     (first, *_) = scene.robots
     with practice(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
         (player,) = pitch.players
-        player.behavior.game = GameState(phase=Phase.PLAYING)
+        player.player.game = GameState(phase=Phase.PLAYING)
         for _ in pitch.run(lambda _: None):
             if player.decision is not None and not player.decision.action.walk.is_zero:
                 break
@@ -124,7 +124,7 @@ def test_a_match_begins_and_each_team_has_one_striker() -> None:
         roles = [each.role for name, each in last.robots.items() if name.startswith(team)]
         assert sorted(roles) == ["striker", "supporter"]
     for player in players:
-        assert player.behavior.game.phase is Phase.READY
+        assert player.player.game.phase is Phase.READY
         assert player.decision is not None
         assert player.decision.path[1].state == "take place"
     assert match.pitch.messages > 8

@@ -12,7 +12,7 @@ from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault
 from gait_lab.faults.soccer_faults import VisionGone
 from gait_lab.faults.soccer_harness import SoccerHarness
 from gait_lab.soccer.match import Match, MatchSpec
-from nao_soccer.behavior.player_behavior import PlayerBehavior
+from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import WorldState
 from sim_bridge.cameras.camera import CameraImage
@@ -48,7 +48,7 @@ def test_a_player_without_vision_stands_and_says_why() -> None:
 
 
 def test_a_remark_about_something_else_explains_no_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(PlayerBehavior, "remark", "no team mate heard")
+    monkeypatch.setattr(Player, "remark", "no team mate heard")
     harness = play()
     assert not harness.stopped
 

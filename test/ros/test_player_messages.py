@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PolygonStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
 
 from nao_soccer.ros import player_messages, vision_messages
-from nao_soccer.ros.player_messages import PerceptBuffer, PerceptParts
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import PoseEstimate
 from nao_soccer.world.team_knowledge import in_field
@@ -20,15 +19,6 @@ from robot_core.types import PoseCovariance
 STAMP = 12_345_000_000
 
 
-def parts_of(percepts: Percepts) -> PerceptParts:
-    """The three messages of one image."""
-    return PerceptParts(
-        vision_messages.lines(percepts),
-        vision_messages.objects(percepts),
-        vision_messages.view(percepts),
-    )
-
-
 def test_percepts_survive_the_way_to_the_player():
     percepts = Eyes().see(STAMP, (-1.0, 0.2, 0.1), (0.3, 0.4))
     robot = Percept(Kind.ROBOT_BLUE, (1.5, -0.4), (0.01, 0.002, 0.02))
@@ -36,8 +26,7 @@ def test_percepts_survive_the_way_to_the_player():
         STAMP, percepts.ball, (*percepts.objects, robot), percepts.line_points,
         percepts.line_covariances, (), percepts.boundary, percepts.visible,
     )  # fmt: skip
-    joined = parts_of(percepts).joined(STAMP)
-    assert joined is not None
+    joined = player_messages.percepts(vision_messages.percept_cloud(percepts))
     assert joined.stamp == STAMP
     assert joined.ball is not None
     assert percepts.ball is not None
@@ -52,60 +41,41 @@ def test_percepts_survive_the_way_to_the_player():
     assert np.allclose(joined.visible, percepts.visible, atol=1e-6)
 
 
-def test_percepts_wait_until_all_messages_of_the_image_are_there():
-    whole = parts_of(Eyes().see(STAMP, (-1.0, 0.2, 0.1)))
-    for missing in ("lines", "objects", "view"):
-        parts = PerceptParts(whole.lines, whole.objects, whole.view)
-        setattr(parts, missing, None)
-        assert parts.joined(STAMP) is None
+def with_kind(kind: float) -> PointCloud2:
+    """One percept of a kind by its number."""
+    message = vision_messages.percept_cloud(
+        Percepts(
+            STAMP, Percept(Kind.BALL, (1.0, 0.0), (0.01, 0.0, 0.01)), (), np.zeros((0, 2)),
+            np.zeros((0, 3)), (), np.zeros((0, 2)),
+        )
+    )  # fmt: skip
+    rows = np.frombuffer(bytes(message.data), "<f4").copy()
+    rows[7] = kind
+    message.data = rows.tobytes()
+    return message
 
 
-def test_images_are_completed_although_the_clock_began_again_and_messages_were_lost():
-    buffer, whole = PerceptBuffer(), parts_of(Eyes().see(STAMP, (-1.0, 0.2, 0.1)))
-    for i in range(20):  # of these the view was lost
-        assert buffer.add("lines", STAMP + i, whole.lines) is None
-        assert buffer.add("objects", STAMP + i, whole.objects) is None
-    for stamp in (0, 30_000_000):
-        assert buffer.add("lines", stamp, whole.lines) is None
-        assert buffer.add("objects", stamp, whole.objects) is None
-        percepts = buffer.add("view", stamp, whole.view)
-        assert percepts is not None
-        assert percepts.stamp == stamp
-
-
-def test_images_of_two_cameras_with_one_stamp_are_both_used():
-    buffer = PerceptBuffer()
-    images = [Eyes().see(STAMP, (-1.0, 0.2, yaw)) for yaw in (0.1, 1.1)]
-    messages = [parts_of(image) for image in images]
-    found = [
-        buffer.add(part, STAMP, getattr(message, part))
-        for part in ("lines", "objects", "view")
-        for message in messages
-    ]
-    joined = [percepts for percepts in found if percepts is not None]
-    assert len(joined) == 2
-    for image, percepts in zip(images, joined, strict=True):
-        assert np.allclose(percepts.line_points, image.line_points, atol=1e-6)
-        assert np.allclose(percepts.visible, image.visible, atol=1e-6)
+def without_data() -> PointCloud2:
+    """A cloud that says that it has a point."""
+    message = with_kind(0.0)
+    message.data = b""
+    return message
 
 
 @pytest.mark.parametrize(
-    ("parts", "field"),
+    ("message", "field"),
     [
-        (PerceptParts(PointCloud2(), PointCloud2(), PolygonStamped()), "vision/lines"),
-        (
-            PerceptParts(
-                vision_messages.lines(Eyes().see(0, (-1.0, 0.2, 0.1))),
-                PointCloud2(),
-                PolygonStamped(),
-            ),
-            "vision/percepts",
-        ),
+        (PointCloud2(header=Header(frame_id="base_footprint")), "vision/percepts"),
+        (PointCloud2(), "vision/percepts header.frame_id"),
+        (without_data(), "vision/percepts data"),
+        (with_kind(11.0), "vision/percepts kind"),
+        (with_kind(0.5), "vision/percepts kind"),
+        (with_kind(math.nan), "vision/percepts kind"),
     ],
 )
-def test_clouds_of_others_are_refused_in_one_line(parts: PerceptParts, field: str):
+def test_clouds_of_others_are_refused_in_one_line(message: PointCloud2, field: str):
     with pytest.raises(NaoGaitError, match=field) as refusal:
-        parts.joined(0)
+        player_messages.percepts(message)
     assert "\n" not in str(refusal.value)
 
 

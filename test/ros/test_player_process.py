@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, PolygonStamped, Twist
+from geometry_msgs.msg import PointStamped, Twist
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import PointCloud2
@@ -51,14 +51,7 @@ class StandingRobot:
     def __init__(self, probe: Probe) -> None:
         self.stamp = 0
         self._odometry = probe.publisher(Odometry, "odom")
-        self._parts = [
-            (probe.publisher(kind, f"vision/{topic}"), convert)
-            for kind, topic, convert in (
-                (PointCloud2, "lines", vision_messages.lines),
-                (PointCloud2, "percepts", vision_messages.objects),
-                (PolygonStamped, "view", vision_messages.view),
-            )
-        ]
+        self._percepts = probe.publisher(PointCloud2, "vision/percepts")
 
     def step(self, *, blind: bool = False) -> None:
         """The next period: odometry, and now and then an image."""
@@ -71,8 +64,7 @@ class StandingRobot:
             view = np.array(((0.2, -1.0), (3.0, -2.0), (3.0, 2.0), (0.2, 1.0)))
             none = np.zeros((0, 2))
             percepts = Percepts(self.stamp, ball, (), none, np.zeros((0, 3)), (), none, view)
-            for publisher, convert in self._parts:
-                publisher.publish(convert(percepts))
+            self._percepts.publish(vision_messages.percept_cloud(percepts))
 
 
 def test_a_player_obeys_a_game_controller_of_each_version(probe: Probe) -> None:

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_soccer.behavior import player_behavior
+from nao_soccer import player as player_module
 from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.kicks import KickTable, load_kicks
 from nao_soccer.behavior.mind import Mind
-from nao_soccer.behavior.player_behavior import Identity, PlayerBehavior
 from nao_soccer.behavior.situation import Body, Situation
 from nao_soccer.behavior.walking import (
     APART,
@@ -26,7 +25,7 @@ from nao_soccer.behavior.walking import (
     walk_to,
 )
 from nao_soccer.game_state import GameState, Phase
-from nao_soccer.player import Player
+from nao_soccer.player import Identity, Player
 from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo
 from nao_soccer.referee.protocol import decode as decode_control
 from nao_soccer.team.message import NEVER, TeamMessage, decode
@@ -50,6 +49,7 @@ from robot_core.types import GaitState, Pose2, PoseCovariance, VelocityCommand
 
 SCENE = settings_of_scene("pitch_small")
 GOALS = SCENE.goals or Goals()
+SETTINGS = WorldSettings(field=SCENE.field, goals=GOALS)
 LIMITS = WalkLimits()
 TABLE = load_kicks("nao_h21")
 NAO = load_robot("nao_h21_v33")
@@ -516,12 +516,12 @@ def test_a_keeper_without_dives_stays_on_its_feet(
 ) -> None:
     """It goes on to guard the goal."""
     if not dives:
-        monkeypatch.setattr(player_behavior, "shipped_library", lambda _: MotionLibrary())
+        monkeypatch.setattr(player_module, "shipped_library", lambda _: MotionLibrary())
     shot = world((-2.05, 0.0, 0.0), (-1.2, 0.3), velocity=(-1.2, 0.0))
-    player = PlayerBehavior(Identity(1, 1, waits=False), robot, SCENE.field, GOALS)
+    player = Player(Identity(1, 1, waits=False), robot, SETTINGS)
     player.game = GameState(goalkeeper=True)
     for step in range(3):
-        decision = player.update(replace(shot, stamp=step * 50_000_000), Body())
+        decision = player.decide_in(replace(shot, stamp=step * 50_000_000), Body())
     assert decision.path[-1].option == "keeper"
     assert decision.action.motion == ("dive_left" if dives else "")
 
@@ -567,9 +567,7 @@ def test_the_robot_leads_one_foot_to_the_ball_that_it_dribbles(
 def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> None:
     """Ten seconds without the referee, 30 % of the team messages lost."""
     random = np.random.default_rng(3)
-    team = [
-        PlayerBehavior(Identity(1, number), NAO, SCENE.field, GOALS) for number in (1, 2)
-    ]
+    team = [Player(Identity(1, number), NAO, SETTINGS) for number in (1, 2)]
     players = (PlayerInfo(), PlayerInfo())
     teams = (TeamInfo(1, 0, 0, 1200, 1, 1, players), TeamInfo(2, 0, 0, 1200, 0, 0, players))
     playing = ControlMessage(teams, Phase.PLAYING, packet=1).encode()
@@ -580,7 +578,7 @@ def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> Non
         time = 0.05 * tick
         poses = ((-0.6, 0.1, 0.0), (-1.4, -0.4, 0.0))
         for each, mate, pose in zip(team, team[::-1], poses, strict=True):
-            decision = each.update(world(pose, (0.0, 0.0), time=time), Body())
+            decision = each.decide_in(world(pose, (0.0, 0.0), time=time), Body())
             assert decision.path[1].state == "play" or tick == 1
             data = each.team_message(time)
             if data is not None and random.random() >= 0.3:
@@ -605,9 +603,8 @@ HEARD = TeamMessage(
 )  # fmt: skip
 
 
-def new_player(**identity) -> PlayerBehavior:
-    robot = load_robot("nao_h21_v33")
-    return PlayerBehavior(Identity(1, 1, **identity), robot, SCENE.field, GOALS)
+def new_player(start: Pose2 | None = None, **identity) -> Player:
+    return Player(Identity(1, 1, **identity), NAO, SETTINGS, start)
 
 
 def test_a_player_says_what_it_lacks() -> None:
@@ -615,7 +612,7 @@ def test_a_player_says_what_it_lacks() -> None:
     state = world((-1.0, 0.0, 0.0), (0.0, 0.0))
 
     def remark(time: float, **changes) -> str:
-        player.update(replace(state, stamp=round(time * 1e9), **changes), Body())
+        player.decide_in(replace(state, stamp=round(time * 1e9), **changes), Body())
         return player.remark
 
     assert remark(0.0) == "no referee heard yet: the robot stands"
@@ -634,7 +631,7 @@ def test_a_player_says_what_it_lacks() -> None:
     assert remark(14.0, image_age=3.0) == "no usable image for 3 s: the robot stands"
     assert remark(14.0, sight_age=20.0).endswith("for 20 s: the robot stands")
     alone = new_player(players=1, waits=False)
-    alone.update(state, Body())
+    alone.decide_in(state, Body())
     assert alone.remark == ""
 
 
@@ -644,22 +641,22 @@ def test_a_clock_that_begins_again_does_not_silence_a_player() -> None:
     player.hear_mate(mate.encode(), 299.9)
     seen = world((-1.0, 0.0, 0.0), (0.0, 0.0))
     for time in (299.9, 300.0):
-        player.update(replace(seen, stamp=round(time * 1e9)), Body())
+        player.decide_in(replace(seen, stamp=round(time * 1e9)), Body())
         player.team_message(time)
     assert player.role is Role.SUPPORTER  # its mate is nearer
     # Of all this nothing counts any more: neither what was heard nor what was sent.
     unseen = world((-1.0, 0.0, 0.0), None, valid=False)
-    begin = player.update(unseen, Body())
+    begin = player.decide_in(unseen, Body())
     assert player.role is Role.STRIKER
     assert player.team_message(0.0) is not None
-    later = player.update(replace(unseen, stamp=1_600_000_000), Body())
+    later = player.decide_in(replace(unseen, stamp=1_600_000_000), Body())
     assert (begin.path[-1].state, later.path[-1].state) == ("look", "turn")
-    player.update(replace(seen, own=unseen.own, stamp=1_700_000_000), Body())
-    player.update(replace(seen, own=unseen.own, stamp=2_100_000_000), Body())
+    player.decide_in(replace(seen, own=unseen.own, stamp=1_700_000_000), Body())
+    player.decide_in(replace(seen, own=unseen.own, stamp=2_100_000_000), Body())
     data = player.team_message(2.1)
     assert data is not None
     assert decode(data).seconds_to_ball == NEVER  # it has been lost for two seconds
-    player.update(replace(unseen, stamp=3_200_000_000), Body())
+    player.decide_in(replace(unseen, stamp=3_200_000_000), Body())
     assert player.remark == "referee not heard for 3 s: playing goes on"
 
 
@@ -679,13 +676,13 @@ def test_a_blind_player_leaves_the_ball_to_its_mate() -> None:
     player = new_player(players=2)
     player.hear_referee(control(Phase.PLAYING), 0.0)
     state = world((-0.3, 0.0, 0.0), (0.0, 0.0))
-    player.update(state, Body())
-    seen = player.update(replace(state, stamp=50_000_000), Body())
+    player.decide_in(state, Body())
+    seen = player.decide_in(replace(state, stamp=50_000_000), Body())
     assert seen.plan is not None
     data = player.team_message(0.05)
     assert data is not None
     assert decode(data).seconds_to_ball < NEVER
-    player.update(replace(state, stamp=3_000_000_000, image_age=3.0), Body())
+    player.decide_in(replace(state, stamp=3_000_000_000, image_age=3.0), Body())
     data = player.team_message(3.0)
     assert data is not None
     assert decode(data).seconds_to_ball == NEVER
@@ -697,29 +694,36 @@ def test_a_blind_player_leaves_the_ball_to_its_mate() -> None:
 def test_only_who_begins_in_the_middle_of_a_half_does_not_know_its_place(
     phase: Phase, late: bool
 ) -> None:
-    player = new_player(players=1)
+    player = new_player((-1.5, 1.0, -1.5), players=1)
     player.hear_referee(control(phase), 0.0)
-    assert player.take_late_start() is late
-    assert not player.take_late_start(), "told once"
+
+    def knows() -> bool:
+        player.world.add_odometry(stamp, (0.0, 0.0, 0.0))
+        player.decide(Body(), stamp)
+        return bool(np.ptp(player.world.localization.particles[:, 0]) < 3.0)
+
+    stamp = 0
+    assert knows() is not late
+    player.world.start(((-1.5, 1.0, -1.5),))
     player.hear_referee(control(Phase.PLAYING, packet=2), 1.0)
-    assert not player.take_late_start()
+    stamp = 20_000_000
+    assert knows(), "forgotten only once"
 
 
 def test_a_player_takes_its_start_for_its_place_after_a_penalty() -> None:
     start = (-1.5, 1.0, -1.5)
-    settings = WorldSettings(field=SCENE.field, goals=GOALS)
-    player, behavior = Player(settings, start), new_player(players=1)
+    player = new_player(start, players=1)
     stamp = 0
 
     def place(*messages: bytes) -> Pose2:
         nonlocal stamp
         for data in messages:
-            behavior.hear_referee(data, stamp * 1e-9)
-        player.decide(behavior, Body(), stamp)
+            player.hear_referee(data, stamp * 1e-9)
+        player.decide(Body(), stamp)
         for _ in range(50):
             stamp += 10_000_000
             player.world.add_odometry(stamp, (2e-9 * stamp, 0.0, 0.0))
-        decision = player.decide(behavior, Body(), stamp)
+        decision = player.decide(Body(), stamp)
         assert decision is not None
         return decision.world.own.pose
 
@@ -733,7 +737,7 @@ def test_a_player_takes_its_start_for_its_place_after_a_penalty() -> None:
         for packet, stop in ((5, True), (6, False))
     )
     away = place(stopped)
-    assert behavior.game.stopped
-    assert not behavior.game.penalized
+    assert player.game.stopped
+    assert not player.game.penalized
     after = place(resumed)
     assert math.dist(after[:2], away[:2]) == pytest.approx(1.0, abs=0.2), "nobody moved the robot"

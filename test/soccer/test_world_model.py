@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nao_soccer.player import Player
 from nao_soccer.vision.percepts import Kind
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.looking import Looking, gains
+from nao_soccer.world.model import WorldModel
 from nao_soccer.world.obstacles import ObstacleFilter
 from nao_soccer.world.odometry import OdometryHistory
 from nao_soccer.world.settings import WorldSettings
@@ -38,8 +38,9 @@ class Run:
     def __init__(
         self, delay: int = 0, *, knows_delay: bool = True, ball: Point2 | None = (0.3, 0.2)
     ) -> None:
-        self.player = Player(SETTINGS)
-        self.player.world.start((START,))
+        self.world = WorldModel(SETTINGS)
+        self.looking = Looking(self.world.map)
+        self.world.start((START,))
         self.truth: Pose2 = START
         self.stamp = 10_000 * MS
         self.jump: Pose2 = (0.0, 0.0, 0.0)
@@ -54,15 +55,15 @@ class Run:
         for _ in range(round(seconds * 100)):
             self.stamp += 10 * MS
             self.truth = compose(self.truth, (0.01 * speed, 0.0, 0.01 * turn))
-            self.player.world.add_odometry(self.stamp, self.odometry)
+            self.world.add_odometry(self.stamp, self.odometry)
             if sees and self.stamp % (100 * MS) == 0:
                 self._coming.append(self.eyes.see(self.stamp, self.truth, self._ball))
             while self._coming and self._coming[0].stamp + self._delay * MS <= self.stamp:
                 seen = self._coming.pop(0)
-                self.player.world.add_percepts(
+                self.world.add_percepts(
                     seen if self._knows else replace(seen, stamp=self.stamp)
                 )
-        state = self.player.world.state()
+        state = self.world.state()
         assert state is not None
         return state
 
@@ -104,8 +105,8 @@ def test_an_older_image_of_another_camera_is_carried_on():
     run.go(0.95, turn=0.3)
     old = run.eyes.see(run.stamp, run.truth, (0.3, 0.2))
     run.go(0.2, turn=0.3)
-    run.player.world.add_percepts(old)
-    state = run.player.world.state()
+    run.world.add_percepts(old)
+    state = run.world.state()
     assert run.ball_error(state) < 0.05
     assert run.place_error(state) < 0.1
 
@@ -160,7 +161,7 @@ def test_bad_percepts_are_refused_in_one_line_and_the_next_ones_are_used(change,
     run = Run()
     run.go(0.9)
     with pytest.raises(NaoGaitError, match=field) as refusal:
-        run.player.world.add_percepts(change(run.eyes.see(run.stamp, run.truth)))
+        run.world.add_percepts(change(run.eyes.see(run.stamp, run.truth)))
     assert "\n" not in str(refusal.value)
     state = run.go(0.5)
     assert state.own.valid
@@ -169,7 +170,7 @@ def test_bad_percepts_are_refused_in_one_line_and_the_next_ones_are_used(change,
 
 def test_percepts_before_odometry_are_refused():
     with pytest.raises(NaoGaitError, match="odom before percepts"):
-        Player(SETTINGS).world.add_percepts(nothing(0))
+        WorldModel(SETTINGS).add_percepts(nothing(0))
 
 
 @pytest.mark.parametrize(
@@ -188,12 +189,12 @@ def test_after_bad_odometry_the_pose_is_found_again(stamp: int, shift: Pose2, fi
     assert run.go(3.0, turn=0.3).own.valid
     run.stamp += stamp * MS
     with pytest.raises(NaoGaitError, match=field):
-        run.player.world.add_odometry(run.stamp, compose(run.odometry, shift))
+        run.world.add_odometry(run.stamp, compose(run.odometry, shift))
     if not math.isnan(shift[0]):
         before = relative(run.truth, START)
         run.jump = relative(compose(run.odometry, shift), ODOM_START)
         run.jump = compose(run.jump, relative((0.0, 0.0, 0.0), before))
-        assert not run.player.world.state().own.valid
+        assert not run.world.state().own.valid
     state = run.go(6.0, turn=0.3)
     assert state.own.valid
     assert run.place_error(state) < 0.1
@@ -203,7 +204,7 @@ def test_an_empty_image_for_a_minute_ends_validity_and_it_comes_back():
     run = Run()
     assert run.go(2.0, turn=0.3).own.valid
     for _ in range(6):
-        run.player.world.add_percepts(nothing(run.stamp))
+        run.world.add_percepts(nothing(run.stamp))
         state = run.go(10.0, sees=False, turn=0.0, speed=0.0)
     assert not state.own.valid
     state = run.go(4.0, turn=0.3)
@@ -218,7 +219,7 @@ def test_without_images_the_robot_is_blind_until_the_next_one():
     assert state.image_age == pytest.approx(3.0, abs=0.11)
     assert state.blind
     with pytest.raises(NaoGaitError, match=r"header\.stamp"):
-        run.player.world.add_percepts(replace(nothing(0), stamp=run.stamp + 1_000 * MS))
+        run.world.add_percepts(replace(nothing(0), stamp=run.stamp + 1_000 * MS))
     assert run.go(0.1, sees=False).blind
     assert not run.go(0.3).blind
 
@@ -227,16 +228,16 @@ def test_who_sees_nothing_in_its_images_is_blind_later_and_not_while_it_lies():
     run = Run()
     run.go(1.0)
     for _ in range(10):
-        run.player.world.add_percepts(nothing(run.stamp))
+        run.world.add_percepts(nothing(run.stamp))
         state = run.go(1.0, sees=False)
     assert not state.blind
     assert state.sight_age == pytest.approx(10.0, abs=0.2)
-    run.player.world.set_upright(False)
+    run.world.set_upright(False)
     run.go(1.0, sees=False)
-    run.player.world.set_upright(True)
+    run.world.set_upright(True)
     assert run.go(0.1, sees=False).sight_age < 0.2
     for _ in range(16):
-        run.player.world.add_percepts(nothing(run.stamp))
+        run.world.add_percepts(nothing(run.stamp))
         state = run.go(1.0, sees=False)
     assert state.blind
     assert not run.go(0.3).blind
@@ -245,18 +246,18 @@ def test_who_sees_nothing_in_its_images_is_blind_later_and_not_while_it_lies():
 def test_who_may_be_anywhere_finds_its_place_again():
     run = Run()
     assert run.go(2.0).own.valid
-    run.player.world.forget_place()
+    run.world.forget_place()
     assert not run.go(0.1).own.valid
 
 
 def test_a_robot_that_has_fallen_holds_no_valid_pose_and_no_ball():
     run = Run()
     assert run.go(2.0).ball is not None
-    run.player.world.set_upright(False)
+    run.world.set_upright(False)
     state = run.go(0.5)
     assert not state.own.valid
     assert state.ball is None
-    run.player.world.set_upright(True)
+    run.world.set_upright(True)
     assert run.go(6.0, turn=0.3).own.valid
 
 
@@ -272,8 +273,8 @@ def mate(run: Run, place: Point2) -> TeamMate:
 def test_a_ball_that_only_a_team_mate_sees_is_used_and_not_told_again():
     run = Run(ball=None)
     run.go(1.0)
-    run.player.world.add_mate(mate(run, (1.0, 0.5)))
-    state = run.player.world.state()
+    run.world.add_mate(mate(run, (1.0, 0.5)))
+    state = run.world.state()
     assert state.ball is not None
     assert state.ball.by_team
     assert not state.ball.seen_recently
@@ -286,8 +287,8 @@ def test_a_ball_that_only_a_team_mate_sees_is_used_and_not_told_again():
 def test_the_owneyes_come_before_a_team_mate():
     run = Run(ball=(0.3, 0.2))
     run.go(0.8)
-    run.player.world.add_mate(mate(run, (1.5, 1.0)))
-    state = run.player.world.state()
+    run.world.add_mate(mate(run, (1.5, 1.0)))
+    state = run.world.state()
     assert not state.ball.by_team
     assert run.ball_error(state) < 0.05
 
@@ -295,7 +296,7 @@ def test_the_owneyes_come_before_a_team_mate():
 def test_an_old_ball_of_a_team_mate_is_not_used():
     run = Run(ball=None)
     run.go(0.5)
-    run.player.world.add_mate(mate(run, (1.0, 0.5)))
+    run.world.add_mate(mate(run, (1.0, 0.5)))
     assert run.go(3.5).ball is None
 
 
@@ -304,7 +305,7 @@ def test_team_mates_tell_which_half_the_robot_is_in(told_first):
     """By a ball that was seen shortly before their message, or is seen shortly after it."""
     run = Run(ball=(0.3, 0.2))
     x, y, yaw = START
-    run.player.world.start(((-x, -y, yaw + math.pi),))
+    run.world.start(((-x, -y, yaw + math.pi),))
 
     def stand(seconds, *, sees):
         return run.go(seconds, sees=sees, turn=0.0, speed=0.0)
@@ -313,14 +314,14 @@ def test_team_mates_tell_which_half_the_robot_is_in(told_first):
     for _ in range(20):
         if told_first:
             stand(1.6, sees=False)  # the ball was not seen lately
-            run.player.world.add_mate(mate(run, (0.3, 0.2)))
+            run.world.add_mate(mate(run, (0.3, 0.2)))
             stand(0.3, sees=True)
         else:
             stand(0.3, sees=True)
-            run.player.world.add_mate(mate(run, (0.3, 0.2)))
+            run.world.add_mate(mate(run, (0.3, 0.2)))
             stand(3.5, sees=False)  # then the message is too old
     state = stand(0.3, sees=True)
-    again = run.player.world.state()
+    again = run.world.state()
     assert again is not None
     assert again.own == state.own
     assert run.place_error(state) < 0.15
@@ -353,15 +354,15 @@ def test_a_robot_near_a_fallen_team_mate_is_marked():
     for _ in range(3):
         x, y, _ = relative(ahead, run.truth)
         seen = run.eyes.see(run.stamp, run.truth)
-        run.player.world.add_percepts(
+        run.world.add_percepts(
             replace(seen, objects=(*seen.objects, percept(Kind.ROBOT_RED, (x, y))))
         )
         run.go(0.05)
-    (robot,) = run.player.world.state().obstacles
+    (robot,) = run.world.state().obstacles
     assert robot.team == "red"
     assert not robot.fallen
-    run.player.world.add_mate(TeamMate(2, run.stamp, ahead, True, fallen=True))
-    (robot,) = run.player.world.state().obstacles
+    run.world.add_mate(TeamMate(2, run.stamp, ahead, True, fallen=True))
+    (robot,) = run.world.state().obstacles
     assert robot.fallen
     assert run.go(9.0).obstacles == ()
 
@@ -384,22 +385,22 @@ def test_a_robot_is_missed_only_where_all_of_it_would_be_in_the_image(far: float
 def test_the_head_follows_the_ball_and_searches_without_one():
     run = Run()
     state = run.go(0.6)
-    goal = run.player.look(state, HeadMode.BALL)
+    goal = run.looking.goal(HeadMode.BALL, state)
     assert isinstance(goal, Follow)
     assert math.dist(goal.point[:2], state.ball.position) < 1e-9
-    assert run.player.look(state, HeadMode.FREE) is None
+    assert run.looking.goal(HeadMode.FREE, state) is None
     empty = Run(ball=None)
     state = empty.go(0.6)
-    assert isinstance(empty.player.look(state, HeadMode.BALL), Search)
+    assert isinstance(empty.looking.goal(HeadMode.BALL, state), Search)
 
 
 def test_the_head_looks_at_a_landmark_that_can_be_seen():
     run = Run()
     state = run.go(0.8)
-    goal = run.player.look(state, HeadMode.LOCALIZE)
+    goal = run.looking.goal(HeadMode.LOCALIZE, state)
     assert isinstance(goal, LookAt)
     x, y, _ = compose(state.own.pose, (*goal.point[:2], 0.0))
-    landmarks = np.concatenate(list(run.player.world.map.landmarks.values()))
+    landmarks = np.concatenate(list(run.world.map.landmarks.values()))
     assert np.hypot(landmarks[:, 0] - x, landmarks[:, 1] - y).min() < 1e-3
 
 
@@ -407,7 +408,7 @@ def test_a_scan_looks_near_and_far_while_one_place_is_in_the_image():
     run = Run()
     looks = []
     for _ in range(16):
-        goal = run.player.look(run.go(0.05), HeadMode.SCAN)
+        goal = run.looking.goal(HeadMode.SCAN, run.go(0.05))
         assert isinstance(goal, LookAt)
         assert goal.point[1] == 0.0
         looks.append(goal.point[0])
