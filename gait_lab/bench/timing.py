@@ -14,8 +14,14 @@ from sim_bridge.motors import Setpoints
 from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene
 from sim_bridge.state import StepInput
-from sim_bridge.trials.several import make_gaits, make_scene_world, run_several
-from sim_bridge.trials.trial import CONTROL_PERIOD, Tick, TimedCommands
+from sim_bridge.trials.trial import (
+    CONTROL_PERIOD,
+    Tick,
+    TimedCommands,
+    make_gaits,
+    make_scene_world,
+    run_several,
+)
 from sim_bridge.world import World
 
 BLOCK = 100

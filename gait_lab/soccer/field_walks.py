@@ -23,8 +23,15 @@ from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.scene import Scene, SceneRobot, load_scene
 from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.several import make_gaits, make_scene_world
-from sim_bridge.trials.trial import Action, Policy, Tick, WalkerResponder, run_responder
+from sim_bridge.trials.trial import (
+    Action,
+    Policy,
+    Tick,
+    WalkerResponder,
+    make_gaits,
+    make_scene_world,
+    run_responder,
+)
 
 EVERY = 2
 """Control periods between two samples."""

@@ -24,8 +24,7 @@ from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
 from sim_bridge.robot import GroundTruth
 from sim_bridge.scene import Scene, SceneBall, SceneRobot
-from sim_bridge.trials.several import make_gaits, make_scene_world, run_several
-from sim_bridge.trials.trial import Action, Policy, Tick
+from sim_bridge.trials.trial import Action, Policy, Tick, make_gaits, make_scene_world, run_several
 from sim_bridge.world import World
 
 MIND_TICKS = 5

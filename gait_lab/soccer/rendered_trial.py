@@ -13,8 +13,7 @@ from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode
 from robot_core.types import Pose2
 from sim_bridge.cameras.camera import CameraSettings
-from sim_bridge.trials.several import make_gaits, make_scene_world
-from sim_bridge.trials.trial import WalkerResponder, run_responder
+from sim_bridge.trials.trial import WalkerResponder, make_gaits, make_scene_world, run_responder
 
 
 def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:

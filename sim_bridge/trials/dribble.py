@@ -5,7 +5,6 @@ brings the robot.
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,16 +12,8 @@ import numpy as np
 from robot_core.geometry import compose, relative
 from robot_core.types import Point2, VelocityCommand
 from sim_bridge.ball import Ball
-from sim_bridge.trials.trial import (
-    CONTROL_PERIOD,
-    HeldCommand,
-    Tick,
-    TrialSpec,
-    make_gait,
-    make_world,
-    run,
-)
-from sim_bridge.world import World
+from sim_bridge.trials.kick import BallWay
+from sim_bridge.trials.trial import CONTROL_PERIOD, Trial, TrialSpec
 
 RUN_UP = (0.3, 0.5)
 """[m] from the robot to the ball at the start; drawn, as the phase of the step at the touch."""
@@ -80,56 +71,31 @@ class DribbleResult:
 
 def dribble(spec: DribbleSpec) -> DribbleResult:
     """Run one attempt."""
-    with make_world(spec, ball=Ball(10.0, 0.0)) as world:
-        policy = HeldCommand()
-        ticks = run(world, make_gait(spec), policy, past_falls=True)
-        return _attempt(spec, world, policy, ticks)
-
-
-def _attempt(
-    spec: DribbleSpec, world: World, policy: HeldCommand, ticks: Iterator[Tick]
-) -> DribbleResult:
-    up = True
-
-    def advance() -> Tick:
-        nonlocal up
-        tick = next(ticks)
-        up = up and not tick.fallen
-        return tick
-
-    for _ in range(round(BIAS_WAIT / CONTROL_PERIOD)):
-        tick = advance()
-    random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed])
-    start = tick.truth.base_footprint
-    line = compose(start, (0.0, spec.across, 0.0))
-    ahead, beside = float(random.uniform(*RUN_UP)), float(random.normal(0.0, PLACEMENT))
-    lay = compose(line, (ahead, beside, 0.0))
-    world.put_ball(*lay[:2])
-    place, way, fastest = start, np.zeros(2), 0.0
-    for _ in range(round(LIMIT / CONTROL_PERIOD)):
-        place = tick.truth.base_footprint
-        _, y, yaw = relative(place, start)
-        aside = min(max(-STEER * y, -SIDE), SIDE)
-        policy.action = VelocityCommand(spec.speed, aside, -TURN * math.remainder(yaw, math.tau))
-        tick = advance()
-        way = _ball(world)[0] - lay[:2]
-        if float(np.hypot(*way)) > MOVED or not up:
-            break
-    touched = float(np.hypot(*way)) > MOVED
-    policy.action = VelocityCommand()
-    for _ in range(round(ROLL / CONTROL_PERIOD)):
-        advance()
-        position, speed = _ball(world)
-        way, fastest = position - lay[:2], max(fastest, speed)
-    x, y, _ = relative(lay, place)
-    direction = math.remainder(math.atan2(way[1], way[0]) - place[2], math.tau)
-    return DribbleResult(
-        spec, (x, y), direction, float(np.hypot(*way)), fastest, up and touched
-    )
-
-
-def _ball(world: World) -> tuple[np.ndarray, float]:
-    """(2,) place [m] and speed [m/s] of the ball."""
-    ball = world.ball
-    assert ball is not None
-    return ball.position[:2], float(np.hypot(*ball.velocity[:2]))
+    with Trial(spec, ball=Ball(10.0, 0.0)) as trial:
+        start = trial.advance(BIAS_WAIT - CONTROL_PERIOD).truth.base_footprint
+        random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed])
+        line = compose(start, (0.0, spec.across, 0.0))
+        ahead, beside = float(random.uniform(*RUN_UP)), float(random.normal(0.0, PLACEMENT))
+        lay = compose(line, (ahead, beside, 0.0))
+        ball = BallWay(trial, np.array(lay[:2]))
+        place = start
+        for _ in range(round(LIMIT / CONTROL_PERIOD)):
+            place = trial.tick.truth.base_footprint
+            _, y, yaw = relative(place, start)
+            aside = min(max(-STEER * y, -SIDE), SIDE)
+            turn = -TURN * math.remainder(yaw, math.tau)
+            trial.action = VelocityCommand(spec.speed, aside, turn)
+            trial.step()
+            ball.look()
+            if ball.distance > MOVED or not trial.stood:
+                break
+        touched = ball.distance > MOVED
+        ball.fastest = 0.0
+        trial.action = VelocityCommand()
+        for _ in trial.steps(ROLL):
+            ball.look()
+        x, y, _ = relative(lay, place)
+        return DribbleResult(
+            spec, (x, y), ball.direction(place[2]), ball.distance, ball.fastest,
+            touched and trial.stood,
+        )  # fmt: skip

@@ -10,19 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robot_core.motion.keyframes import LYING, Motion
-from robot_core.motion.library import shipped_library
+from robot_core.motion.library import MotionLibrary, shipped_library
+from robot_core.robot import RobotDescription
 from robot_core.types import STANDSTILL, FloatArray, GaitState, JointTargets, VelocityCommand
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.robot import GroundTruth
 from sim_bridge.trials.metrics import has_fallen
-from sim_bridge.trials.trial import (
-    CONTROL_PERIOD,
-    HeldCommand,
-    TrialSpec,
-    make_gait,
-    make_world,
-    run,
-)
+from sim_bridge.trials.trial import CONTROL_PERIOD, Trial, TrialSpec, loaded_robot
 from sim_bridge.world import World
 
 SIDES = {side: f"lying_{side}" for side in ("front", "back", "left", "right")}
@@ -109,82 +103,60 @@ class _MotorUse:
         return self._saturated / max(1, self._ticks)
 
 
-class _Attempt:
-    """One attempt, step by step.
-
-    Attributes:
-        use: Use of the motors from the start of the gait on.
-        tick: The last one.
-    """
-
-    def __init__(self, spec: GetUpSpec, world: World) -> None:
-        parameters = spec.parameters.replace(get_up=True)
-        self._gait = make_gait(replace(spec, parameters=parameters))
-        self._pose = _random_pose(spec, world)
-        self._commands = HeldCommand(JointTargets(0, self._pose, WRIGGLE_STIFFNESS))
-        self._ticks = run(world, self._gait, self._commands, past_falls=True)
-        self._library = shipped_library(world.robot.description)
-        self.use = _MotorUse(world)
-        self.tick = next(self._ticks)
-
-    def lie_down(self) -> None:
-        """Move to the random pose and go limp; the gait answers the last frame of this."""
-        for _ in range(round(WRIGGLE / CONTROL_PERIOD) - 1):
-            next(self._ticks)
-        self._commands.action = JointTargets(0, self._pose, 0.0)
-        for _ in range(round(LIMP / CONTROL_PERIOD)):
-            next(self._ticks)
-        self._commands.action = STANDSTILL
-        self.tick = next(self._ticks)
-
-    def get_up(self) -> tuple[int, float | None]:
-        """Get-ups that the gait began, and the time [s] until it stood; None if it never did."""
-        start, begun = self.tick.truth.stamp, list[Motion]()
-        before = GaitState.STAND
-        while True:
-            now = self._gait.state
-            if now is GaitState.GETTING_UP and before is not GaitState.GETTING_UP:
-                begun.append(self._library.find(self._gait.status.motion))
-            stands = now is GaitState.STAND and before is GaitState.GETTING_UP
-            before = now
-            self._advance()
-            time = (self.tick.truth.stamp - start) * 1e-9
-            if stands or time >= PATIENCE:
-                rolled_first = bool(begun) and begun[0].ends in LYING
-                return len(begun) - rolled_first, time if stands else None
-
-    def stays_up(self, seconds: float, then: VelocityCommand) -> bool:
-        """Whether it does not fall; its last frame is answered with the command `then`."""
-        height = float(self.tick.truth.torso_position[2])
-        for left in range(round(seconds / CONTROL_PERIOD), 0, -1):
-            if left == 1:
-                self._commands.action = then
-            self._advance()
-            truth = self.tick.truth
-            if has_fallen(truth.torso_position, truth.torso_quaternion, height):
-                return False
-        return True
-
-    def _advance(self) -> None:
-        self.tick = next(self._ticks)
-        self.use.add(self.tick.truth)
-
-
 def get_up(spec: GetUpSpec) -> GetUpResult:
     """Run one attempt, to its end or failure."""
-    with make_world(spec, start_state=SIDES[spec.side]) as world:
-        attempt = _Attempt(spec, world)
-        attempt.lie_down()
-        tries, time = attempt.get_up()
-        stood = time is not None and attempt.stays_up(STAND, then=FORWARD)
-        walked = stood and attempt.stays_up(WALK, then=FORWARD)
-    use = attempt.use
+    robot = loaded_robot(spec.urdf)
+    pose = _random_pose(spec, robot)
+    gets_up = replace(spec, parameters=spec.parameters.replace(get_up=True))
+    wriggle = JointTargets(0, pose, WRIGGLE_STIFFNESS)
+    with Trial(gets_up, action=wriggle, start_state=SIDES[spec.side]) as trial:
+        use = _MotorUse(trial.world)
+        # The gait answers the last frame of the limp robot.
+        trial.advance(WRIGGLE - CONTROL_PERIOD)
+        trial.action = JointTargets(0, pose, 0.0)
+        trial.advance(LIMP)
+        trial.action = STANDSTILL
+        trial.step()
+        tries, time = _get_up(trial, use, shipped_library(robot))
+        stood = time is not None and _stays_up(trial, use, STAND)
+        walked = stood and _stays_up(trial, use, WALK)
     return GetUpResult(spec, tries, time, stood, walked, use.torque, use.speed, use.saturated)
 
 
-def _random_pose(spec: GetUpSpec, world: World) -> FloatArray:
+def _get_up(trial: Trial, use: _MotorUse, library: MotionLibrary) -> tuple[int, float | None]:
+    """Get-ups that the gait began, and the time [s] until it stood; None if it never did."""
+    gait, begun = trial.gait, list[Motion]()
+    start, before = trial.tick.truth.stamp, GaitState.STAND
+    while True:
+        now = gait.state
+        if now is GaitState.GETTING_UP and before is not GaitState.GETTING_UP:
+            begun.append(library.find(gait.status.motion))
+        stands = now is GaitState.STAND and before is GaitState.GETTING_UP
+        before = now
+        use.add(trial.step().truth)
+        time = (trial.tick.truth.stamp - start) * 1e-9
+        if stands or time >= PATIENCE:
+            rolled_first = bool(begun) and begun[0].ends in LYING
+            return len(begun) - rolled_first, time if stands else None
+
+
+def _stays_up(trial: Trial, use: _MotorUse, seconds: float) -> bool:
+    """Whether it does not fall; its last frame is answered with the command to walk."""
+    height = float(trial.tick.truth.torso_position[2])
+    for left in range(round(seconds / CONTROL_PERIOD), 0, -1):
+        if left == 1:
+            trial.action = FORWARD
+        truth = trial.step().truth
+        use.add(truth)
+        if has_fallen(truth.torso_position, truth.torso_quaternion, height):
+            return False
+    return True
+
+
+def _random_pose(spec: GetUpSpec, robot: RobotDescription) -> FloatArray:
     """(n,) [rad] around the stand pose."""
-    robot, side = world.robot.description, sorted(SIDES).index(spec.side)
-    random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed, side])
+    random = np.random.default_rng(
+        [spec.robot_seed + 1, spec.noise_seed, sorted(SIDES).index(spec.side)]
+    )
     pose = robot.stand_pose + random.normal(0.0, WRIGGLE_SPREAD, len(robot.joint_names))
     return np.clip(pose, robot.lower, robot.upper)

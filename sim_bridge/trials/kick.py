@@ -5,24 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_lipm_gait.gait import Gait
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library
 from robot_core.types import FloatArray, GaitState
 from sim_bridge.ball import Ball
+from sim_bridge.robot import GroundTruth
 from sim_bridge.trials.metrics import yaw_of
 from sim_bridge.trials.motions import FAR_AWAY, spot_in_world
-from sim_bridge.trials.trial import (
-    CONTROL_PERIOD,
-    HeldCommand,
-    Tick,
-    TrialSpec,
-    loaded_robot,
-    make_gait,
-    make_world,
-    run,
-)
-from sim_bridge.world import World
+from sim_bridge.trials.trial import CONTROL_PERIOD, Trial, TrialSpec, loaded_robot
 
 SETTLE = 1.5
 """[s] of standing before the ball is put down."""
@@ -90,60 +80,64 @@ def kick(spec: KickSpec) -> KickResult:
     motion = shipped_library(loaded_robot(spec.urdf)).find(spec.motion)
     if motion.kick is None:
         raise NaoGaitError("motion", spec.motion, "a kick")
-    with make_world(spec, ball=Ball(*FAR_AWAY)) as world:
-        return _attempt(spec, world, make_gait(spec), (motion.kick.x, motion.kick.y))
+    with Trial(spec, ball=Ball(*FAR_AWAY)) as trial:
+        before = trial.advance(SETTLE).truth
+        ball = BallWay(trial, _spot(spec, before, motion.kick.x, motion.kick.y))
+        trial.gait.request_motion(spec.motion)
+        trial.step()
+        count = 1
+        while trial.gait.state is GaitState.MOTION and trial.stood:
+            trial.step()
+            ball.look()
+            count += 1
+        waited = 0.0
+        while waited < ROLL_LIMIT and (waited < AFTERWARDS or ball.speed > STOPPED):
+            trial.step()
+            waited += CONTROL_PERIOD
+            ball.look()
+            if not trial.stood and waited > AFTERWARDS:
+                break
+        heading = float(yaw_of(before.torso_quaternion))
+        return KickResult(
+            spec, ball.distance, ball.direction(heading), ball.fastest, trial.stood,
+            count * CONTROL_PERIOD,
+        )  # fmt: skip
 
 
-def _attempt(
-    spec: KickSpec, world: World, gait: Gait, spot: tuple[float, float]
-) -> KickResult:
-    ticks = run(world, gait, HeldCommand(), past_falls=True)
-    next(ticks)  # at rest
-    up = True
+class BallWay:
+    """The way of a ball from where it is put down now.
 
-    def advance() -> Tick:
-        nonlocal up
-        tick = next(ticks)
-        up = up and not tick.fallen
-        return tick
+    Attributes:
+        way: (2,) [m] from there to where it was seen last.
+        speed: [m/s] when it was seen last.
+        fastest: [m/s] the largest of these.
+    """
 
-    for _ in range(round(SETTLE / CONTROL_PERIOD)):
-        before = advance()
-    lay = _put_ball(spec, world, before, spot)
-    heading = float(yaw_of(before.truth.torso_quaternion))
-    gait.request_motion(spec.motion)
-    advance()
-    count, fastest = 1, 0.0
-    while gait.state is GaitState.MOTION and up:
-        advance()
-        count += 1
-        fastest = max(fastest, _ball_speed(world))
-    waited = 0.0
-    while waited < ROLL_LIMIT and (waited < AFTERWARDS or _ball_speed(world) > STOPPED):
-        advance()
-        waited += CONTROL_PERIOD
-        fastest = max(fastest, _ball_speed(world))
-        if not up and waited > AFTERWARDS:
-            break
-    ball = world.ball
-    way = np.zeros(2) if ball is None else ball.position[:2] - lay
-    direction = math.remainder(math.atan2(way[1], way[0]) - heading, math.tau)
-    return KickResult(
-        spec, float(np.hypot(*way)), direction, fastest, up, count * CONTROL_PERIOD
-    )
+    def __init__(self, trial: Trial, lay: FloatArray) -> None:
+        self._world, self._lay = trial.world, lay
+        self._world.put_ball(float(lay[0]), float(lay[1]))
+        self.way, self.speed, self.fastest = np.zeros(2), 0.0, 0.0
+
+    def look(self) -> None:
+        """See where it is."""
+        ball = self._world.ball
+        assert ball is not None
+        self.way = ball.position[:2] - self._lay
+        self.speed = float(np.hypot(*ball.velocity[:2]))
+        self.fastest = max(self.fastest, self.speed)
+
+    @property
+    def distance(self) -> float:
+        """[m] that it has come."""
+        return float(np.hypot(*self.way))
+
+    def direction(self, heading: float) -> float:
+        """[rad] of its way, counter-clockwise from a heading [rad]."""
+        return math.remainder(math.atan2(self.way[1], self.way[0]) - heading, math.tau)
 
 
-def _put_ball(
-    spec: KickSpec, world: World, tick: Tick, spot: tuple[float, float]
-) -> FloatArray:
-    """Put the ball near the kick's spot; (2,) [m] in the world."""
+def _spot(spec: KickSpec, truth: GroundTruth, x: float, y: float) -> FloatArray:
+    """(2,) [m] in the world, near the place x, y of the kick in front of the robot."""
     random = np.random.default_rng([spec.robot_seed + 1, spec.noise_seed])
-    x, y = np.array(spot) + random.normal(0.0, PLACEMENT, 2)
-    lay = spot_in_world(tick.truth, float(x), float(y))
-    world.put_ball(float(lay[0]), float(lay[1]))
-    return lay
-
-
-def _ball_speed(world: World) -> float:
-    ball = world.ball
-    return 0.0 if ball is None else float(np.hypot(*ball.velocity[:2]))
+    x, y = np.array((x, y)) + random.normal(0.0, PLACEMENT, 2)
+    return spot_in_world(truth, float(x), float(y))

@@ -1,20 +1,11 @@
-"""What one robot of a scene sees while it stands or walks, with what it measures and the truth.
+"""What one robot of a scene sees while it stands or walks, with what it measures and the truth."""
 
-`python -m sim_bridge.trials.rendered_frames --out DIR` writes images and a line of JSON for each.
-"""
-
-import argparse
-import dataclasses
-import json
-import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import attrs
-import numpy as np
 
 from nao_lipm_gait.gait import Gait
 from robot_core.errors import NaoGaitError
@@ -26,8 +17,13 @@ from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
 from sim_bridge.plant import PlantOption, load_plant, with_options
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import Scene, load_scene
-from sim_bridge.trials.several import make_gaits
-from sim_bridge.trials.trial import CONTROL_PERIOD, Policy, WalkerResponder, run_responders
+from sim_bridge.trials.trial import (
+    Policy,
+    WalkerResponder,
+    make_gaits,
+    make_scene_world,
+    run_responders,
+)
 from sim_bridge.world import World
 
 BALL_TIME = 400_000_000
@@ -172,30 +168,21 @@ def rendered_frames(spec: RenderSpec) -> Iterator[RenderedFrame]:
     if spec.robot and spec.robot not in names:
         raise NaoGaitError("robot", spec.robot, f"one of {', '.join(names)}")
     index = names.index(spec.robot) if spec.robot else 0
-    plant = with_options(load_plant(spec.plant), spec.plant_options)
-    with World.of_scene(
-        _with_observer(scene, index, spec),
-        plant,
-        noise_seed=spec.noise_seed,
+    changes: dict[str, Any] = {} if spec.seed is None else {"seed": spec.seed}
+    if spec.pose is not None:
+        changes["pose"] = spec.pose
+    robots = list(scene.robots)
+    robots[index] = attrs.evolve(robots[index], **changes)
+    with make_scene_world(
+        attrs.evolve(scene, robots=tuple(robots)),
+        plant=with_options(load_plant(spec.plant), spec.plant_options),
         engine=spec.engine,
-        control_period=CONTROL_PERIOD,
+        noise_seed=spec.noise_seed,
         cameras=spec.settings,
     ) as world:
         if spec.ball is not None:
             world.put_ball(*spec.ball)
         yield from _run(world, index, spec)
-
-
-def _with_observer(scene: Scene, index: int, spec: RenderSpec) -> Scene:
-    """The scene with another seed and start of one robot."""
-    robots = list(scene.robots)
-    changes: dict[str, Any] = {}
-    if spec.seed is not None:
-        changes["seed"] = spec.seed
-    if spec.pose is not None:
-        changes["pose"] = spec.pose
-    robots[index] = attrs.evolve(robots[index], **changes)
-    return attrs.evolve(scene, robots=tuple(robots))
 
 
 class _Commands(Policy):
@@ -318,93 +305,3 @@ def _truth(
         for camera in cameras
     }
 
-
-# -- files -----------------------------------------------------------------------------------------
-
-
-def as_json(frame: RenderedFrame) -> dict[str, Any]:
-    """All but the image, with the sample that is next to the exposure."""
-    view, truth = frame.truth.view, frame.truth
-    nearest = min(frame.samples, key=lambda each: abs(each.stamp - frame.stamp), default=None)
-    return {
-        "camera": frame.camera,
-        "stamp": frame.stamp,
-        "time": frame.time,
-        "intrinsics": dataclasses.asdict(view.intrinsics),
-        "measured": None
-        if nearest is None
-        else {
-            "stamp": nearest.stamp,
-            "joint_position": nearest.joint_position.tolist(),
-            "torso_in_footprint": nearest.torso_in_footprint,
-            "footprint_in_odom": nearest.footprint_in_odom,
-        },
-        "truth": {
-            "camera_position": view.pose.position.tolist(),
-            "camera_rotation": view.pose.rotation.tolist(),
-            "footprint": truth.footprint,
-            "ball": None if truth.ball is None else truth.ball.tolist(),
-            "others": truth.others,
-        },
-    }
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Write images and truth to a folder; the exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sim_bridge.trials.rendered_frames",
-        description="Write what a robot of a scene sees, with the truth.",
-    )
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    parser.add_argument("--scene", default="pitch", help="name or file (pitch)")
-    parser.add_argument("--engine", default="mujoco", choices=("mujoco", "pybullet"))
-    parser.add_argument("--robot", default="", help="name of the robot that sees (the first)")
-    parser.add_argument("--seed", type=int, help="its individual (that of the scene)")
-    parser.add_argument("--pose", type=float, nargs=3, metavar=("X", "Y", "HEADING"))
-    parser.add_argument("--ball", type=float, nargs=2, metavar=("X", "Y"))
-    parser.add_argument("--forward", type=float, default=0.0, help="speed in m/s (0)")
-    parser.add_argument("--turn", type=float, default=0.0, help="speed in rad/s (0)")
-    parser.add_argument("--head", type=float, help="the head sweeps at this speed in rad/s")
-    parser.add_argument("--tilt", type=float, default=0.0, help="of the head, down, in rad (0)")
-    parser.add_argument("--seconds", type=float, default=5.0)
-    options = parser.parse_args(args)
-    head: HeadSweep | Angles | None = Angles(0.0, options.tilt) if options.tilt else None
-    if options.head is not None:
-        head = HeadSweep(options.head, tilt=options.tilt)
-    spec = RenderSpec(
-        scene=options.scene,
-        engine=options.engine,
-        robot=options.robot,
-        seed=options.seed,
-        pose=options.pose and tuple(options.pose),
-        ball=options.ball and tuple(options.ball),
-        command=VelocityCommand(options.forward, 0.0, options.turn),
-        head=head,
-        seconds=options.seconds,
-    )
-    try:
-        count = write(rendered_frames(spec), options.out)
-    except (NaoGaitError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 1
-    sys.stdout.write(f"{count} images in {options.out}\n")
-    return 0
-
-
-def write(frames: Iterator[RenderedFrame], folder: Path) -> int:
-    """Write each image as PNG and a line of `frames.jsonl`; their number."""
-    from PIL import Image
-
-    folder.mkdir(parents=True, exist_ok=True)
-    count = 0
-    with (folder / "frames.jsonl").open("w", encoding="utf-8") as lines:
-        for frame in frames:
-            file = f"{frame.stamp // 1_000_000:06d}_{frame.camera}.png"
-            Image.fromarray(np.ascontiguousarray(frame.image)).save(folder / file)
-            lines.write(json.dumps({"file": file, **as_json(frame)}) + "\n")
-            count += 1
-    return count
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

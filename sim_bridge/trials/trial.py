@@ -22,8 +22,10 @@ One period, from t to t + T, has this order:
 5. The tick of t + T is yielded. The caller may act on the world or the gait before the next one,
    and changes the command of a `HeldCommand`.
 
-A trial whose robot is not driven by one gait on fresh frames (several processes, lossy channels)
-implements `Responder` and calls `run_responder`, which is the loop itself.
+An attempt that goes step by step (a kick, a get-up) is a `Trial`, which holds all three. Several
+robots: `make_scene_world`, `make_gaits`, `run_several`. A trial whose robot is not driven by one
+gait on fresh frames (several processes, lossy channels) implements `Responder` and calls
+`run_responder`; `run_responders` is the loop itself.
 
 No ROS, no clock, no threads: a trial depends on its specification alone.
 """
@@ -33,7 +35,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -43,8 +45,10 @@ from nao_lipm_gait.parameters import GaitParameters
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import STANDSTILL, GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.ball import Ball
+from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant, PlantOption, load_plant, with_options
 from sim_bridge.robot import GroundTruth, SimulatedRobot
+from sim_bridge.scene import Scene
 from sim_bridge.trials.compiled import check_fresh
 from sim_bridge.trials.metrics import has_fallen, yaw_of
 from sim_bridge.world import World
@@ -126,6 +130,35 @@ def make_gait(spec: TrialSpec) -> Gait:
     check_fresh()
     robot = loaded_robot(spec.urdf)
     return Gait(robot, spec.parameters, spec.control_period, calibration=spec.calibration)
+
+
+def make_scene_world(
+    scene: Scene, *, plant: str | Plant = "reference", engine: str = "mujoco", noise_seed: int = 0,
+    cameras: CameraSettings | None = None,
+) -> World:
+    """The robots of a scene at rest, at time 0; the caller closes the world.
+
+    Args:
+        scene: Field and robots.
+        plant: The plant, or its name or file.
+        engine: `pybullet` or `mujoco`.
+        noise_seed: Seed of the first robot's sensor noise; the next ones have the seeds after it.
+        cameras: Of all robots; None = none.
+    """
+    return World.of_scene(
+        scene,
+        load_plant(plant) if isinstance(plant, str) else plant,
+        engine=engine,
+        noise_seed=noise_seed,
+        control_period=CONTROL_PERIOD,
+        cameras=cameras,
+    )
+
+
+def make_gaits(world: World) -> list[Gait]:
+    """A gait for each robot of the world, with the preset of its kind."""
+    check_fresh()
+    return [Gait(robot.description) for robot in world.robots]
 
 
 def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
@@ -374,6 +407,28 @@ def run_responders(
         yield ticks
 
 
+def run_several(
+    world: World,
+    walkers: Sequence[Walker],
+    policies: Sequence[Policy],
+    disturb: Callable[[World, Sequence[Tick]], None] = lambda world, ticks: None,
+) -> Iterator[tuple[Tick, ...]]:
+    """Step a world and the walkers of all its robots by control periods, past falls.
+
+    Args:
+        world: The robots; time counts from now.
+        walkers: Answer the robots' sensor frames, in the order of the robots.
+        policies: Command the walkers, in the same order. Their `disturb` is not called.
+        disturb: Acts on the world at the beginning of each control period; it gets the last ticks.
+
+    Yields:
+        The ticks of all robots, as `run_responders`, until a policy ends the trial.
+    """
+    robots = zip(world.robots, walkers, policies, strict=True)
+    responders = [WalkerResponder(world, *each) for each in robots]
+    return run_responders(world, responders, disturb, past_falls=True)
+
+
 def _tick(robot: SimulatedRobot, responder: Responder, height: float) -> Tick:
     """The end of a control period; `height` [m] of the torso at the start."""
     truth = robot.truth()
@@ -463,3 +518,70 @@ class WalkerResponder:
                     self._answers.append(_Answer(command, error=error))
                     break
             time += period
+
+
+class Trial:
+    """A robot with its gait, commanded between two control periods; it goes on past falls.
+
+    Use it as a context manager.
+
+    Args:
+        spec: The robot.
+        action: What is commanded at first.
+        start_state: As for `make_world`.
+        ball: As for `make_world`.
+
+    Attributes:
+        world: The robot.
+        gait: Its gait.
+        action: What is commanded from the next period on.
+        tick: The last complete control period; at first the state at rest.
+        stood: It has not fallen so far.
+    """
+
+    def __init__(
+        self,
+        spec: TrialSpec,
+        *,
+        action: Action = STANDSTILL,
+        start_state: str = "stand",
+        ball: Ball | None = None,
+    ) -> None:
+        self.gait = make_gait(spec)
+        self.world = make_world(spec, start_state=start_state, ball=ball)
+        self._commands = HeldCommand(action)
+        self._ticks = run(self.world, self.gait, self._commands, past_falls=True)
+        self.tick = next(self._ticks)
+        self.stood = True
+
+    @property
+    def action(self) -> Action:
+        """What is commanded from the next period on."""
+        return self._commands.action
+
+    @action.setter
+    def action(self, action: Action) -> None:
+        self._commands.action = action
+
+    def step(self) -> Tick:
+        """Advance by one control period."""
+        self.tick = next(self._ticks)
+        self.stood = self.stood and not self.tick.fallen
+        return self.tick
+
+    def steps(self, seconds: float) -> Iterator[Tick]:
+        """Advance by up to a time [s], one period after the other, as far as the caller asks."""
+        for _ in range(round(seconds * 1e9 / self.world.control_period)):
+            yield self.step()
+
+    def advance(self, seconds: float) -> Tick:
+        """Advance by a time [s]."""
+        for _ in self.steps(seconds):
+            pass
+        return self.tick
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.world.close()

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import attrs
 import numpy as np
 import pytest
@@ -18,7 +15,6 @@ from sim_bridge.trials.rendered_frames import (
     HeadSweep,
     RenderedFrame,
     RenderSpec,
-    main,
     rendered_frames,
 )
 
@@ -126,14 +122,3 @@ def test_unknown_names_are_refused() -> None:
         with pytest.raises(NaoGaitError, match=r"green1|camera_left"):
             frames_of(spec)
 
-
-def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("PIL")
-    frames_of(RenderSpec(scene="pitch_small", seconds=0.01))  # skips without images
-    out = tmp_path / "images"
-    assert main(["--out", str(out), "--scene", "pitch_small", "--seconds", "0.3"]) == 0
-    rows = [json.loads(line) for line in (out / "frames.jsonl").read_text().splitlines()]
-    assert len(rows) == 4
-    assert {row["file"] for row in rows} == {path.name for path in out.glob("*.png")}
-    assert main(["--out", str(out), "--scene", "moon"]) == 1
-    assert "moon" in capsys.readouterr().err

@@ -10,8 +10,14 @@ import pytest
 
 from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.scene import load_scene
-from sim_bridge.trials.several import make_gaits, make_scene_world, run_several
-from sim_bridge.trials.trial import HeldCommand, Policy, TimedCommands
+from sim_bridge.trials.trial import (
+    HeldCommand,
+    Policy,
+    TimedCommands,
+    make_gaits,
+    make_scene_world,
+    run_several,
+)
 
 pytestmark = pytest.mark.usefixtures("mujoco_only")
 FORWARD = VelocityCommand(0.1, 0.0, 0.0)
