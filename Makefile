@@ -46,7 +46,7 @@ lint: $(READY)  ## ruff and mypy
 	@$(BIN)/ruff check . && $(BIN)/mypy
 
 urdf: $(READY)  ## write urdf/*.urdf again from the table of facts
-	@$(BIN)/python -m gait_lab.urdf_writer $(ARGS)
+	@$(BIN)/nao_gait write urdf $(ARGS)
 
 install: $(READY)  ## only set up .venv
 

@@ -1,100 +1,219 @@
-"""`nao_gait`: the tools around the gait. Each subcommand imports only what it needs."""
+"""`nao_gait`: the tools around the gait, one table. Each command imports only what it needs."""
 
 import argparse
+import math
 import sys
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from pathlib import Path
 
-from gait_lab.commands import (
-    bench,
-    calibrate,
-    compile,
-    demo,
-    fingerprint,
-    match,
-    record,
-    report,
-    results,
-    teach,
-    teleop,
-    tune,
-    view,
-    vision,
-)
+from gait_lab.command_line import Command, Parser, add_commands, argument
+from gait_lab.commands import bench, fingerprint, results, tune
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
 from robot_core.errors import NaoGaitError
 from sim_bridge.trials.compiled import check_fresh
 
-_COMMANDS = (
-    ("demo", "watch the robot walk a tour over ROS 2; table, bag and figures", demo.add),
-    ("match", "two teams play soccer; result, bag and a replay page", match.add),
-    ("bench", "measure the gait on many robots, in process, without ROS", bench.add),
-    ("compile", "the gait as machine code, for long rollouts; the same walk", compile.add),
-    ("fingerprint", "hashes of reference rollouts: same hash, same walk", fingerprint.add),
-    ("results", "measure what docs/results.md reports, on one commit", results.add),
-    ("tune", "search parameters of the gait by a study; a preset comes out", tune.add),
-    ("record", "record topics to a bag (rosbag2; MCAP or sqlite3)", record.add),
-    ("report", "a page in one file about a recorded walk, or about two", report.add),
-    ("view", "watch and drive the running robot in the browser", view.add),
-    ("teach", "teach the robot a motion by hand, or play one", teach.add),
-    ("teleop", "drive the robot from the keyboard", teleop.add),
-    ("calibrate", "the running robot measures its soles and its IMU; a file comes out",
-     calibrate.add),
-    ("vision", "colour tables of the robots' vision, made from images", vision.add),
+_NAO = "nao_h21_v33"
+_NAMESPACE = argument("--namespace", default="", metavar="NS", help="namespace of the robot")
+_STAMPED = argument("--stamped", action="store_true", help="send TwistStamped")
+_CHECK = argument("--check", action="store_true", help="only compare; status 1 if a file differs")
+_JOBS = argument("--jobs", type=int, metavar="N", help="processes (all cores)")
+_ROBOT = argument("--robot", "--urdf", default=_NAO, metavar="NAME", dest="urdf",
+                  help=f"shipped robot ({{urdf}}) or a URDF file ({_NAO})")  # fmt: skip
+_FAST = argument("--fast", group="pace", action="store_false", dest="real_time", default=False,
+                 help="in lockstep, as fast as the machine can (default)")  # fmt: skip
+_REAL_TIME = argument("--real-time", group="pace", action="store_true",
+                      help="in real time, not in lockstep")  # fmt: skip
+_RENDERS = argument("--engine", default="mujoco", choices=("mujoco", "pybullet"),
+                    help="renders a scene (mujoco)")  # fmt: skip
+_MOTION = argument("path", type=Path, metavar="FILE", help="motion file (.yaml)")
+
+_DEMO = (
+    argument("--headless", group="window", action="store_false", dest="gui", default=False,
+             help="no window (default)"),
+    argument("--gui", group="window", action="store_true",
+             help="a window with the robot, in real time"),
+    _FAST,
+    _REAL_TIME,
+    argument("--out", type=Path, default=Path("out/demo"), metavar="DIR",
+             help="bag, table and pictures (out/demo)"),
+    argument("--tour", default="full", metavar="NAME", help="full (default) or short"),
+    argument("--robot-seed", type=int, default=0, metavar="S",
+             help="the individual (0); -1 is the nominal robot"),
+    _ROBOT,
+    argument("--plant", default="reference", metavar="P",
+             help="shipped name ({plants}) or YAML file (reference)"),
+    argument("--engine", default="pybullet", metavar="E",
+             help="physics engine: pybullet (default) or mujoco"),
+    argument("--preset", default="default", metavar="NAME",
+             help="shipped name ({gait}) or YAML file; default is the robot's own"),
 )  # fmt: skip
-_EXTRAS = {"cv2": "vision", "mujoco": "mujoco"}
+_MATCH = (
+    argument("--scene", default="pitch_small", metavar="S",
+             help="shipped scene ({scenes}) or YAML file (pitch_small)"),
+    argument("--robots", type=int, metavar="N", help="robots in each team (as in the scene)"),
+    argument("--minutes", type=float, default=2.0, metavar="M",
+             help="simulated minutes of a half (2); with rendered images 2 take about 20 real "
+             "minutes on two cores"),
+    _FAST,
+    _REAL_TIME,
+    argument("--vision", choices=("camera", "model"), default="camera",
+             help="rendered images over ROS 2 (default), or percepts with the errors that were "
+             "measured on images, in one process"),
+    argument("--seed", type=int, default=0, metavar="S", help="of the robots and all noise (0)"),
+    argument("--engine", default="mujoco", metavar="E",
+             help="physics engine: mujoco (default) or pybullet"),
+    argument("--out", type=Path, default=Path("out/match"), metavar="DIR",
+             help="replay, logs and bag (out/match)"),
+    argument("--json", type=Path, metavar="FILE", help="the result as JSON"),
+)  # fmt: skip
+_RECORD = (
+    argument("bag", type=Path, nargs="?", metavar="BAG",
+             help="a new folder for the bag; the same as --out"),
+    argument("-o", "--out", type=Path, default=Path("out/bag"), metavar="DIR",
+             help="a new folder for the bag (out/bag)"),
+    argument("--topics", nargs="+", default=(), metavar="TOPIC",
+             help="only these topics (default: all that appear)"),
+    argument("--images", action="store_true",
+             help="images, too: they are rendered only for a listener"),
+    argument("--duration", type=float, metavar="S", help="seconds of wall time"),
+    argument("--storage", default="mcap", metavar="S", help="mcap (default) or sqlite3"),
+)  # fmt: skip
+_REPORT = (
+    argument("bag", type=Path, metavar="BAG", help="a rosbag2 folder, or an .mcap or .db3 file"),
+    argument("after", type=Path, nargs="?", metavar="BAG2",
+             help="a second bag to compare the first with"),
+    argument("--robot", default="", metavar="NAME", help="one robot of a bag with several"),
+    argument("-o", "--out", "--output", type=Path, default=Path("report.html"), dest="out",
+             metavar="FILE", help="the page, complete in one file (report.html)"),
+)  # fmt: skip
+_VIEW = (
+    argument("--port", type=int, default=8080, metavar="P",
+             help="port of the page on 127.0.0.1 (8080, or next free one)"),
+    _NAMESPACE,
+    _STAMPED,
+    argument("--duration", type=float, default=math.inf, metavar="S",
+             help="end after S s of wall time"),
+)  # fmt: skip
+_TEACH = {
+    "record": Command("poses of the running robot become a file", "gait_lab.drive.teach:record", (
+        _MOTION, _ROBOT, _NAMESPACE,
+        argument("--meaning", default="", metavar="TEXT", help="what it is for"),
+        argument("--starts", default="standing", metavar="P", help="posture before"),
+        argument("--ends", default="standing", metavar="P", help="posture after"),
+        argument("--stiff", action="store_true", help="keep the joints stiff"),
+        argument("--head", action="store_true", help="include the head"),
+    )),
+    "play": Command("play a file on the running robot", "gait_lab.drive.teach:play",
+                    (_MOTION, _ROBOT, _NAMESPACE)),
+    "check": Command("check a file", "gait_lab.drive.teach:check", (_MOTION, _ROBOT)),
+    "list": Command("the shipped motions of a robot", "gait_lab.drive.teach:listing", (_ROBOT,)),
+}  # fmt: skip
+_VISION = {
+    "calibrate": Command(
+        "a colour table from images; takes the field, the lines, ball and teams by itself",
+        "gait_lab.vision.color_images:calibrate", (
+            argument("source", metavar="SOURCE",
+                     help="a bag with images, a folder of PNG images, or a scene"),
+            argument("-o", "--out", type=Path, default=Path("out/colors.yaml"), metavar="FILE",
+                     help="table to write, with a picture beside it (out/colors.yaml)"),
+            argument("--base", default="pitch", metavar="TABLE",
+                     help="names the colours, and gives those that no image shows (pitch)"),
+            argument("--topic", default="", metavar="T", help="images of a bag (all)"),
+            _RENDERS,
+            argument("--sample", nargs=6, action="append", default=[], dest="samples",
+                     metavar=("CLASS", "IMAGE", "X0", "Y0", "X1", "Y1"),
+                     help="this rectangle of this image (its number in the picture) shows this "
+                     "class; may be repeated"),
+        ),
+    ),
+    "sheet": Command(
+        "what vision finds in images of both engines, as a picture",
+        "gait_lab.vision.contact_sheet:write_sheet",
+        (argument("--out", type=Path, required=True, metavar="FILE", help="JPEG to write"),),
+    ),
+}  # fmt: skip
+_WRITE = {
+    "parameters": Command("docs/parameters.md", "gait_lab.generated:parameters", (_CHECK,)),
+    "tree": Command("the tree of options in docs/soccer.md", "gait_lab.generated:tree", (_CHECK,)),
+    "urdf": Command("urdf/*.urdf, from the table of facts", "gait_lab.generated:urdf", (
+        _CHECK, argument("--folder", type=Path, metavar="DIR", help="where (urdf/)"),
+    )),
+    "kicks": Command(
+        "the kicks of a robot, measured: config/kicks/ROBOT.yaml",
+        "gait_lab.soccer.kick_table:write", (
+            _ROBOT,
+            argument("--robots", type=int, default=10, metavar="N", help="individuals (10)"),
+            argument("--engine", default="mujoco", metavar="E", help="physics engine (mujoco)"),
+            _JOBS,
+            argument("--out", type=Path, required=True, metavar="FILE", help="file to write"),
+        ),
+    ),
+    "picture": Command(
+        "a picture of a report; needs the extra browser and a Chromium",
+        "gait_lab.report.picture:picture", (
+            argument("page", type=Path, metavar="PAGE", help="a page of nao_gait report"),
+            argument("out", type=Path, metavar="FILE", help="PNG to write"),
+            argument("--section", default="", metavar="S",
+                     help="speeds, com, ... (the top of the page)"),
+        ),
+    ),
+}  # fmt: skip
+
+COMMANDS = {
+    "demo": Command("watch the robot walk a tour over ROS 2; table, bag and figures",
+                    "gait_lab.demo.demo:command", _DEMO),
+    "match": Command("two teams play soccer; result, bag and a replay page",
+                     "gait_lab.soccer.match_command:command", _MATCH),
+    "bench": Command("measure the gait on many robots, in process, without ROS",
+                     declare=bench.add),
+    "compile": Command("the gait as machine code, for long rollouts; the same walk",
+                       "gait_lab.compiled.build:compile_gait",
+                       (argument("folder", type=Path, nargs="?", default=Path("build/compiled"),
+                                 metavar="FOLDER", help="target folder (build/compiled)"),)),
+    "fingerprint": Command("hashes of reference rollouts: same hash, same walk",
+                           declare=fingerprint.add),
+    "results": Command("measure what docs/results.md reports, on one commit", declare=results.add),
+    "tune": Command("search parameters of the gait by a study; a preset comes out",
+                    declare=tune.add),
+    "record": Command("record topics to a bag (rosbag2; MCAP or sqlite3)",
+                      "gait_lab.record.recorder:command", _RECORD),
+    "report": Command("a page in one file about a recorded walk, or about two",
+                      "gait_lab.report.command:command", _REPORT),
+    "view": Command("watch and drive the running robot in the browser", "gait_lab.view.viewer:run",
+                    _VIEW),
+    "teach": Command("teach the robot a motion by hand, or play one", parts=_TEACH),
+    "teleop": Command("drive the robot from the keyboard", "gait_lab.drive.teleop:run", (
+        _NAMESPACE, _STAMPED,
+        argument("--use-sim-time", action="store_true", help="stamp with /clock"),
+    )),
+    "calibrate": Command("the running robot measures its soles and its IMU; a file comes out",
+                         "gait_lab.drive.calibrate:command", (
+        argument("-o", "--out", type=Path, default=Path("out/calibration.yaml"), metavar="FILE",
+                 help="file to write (out/calibration.yaml)"),
+        _NAMESPACE,
+    )),
+    "vision": Command("colour tables of the robots' vision, and what it finds in images", parts=_VISION),
+    "write": Command("files of the repository that are made from its code", parts=_WRITE),
+}  # fmt: skip
+_EXTRAS = {"cv2": "vision", "mujoco": "mujoco", "playwright": "browser"}
 """Module -> extra that brings it, where that is not the one of the command."""
 
 
-class _Parser(argparse.ArgumentParser):
-    """Answers bad arguments with one line instead of the whole usage.
-
-    Args:
-        declare: Adds the arguments when the parser is used for the first time, so that only the
-            chosen subcommand imports what its arguments depend on.
-    """
-
-    def __init__(
-        self,
-        *args: Any,
-        declare: Callable[[argparse.ArgumentParser], None] | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(*args, **options)
-        self._declare = declare
-
-    def parse_known_args(self, args=None, namespace=None):  # type: ignore[no-untyped-def,override]
-        """See the base class."""
-        if self._declare is not None:
-            declare, self._declare = self._declare, None
-            declare(self)
-        known, unknown = super().parse_known_args(args, namespace)
-        if unknown and self._subparsers is None:
-            flags = (flag for action in self._actions for flag in action.option_strings[:1])
-            self.error(f"{unknown[0]}: no such argument; allowed: {', '.join(flags)}")
-        return known, unknown
-
-    def error(self, message: str) -> None:  # type: ignore[override]
-        self.exit(EXIT_USAGE, f"{self.prog}: {message} (see {self.prog} --help)\n")
-
-
 def build_parser() -> argparse.ArgumentParser:
-    """The parser of `nao_gait` with all its subcommands."""
-    parser = _Parser(prog="nao_gait", description="Watch, drive, measure and record a NAO's gait.")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for name, help_text, add in _COMMANDS:
-        commands.add_parser(name, help=help_text, description=help_text, declare=add)
+    """The parser of `nao_gait` with all its commands."""
+    parser = Parser(prog="nao_gait", description="Watch, drive, measure and record a NAO's gait.")
+    add_commands(parser, COMMANDS)
     return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a subcommand; the exit status (0 only for success)."""
+    """Run a command; the exit status (0 only for success)."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     command = words[0] if words else ""
     try:
         # In here, because the options of a suite may need what is not installed.
         parsed = build_parser().parse_args(words)
-        if parsed.command != "compile":
+        if command != "compile":
             check_fresh()
         return int(parsed.run(parsed))
     except NaoGaitError as error:

@@ -1,11 +1,6 @@
-"""Writes the URDF files of the robots, each from its table of facts.
+"""The URDF of each robot, from its table of facts; `nao_gait write urdf` writes the files."""
 
-`python -m gait_lab.urdf_writer` writes them; `--check` only compares, and fails on a difference.
-"""
-
-import argparse
 import math
-import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -197,43 +192,7 @@ def urdf_text(name: str) -> str:
     source, variant = MODELS[name]
     facts = load_facts(share("urdf", source))
     robot = ET.Element("robot", name=name)
-    robot.append(ET.Comment(f" made by python -m gait_lab.urdf_writer from {source} "))
+    robot.append(ET.Comment(f" made by nao_gait write urdf from {source} "))
     robot.extend(_elements(facts, variant))
     ET.indent(robot, space=" ")
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
-
-
-def outdated(folder: Path, write: bool = False) -> list[Path]:
-    """The files in `folder` that differ from the facts; they are rewritten if `write` is true."""
-    different = []
-    for name in MODELS:
-        path = folder / f"{name}.urdf"
-        text = urdf_text(name)
-        if path.is_file() and path.read_text(encoding="utf-8") == text:
-            continue
-        different.append(path)
-        if write:
-            path.write_text(text, encoding="utf-8")
-    return different
-
-
-def main(args: Sequence[str] | None = None) -> int:
-    """Write the URDF files, or compare them with `--check`; the exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m gait_lab.urdf_writer", description="Write the URDF files from the facts."
-    )
-    parser.add_argument("--check", action="store_true", help="compare only; 1 if a file differs")
-    parser.add_argument("--folder", type=Path, metavar="DIR", help="output folder (shipped)")
-    options = parser.parse_args(args)
-    try:
-        different = outdated(options.folder or share("urdf"), write=not options.check)
-    except (NaoGaitError, OSError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 1
-    for path in different:
-        sys.stdout.write(f"{'differs' if options.check else 'written'}: {path}\n")
-    return 1 if options.check and different else 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

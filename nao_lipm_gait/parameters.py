@@ -2,7 +2,7 @@
 
 Presets, ROS parameters and their descriptors, and docs/parameters.md are made from the fields of
 `GaitParameters`. To add a parameter, add one field here and use it; then run
-`python -m gait_lab.parameter_docs`.
+`nao_gait write parameters`.
 """
 
 from collections.abc import Mapping

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.recorded_trace import read_trace
@@ -33,6 +34,8 @@ from robot_core.types import VelocityCommand
 EXIT_FAILED = 1
 REST_SPEED = 0.02
 """Speed [m/s] above which a robot does not stand."""
+LOCKSTEP_TIMEOUT = 10.0
+"""[s] simulated after which the gait stops: in lockstep a busy machine is late with cmd_vel."""
 BIAS_WAIT = 5.0
 """Longest stand [s] for the gyro: a tour is short, and its heading need not be exact."""
 
@@ -65,6 +68,11 @@ class DemoOptions:
     urdf: str = "nao_h21_v33"
     pictures: bool = True
 
+    @property
+    def in_real_time(self) -> bool:
+        """A window shows the robot as fast as it walks."""
+        return self.real_time or self.gui
+
     def __post_init__(self) -> None:
         if self.tour not in TOURS:
             raise NaoGaitError("tour", self.tour, f"one of {', '.join(TOURS)}")
@@ -90,6 +98,11 @@ class DemoResult:
     def succeeded(self) -> bool:
         """Whether the whole tour was walked upright at the required speeds."""
         return not self.problems
+
+
+def command(say: Callable[[str], None], **options: Any) -> int:
+    """Run with the fields of `DemoOptions`; the exit status."""
+    return run(DemoOptions(**options), say)
 
 
 def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
@@ -142,6 +155,8 @@ def _walk(
         )
         nodes.start("sim_bridge", _bridge_parameters(options))
         gait = {"preset": options.preset, "urdf": options.urdf, "bias_wait": BIAS_WAIT}
+        if not options.in_real_time:
+            gait["cmd_vel_timeout"] = LOCKSTEP_TIMEOUT
         nodes.start("gait", gait)
         with ros_node("nao_gait_demo") as node, BagWriter(out / "bag") as writer:
             driver = TourDriver(node, TOURS[options.tour], writer, stop, nodes)
@@ -182,8 +197,8 @@ def _bridge_parameters(options: DemoOptions) -> dict[str, object]:
         "plant": options.plant,
         "robot_seed": options.robot_seed,
         "gui": options.gui,
-        "lockstep": not options.real_time,
-        "real_time_factor": 1.0 if options.real_time else 0.0,
+        "lockstep": not options.in_real_time,
+        "real_time_factor": 1.0 if options.in_real_time else 0.0,
     }
 
 

@@ -5,6 +5,7 @@ itself measures; this tool commands, watches and writes down.
 """
 
 import math
+import sys
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.ros_session import VelocityPublisher, ros_node
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.calibration_file import CalibrationFile, Deviation
 from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
 from nao_lipm_gait.runtime.commands import read_velocity
@@ -108,6 +110,16 @@ class _RobotClient:
 
 def _seconds(stamp: Any) -> float:
     return float(stamp.sec + 1e-9 * stamp.nanosec)
+
+
+def command(out: Path, namespace: str, say: Callable[[str], None]) -> int:
+    """Calibrate, and say in one line why if it fails; the exit status."""
+    try:
+        run(out, namespace=namespace, say=say)
+    except CalibrationError as error:
+        sys.stderr.write(f"nao_gait calibrate: {error}; nothing was written\n")
+        return EXIT_FAILED
+    return EXIT_OK
 
 
 def run(out: Path, *, namespace: str = "", say: Callable[[str], None] = print) -> None:

@@ -19,7 +19,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.joint_limits import JointLimits
 from robot_core.motion.check import fastest
 from robot_core.motion.joints import HEAD, joint_groups
-from robot_core.motion.keyframes import Interpolation, Motion, Posture
+from robot_core.motion.keyframes import Interpolation, Posture
 from robot_core.motion.library import shipped_library
 from robot_core.motion.motion_file import STAND, load_motions
 from robot_core.robot import RobotDescription, load_robot
@@ -141,8 +141,8 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def listing(urdf: str) -> str:
-    """Return a list of all shipped motions of a robot."""
+def listing(urdf: str, say: Callable[[str], None]) -> None:
+    """List all shipped motions of a robot."""
     robot = load_robot(urdf)
     motions = shipped_library(robot).motions
     lines = [f"motions of {robot.name}:"]
@@ -150,12 +150,13 @@ def listing(urdf: str) -> str:
         f"  {name:22} {motion.starts.value:12} {motion.time:5.1f} s  {motion.meaning}"
         for name, motion in sorted(motions.items())
     ]
-    return "\n".join(lines if motions else [*lines, "  none"])
+    say("\n".join(lines if motions else [*lines, "  none"]))
 
 
-def check(path: Path, urdf: str) -> tuple[Motion, ...]:
-    """Return the motions of a file; NaoGaitError if the robot cannot execute them."""
-    return load_motions(path, load_robot(urdf))
+def check(path: Path, urdf: str, say: Callable[[str], None]) -> None:
+    """List the motions of a file; NaoGaitError if the robot cannot execute them."""
+    for motion in load_motions(path, load_robot(urdf)):
+        say(f"{motion.name}: {len(motion.keyframes)} keyframes, {motion.time:.2f} s")
 
 
 # -- with the running nodes ------------------------------------------------------------------------
@@ -277,7 +278,7 @@ def record(
         path.parent.mkdir(parents=True, exist_ok=True)
         text = lesson.document(meaning or f"taught on {lesson.robot.name}", *postures)
         path.write_text(text, encoding="utf-8")
-        check(path, urdf)
+        load_motions(path, lesson.robot)  # refuses what the robot cannot execute
         say(f"wrote {path}: {len(lesson.order)} poses")
 
 
@@ -300,7 +301,7 @@ def play(
         NaoGaitError: If the file is invalid, if no gait answers, or if the gait refuses the motion,
             does not end it in time, or falls.
     """
-    motion = check(path, urdf)[0]
+    motion = load_motions(path, load_robot(urdf))[0]
     with ros_node("nao_gait_teach", namespace) as node:
         client = _RobotClient(node, load_robot(urdf))
         if not client.spin_until(lambda: bool(client.state), ANSWER_TIMEOUT):

@@ -6,7 +6,7 @@ import re
 import select
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TextIO
@@ -159,14 +159,8 @@ class _RobotClient:
         self.state = message.data
 
 
-def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = False) -> None:
-    """Drive until x or Ctrl-C; then the robot is commanded to stop.
-
-    Args:
-        namespace: Namespace of the robot; "" for none.
-        stamped: Whether to publish TwistStamped.
-        use_sim_time: Whether to stamp with `/clock`.
-    """
+def run(namespace: str, stamped: bool, use_sim_time: bool, say: Callable[[str], None]) -> None:
+    """Drive until x or Ctrl-C; then the robot is commanded to stop."""
     with (
         raw_terminal(sys.stdin) as descriptor,
         ros_node("nao_gait_teleop", namespace, use_sim_time) as node,
@@ -174,6 +168,7 @@ def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = Fals
     ):
         robot = _RobotClient(node, stamped=stamped)
         try:
+            say(HELP)
             _drive(node, robot, descriptor, stop)
         finally:
             robot.velocity.stop()
@@ -182,7 +177,6 @@ def run(*, namespace: str = "", stamped: bool = False, use_sim_time: bool = Fals
 def _drive(node: "Node", robot: _RobotClient, descriptor: int, stop: StopRequest) -> None:
     import rclpy
 
-    sys.stdout.write(HELP + "\n")
     driver = Driver()
     due = time.monotonic()
     while not stop:

@@ -8,12 +8,13 @@ import math
 import struct
 import time
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gait_lab.analysis.bag import BagWriter
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 from robot_core.ros.process import stay_local, stop_on_signal
 
@@ -260,6 +261,11 @@ class TopicRecorder:
 def _arrival(info: Any) -> int:
     """[ns] wall time at which the middleware received a message."""
     return int(info["received_timestamp"]) or time.time_ns()
+
+
+def command(bag: Path | None, out: Path, topics: Sequence[str], **options: Any) -> int:
+    """Record; the exit status: success only with a message."""
+    return EXIT_OK if record(bag or out, topics=tuple(topics), **options) else EXIT_FAILED
 
 
 def record(

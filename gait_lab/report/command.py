@@ -20,12 +20,22 @@ from gait_lab.report.replay import replay
 from gait_lab.report.signal_figures import all_figures
 from gait_lab.report.verdict import findings, headline, joint_table, key_numbers, stretch_table
 from gait_lab.report.vision_figures import percept_table
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 
 ORDER = ("stretches", "world", "seen", "percepts", "speeds", "com", "path", "odometry", "steps",
          "origins", "innovation", "whiteness", "joints", "torques", "motors", "jointtable", "torso",
          "loads", "timing")  # fmt: skip
 """Of the blocks on a page."""
+
+
+def command(
+    bag: Path, after: Path | None, out: Path, robot: str, say: Callable[[str], None]
+) -> int:
+    """Write the page of one bag or of two; the exit status."""
+    if after is None:
+        return EXIT_OK if write_report(bag, out, say, robot) else EXIT_FAILED
+    return EXIT_OK if write_comparison(bag, after, out, say, robot) else EXIT_FAILED
 
 
 def write_report(bag: Path, out: Path, say: Callable[[str], None], robot: str = "") -> bool:

@@ -1,18 +1,15 @@
-"""A picture of a report: `python -m gait_lab.report.picture REPORT.html PICTURE.png [SECTION]`.
-
-Needs the extra `browser` and a Chromium; the pictures in docs/ are made by it.
-"""
+"""`nao_gait write picture`: a picture of a report, such as those in docs/."""
 
 import shutil
-import sys
+from collections.abc import Callable
 from pathlib import Path
 
 WIDTH, HEIGHT = 1280, 860
 ARGUMENTS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 
 
-def picture(page: Path, out: Path, section: str = "") -> None:
-    """Of the top of the page, or of one of its sections (`speeds`, `com`, ...)."""
+def picture(page: Path, out: Path, section: str, say: Callable[[str], None]) -> None:
+    """A picture of the top of the page, or of one of its sections (`speeds`, `com`, ...)."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as tool:
@@ -33,7 +30,4 @@ def picture(page: Path, out: Path, section: str = "") -> None:
             tab.wait_for_timeout(1500)
             tab.screenshot(path=out)
         browser.close()
-
-
-if __name__ == "__main__":
-    picture(Path(sys.argv[1]), Path(sys.argv[2]), *sys.argv[3:4])
+    say(f"written: {out}")

@@ -1,13 +1,9 @@
-"""Writes the table of a robot's kicks, standing and walking, from several simulated robots.
+"""`nao_gait write kicks`: a robot's kicks, standing and walking, of several simulated robots."""
 
-python -m gait_lab.soccer.kick_table --robot bruno --robots 10 > config/kicks/bruno.yaml
-"""
-
-import argparse
 import math
 import statistics
-import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 
 from nao_soccer.behavior.walking import WalkLimits
 from robot_core.errors import NaoGaitError
@@ -91,7 +87,7 @@ def table(
     motions = shipped_library(loaded_robot(urdf)).motions
     lines = [
         f"# Kicks of {len({each.spec.robot_seed for each in results})} simulated robots each; "
-        "written by gait_lab.soccer.kick_table.",
+        "written by nao_gait write kicks.",
         *dribble_rows(dribbles),
         "kicks:",
     ]
@@ -121,22 +117,14 @@ def _row(name: str, values: Mapping[str, float]) -> str:
     return f"  - {{motion: {name}, {row}}}"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; the exit status."""
-    parser = argparse.ArgumentParser(prog="kick_table", description=__doc__)
-    parser.add_argument("--robot", default="nao_h21_v33", metavar="NAME")
-    parser.add_argument("--robots", type=int, default=10, metavar="N")
-    parser.add_argument("--engine", default="mujoco", metavar="E")
-    parser.add_argument("--jobs", type=int, default=None, metavar="N")
-    given = parser.parse_args(arguments)
+def write(
+    urdf: str, robots: int, engine: str, jobs: int | None, out: Path, say: Callable[[str], None]
+) -> None:
+    """Measure all kicks and dribbles with each robot, and write the file."""
+    what = urdf, robots, engine, jobs
+    text = table(urdf, measured(*what), dribbled(*what))
     try:
-        what = given.robot, given.robots, given.engine, given.jobs
-        sys.stdout.write(table(given.robot, measured(*what), dribbled(*what)))
-    except NaoGaitError as error:
-        sys.stderr.write(f"kick_table: {error}\n")
-        return 2
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise NaoGaitError("out", str(out), f"a file that can be written ({error})") from None
+    say(f"written: {out}")

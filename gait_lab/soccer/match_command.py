@@ -3,12 +3,18 @@
 import json as json_format
 import time as clock
 from collections.abc import Callable
+from typing import Any
 
 from gait_lab.soccer.match import MatchResult, match_scene, play_match
 from gait_lab.soccer.match_options import MatchOptions, Progress
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.terminal import EXIT_OK
 from robot_core.errors import NaoGaitError
+
+
+def command(say: Callable[[str], None], **options: Any) -> int:
+    """Run with the fields of `MatchOptions`; the exit status."""
+    return run(MatchOptions(**options), say)
 
 
 def run(options: MatchOptions, say: Callable[[str], None]) -> int:

@@ -355,7 +355,7 @@ def run(
     port: int,
     namespace: str = "",
     stamped: bool = False,
-    duration: float | None = None,
+    duration: float = math.inf,
     say: Callable[[str], None],
 ) -> None:
     """Show the robot until Ctrl-C, or for `duration`.
@@ -364,7 +364,7 @@ def run(
         port: Port of the page on this machine.
         namespace: Namespace of the robot; "" for none.
         stamped: Whether to publish TwistStamped.
-        duration: Wall time [s] after which the view ends; None for no limit.
+        duration: Wall time [s] after which the view ends.
         say: Prints a line.
 
     Raises:
@@ -379,7 +379,7 @@ def run(
             executor.add_node(node)
             viewer = Viewer(node, server, stamped=stamped)
             say(f"http://{HOST}:{server.get_port()} (Ctrl-C ends)")
-            end = math.inf if duration is None else time.monotonic() + duration
+            end = time.monotonic() + duration
             while not stop and time.monotonic() < end:
                 executor.spin_once(timeout_sec=0.01)
                 viewer.step()

@@ -53,7 +53,7 @@ def calibrate(
     base: str = "pitch",
     topic: str = "",
     engine: str = "mujoco",
-    samples: Sequence[Sample] = (),
+    samples: Sequence[Sequence[str]] = (),
     say: Callable[[str], None],
 ) -> None:
     """Write a colour table, and a picture of how it classifies the images beside it.
@@ -64,15 +64,16 @@ def calibrate(
         base: Table whose ranges are kept for classes that the images do not show.
         topic: Of the images in a bag; "" for all of them.
         engine: Renders a scene.
-        samples: What the user has marked.
+        samples: What the user has marked: CLASS IMAGE X0 Y0 X1 Y1 each.
         say: Prints a line.
 
     Raises:
         NaoGaitError: The source has no images, or they cannot be used.
     """
+    marked = [_sample(*words) for words in samples]
     table = load_color_table(base)
     images = _spread(read_images(source, topic=topic, engine=engine))
-    found = calibrate_colors(images, table, samples)
+    found = calibrate_colors(images, table, marked)
     picture = out.with_suffix(".png")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -91,6 +92,15 @@ def calibrate(
 
 
 # -- images ----------------------------------------------------------------------------------------
+
+
+def _sample(name: str, *numbers: str) -> Sample:
+    try:
+        image, left, top, right, bottom = (int(number) for number in numbers)
+    except ValueError as error:
+        allowed = "CLASS and five whole numbers: IMAGE X0 Y0 X1 Y1"
+        raise NaoGaitError("sample", " ".join((name, *numbers)), allowed) from error
+    return Sample(name, image, (left, top, right, bottom))
 
 
 def read_images(source: str, *, topic: str = "", engine: str = "mujoco") -> list[Image]:

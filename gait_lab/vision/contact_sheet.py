@@ -1,11 +1,6 @@
-"""Draws what vision finds in images of both engines with several brightnesses.
+"""`nao_gait vision sheet`: what vision finds in images of both engines, light and dark."""
 
-python -m gait_lab.vision.contact_sheet --out docs/images/vision.jpg
-"""
-
-import argparse
-import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -90,28 +85,13 @@ def _value(percepts: Percepts) -> int:
     return 20 * (len(kinds) + (percepts.ball is not None)) + len(percepts.objects)
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Render all walks and write the sheet; the exit status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m gait_lab.vision.contact_sheet",
-        description="Draw what vision finds in images of both engines.",
-    )
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE")
-    options = parser.parse_args(args)
+def write_sheet(out: Path, say: Callable[[str], None]) -> None:
+    """Render all walks and write the sheet."""
     robot = load_robot(URDF)
-    try:
-        tiles = [
-            draw(
-                tile,
-                observations(random_walk(tile.seed, tile.kind, tile.engine, SECONDS, URDF), robot),
-            )
-            for tile in TILES
-        ]
-    except NaoGaitError as error:
-        sys.stderr.write(f"{error}\n")
-        return 1
-    write(tiles, options.out)
-    return 0
+    walks = [random_walk(tile.seed, tile.kind, tile.engine, SECONDS, URDF) for tile in TILES]
+    pairs = zip(TILES, walks, strict=True)
+    write([draw(tile, observations(walk, robot)) for tile, walk in pairs], out)
+    say(f"written: {out}")
 
 
 def write(tiles: Sequence[Image], path: Path) -> None:
@@ -124,7 +104,3 @@ def write(tiles: Sequence[Image], path: Path) -> None:
     sheet = cv2.cvtColor(np.vstack(rows), cv2.COLOR_RGB2BGR)
     if not cv2.imwrite(str(path), sheet, (cv2.IMWRITE_JPEG_QUALITY, QUALITY)):
         raise NaoGaitError("out", str(path), "a file that can be written")
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,6 +1,6 @@
 """The kicks of a robot: where the ball has to lie and where it goes, as measured.
 
-One file per kind of robot in `config/kicks/`, written by `python -m gait_lab.soccer.kick_table`.
+One file per kind of robot in `config/kicks/`, written by `nao_gait write kicks`.
 """
 
 import math

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_lab import parameter_docs
+from gait_lab import cli
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
@@ -88,4 +88,4 @@ def test_an_empty_preset_is_the_default(tmp_path: Path) -> None:
 
 
 def test_the_document_is_up_to_date() -> None:
-    assert parameter_docs.main(["--check"]) == 0, "run python -m gait_lab.parameter_docs"
+    assert cli.main(["write", "parameters", "--check"]) == 0, "run nao_gait write parameters"

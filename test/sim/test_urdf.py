@@ -13,7 +13,7 @@ import pinocchio as pin
 import pytest
 import yaml
 
-from gait_lab import urdf_writer
+from gait_lab import cli, urdf_writer
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find
 from robot_core.types import FloatArray
@@ -261,32 +261,28 @@ def test_shapes_mirror(robot: Robot) -> None:
 
 
 def test_files_are_up_to_date(capsys: pytest.CaptureFixture[str]) -> None:
-    assert urdf_writer.main(["--check"]) == 0, "run `make urdf`"
+    assert cli.main(["write", "urdf", "--check"]) == 0, "run `make urdf`"
     assert capsys.readouterr().out == ""
 
 
-def test_check_sees_an_edit_and_writing_repairs_it(tmp_path: Path) -> None:
-    paths = [tmp_path / f"{name}.urdf" for name in (*ROBOTS, "bruno")]
-    assert urdf_writer.outdated(tmp_path) == paths
-    assert not any(path.exists() for path in paths), "checking must not write"
-    assert urdf_writer.outdated(tmp_path, write=True) == paths
-    assert urdf_writer.outdated(tmp_path) == []
-    edited = paths[1].read_text().replace("0.16184", "0.16185")
-    paths[1].write_text(edited)
-    assert urdf_writer.outdated(tmp_path) == [paths[1]]
-    assert paths[1].read_text() == edited
-    urdf_writer.outdated(tmp_path, write=True)
-    assert paths[1].read_text() == find("urdf", ROBOTS[1]).read_text()
-
-
-def test_check_fails_and_names_the_file(
+def test_check_sees_an_edit_and_writing_repairs_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = ["--folder", str(tmp_path)]
-    assert urdf_writer.main(["--check", *folder]) == 1
-    assert f"differs: {tmp_path / 'nao_h21_v33.urdf'}" in capsys.readouterr().out
-    assert urdf_writer.main(folder) == 0
-    assert urdf_writer.main(["--check", *folder]) == 0
+    write = ["write", "urdf", "--folder", str(tmp_path)]
+    paths = [tmp_path / f"{name}.urdf" for name in (*ROBOTS, "bruno")]
+    assert cli.main([*write, "--check"]) == 1
+    assert f"differs: {paths[0]}" in capsys.readouterr().out
+    assert not any(path.exists() for path in paths), "checking must not write"
+    assert cli.main(write) == 0
+    assert cli.main([*write, "--check"]) == 0
+    edited = paths[1].read_text().replace("0.16184", "0.16185")
+    paths[1].write_text(edited)
+    capsys.readouterr()
+    assert cli.main([*write, "--check"]) == 1
+    assert capsys.readouterr().out == f"differs: {paths[1]}\n"
+    assert paths[1].read_text() == edited
+    assert cli.main(write) == 0
+    assert paths[1].read_text() == find("urdf", ROBOTS[1]).read_text()
 
 
 def test_bad_facts_and_models_are_refused(tmp_path: Path) -> None:

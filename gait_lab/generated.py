@@ -1,0 +1,95 @@
+"""Files of the repository that are written from its code: `nao_gait write`."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
+from robot_core.errors import NaoGaitError
+from robot_core.resources import share
+from robot_core.schema import Field
+
+PARAMETERS_HEAD = """\
+# Parameters of the gait
+
+Written by `nao_gait write parameters` from `nao_lipm_gait/parameters.py`, the
+one place where a parameter is defined. Each is a ROS parameter of the node `gait` and a
+key of a preset file (`preset:=my.yaml`); what a preset does not name keeps its default.
+"""
+TREE_BEGIN, TREE_END = "<!-- tree -->\n", "<!-- end of tree -->"
+
+
+def refresh(texts: Mapping[Path, str], check: bool, say: Callable[[str], None]) -> int:
+    """Write each file that differs from its text, or with `check` only name it; the exit status."""
+    different = 0
+    for path, text in texts.items():
+        try:
+            if path.is_file() and path.read_text(encoding="utf-8") == text:
+                continue
+            different += 1
+            if not check:
+                path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise NaoGaitError("file", str(path), f"a file that can be written ({error})") from None
+        say(f"{'differs' if check else 'written'}: {path}")
+    return EXIT_FAILED if check and different else EXIT_OK
+
+
+def parameters(check: bool, say: Callable[[str], None]) -> int:
+    """docs/parameters.md."""
+    return refresh({_docs() / "parameters.md": parameters_text()}, check, say)
+
+
+def parameters_text() -> str:
+    """The table of all gait parameters, in sections."""
+    from nao_lipm_gait.parameters import PARAMETERS
+
+    lines = [PARAMETERS_HEAD.rstrip("\n")]
+    for parameter in PARAMETERS:
+        if parameter.section:
+            lines += ["", f"## {parameter.section}", ""]
+            lines += ["| name | default | range | unit | meaning |", "|---|---|---|---|---|"]
+        cells = (
+            f"`{parameter.name}`", _value(parameter.default), _range(parameter), parameter.unit,
+            parameter.meaning.replace("|", "\\|"),
+        )  # fmt: skip
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _value(value: float | bool | str) -> str:
+    if isinstance(value, bool | str):
+        return str(value).lower()
+    text = f"{value:.10g}"
+    return text if any(sign in text for sign in ".e") else f"{text}.0"
+
+
+def _range(parameter: Field) -> str:
+    if parameter.is_number:
+        return f"{parameter.minimum:g} to {parameter.maximum:g}"
+    return ", ".join(parameter.choices or ("true", "false"))
+
+
+def tree(check: bool, say: Callable[[str], None]) -> int:
+    """The tree of options, between its two marks in docs/soccer.md."""
+    from nao_soccer.behavior.option_tree import mermaid
+    from nao_soccer.behavior.options import PLAYER
+
+    page = _docs() / "soccer.md"
+    if not page.is_file():
+        raise NaoGaitError("file", str(page), "a checkout with its documents")
+    before, rest = page.read_text(encoding="utf-8").split(TREE_BEGIN)
+    after = rest.split(TREE_END)[1]
+    drawn = f"{before}{TREE_BEGIN}```mermaid\n{mermaid(PLAYER)}```\n{TREE_END}{after}"
+    return refresh({page: drawn}, check, say)
+
+
+def urdf(check: bool, folder: Path | None, say: Callable[[str], None]) -> int:
+    """The URDF of every model."""
+    from gait_lab.urdf_writer import MODELS, urdf_text
+
+    texts = {(folder or share("urdf")) / f"{name}.urdf": urdf_text(name) for name in MODELS}
+    return refresh(texts, check, say)
+
+
+def _docs() -> Path:
+    return share("config").parent / "docs"
