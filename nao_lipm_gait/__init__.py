@@ -14,20 +14,20 @@
 Joint arrays (n,) [rad] follow `RobotDescription.joint_names`; SI units; x forward, y left, z up.
 Bad input raises `NaoGaitError` with field, value and what is allowed.
 
-`Gait` and `Simulation` are imported when they are first used: this module loads no physics.
+Each name is imported when it is first used: the import of the package costs nothing, and a node of
+it can be interrupted from the start.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from nao_lipm_gait.parameters import GaitParameters, load_preset
-from robot_core.errors import NaoGaitError
-from robot_core.robot import RobotDescription, load_robot
-from robot_core.types import GaitState, GaitStatus, JointTargets, SensorFrame, VelocityCommand
-from robot_core.types import VelocityCommand as Velocity
-
 if TYPE_CHECKING:
     from nao_lipm_gait.gait import Gait
+    from nao_lipm_gait.parameters import GaitParameters, load_preset
+    from robot_core.errors import NaoGaitError
+    from robot_core.robot import RobotDescription, load_robot
+    from robot_core.types import GaitState, GaitStatus, JointTargets, SensorFrame, VelocityCommand
+    from robot_core.types import VelocityCommand as Velocity
     from sim_bridge.simulation import Observation, Simulation
 
 __all__ = [
@@ -47,15 +47,22 @@ __all__ = [
     "load_robot",
 ]
 
-_WHEN_USED = {
-    "Gait": "nao_lipm_gait.gait",
-    "Observation": "sim_bridge.simulation",
-    "Simulation": "sim_bridge.simulation",
-}
+_MODULES = {
+    "nao_lipm_gait.gait": ("Gait",),
+    "nao_lipm_gait.parameters": ("GaitParameters", "load_preset"),
+    "robot_core.errors": ("NaoGaitError",),
+    "robot_core.robot": ("RobotDescription", "load_robot"),
+    "robot_core.types": (
+        "GaitState", "GaitStatus", "JointTargets", "SensorFrame", "VelocityCommand",
+    ),
+    "sim_bridge.simulation": ("Observation", "Simulation"),
+}  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _WHEN_USED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(_WHEN_USED[name]), name)
-    return value
+    wanted = "VelocityCommand" if name == "Velocity" else name
+    for module, names in _MODULES.items():
+        if wanted in names:
+            value = globals()[name] = getattr(import_module(module), wanted)
+            return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
