@@ -192,7 +192,7 @@ COMMANDS = {
                  help="file to write (out/calibration.yaml)"),
         _NAMESPACE,
     )),
-    "vision": Command("colour tables of the robots' vision, and what it finds in images", parts=_VISION),
+    "vision": Command("the robots' vision: colour tables, what it finds", parts=_VISION),
     "write": Command("files of the repository that are made from its code", parts=_WRITE),
 }  # fmt: skip
 _EXTRAS = {"cv2": "vision", "mujoco": "mujoco", "playwright": "browser"}
