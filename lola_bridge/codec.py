@@ -50,6 +50,13 @@ _ACTUATORS = {
 }  # fmt: skip
 """Length of each array of a command; `Sonar` holds booleans, the others float32."""
 _SENSOR_KEYS = {*_REALS, "Status", "RobotConfig"}
+_UNUSED = frozenset(JOINTS.index(name) for name in ("LWristYaw", "RWristYaw", "LHand", "RHand"))
+_MAY_BE_UNKNOWN = {
+    "Stiffness": _UNUSED, "Position": _UNUSED, "Temperature": frozenset(range(_COUNT)),
+    "Current": frozenset(range(_COUNT)), "Sonar": frozenset(range(2)), "FSR": frozenset(range(8)),
+}  # fmt: skip
+"""Places of an array that may be no number: no walk depends on them, and a robot whose hand reports
+nonsense must not sit down for it."""
 
 
 class RobotConfig(NamedTuple):
@@ -75,8 +82,8 @@ class LolaSensors(NamedTuple):
         stiffness: Share of the motors' torque that may be used, 0 to 1.
         position: [rad]; hands: 0 closed to 1 open.
         temperature: [deg C] of the motors.
-        battery: Charge 0 to 1, current [A] (below 0 while it discharges), status, temperature
-            [deg C]. Public sources disagree on the order of current and status.
+        battery: Charge 0 to 1, status, current [A] (below 0 while it discharges), temperature
+            [deg C].
         current: [A] of the motors.
         status: Of the motors: 0 normal, 1 hot, 2 very hot, 3 critically hot.
         accelerometer: x, y, z [m/s^2] along the torso, about (0, 0, -9.8) at rest upright: the
@@ -158,7 +165,7 @@ def decode_sensors(message: bytes) -> LolaSensors:
         allowed = f"the keys {', '.join(sorted(_SENSOR_KEYS))}"
         raise NaoGaitError("LoLA message", f"missing or unknown: {', '.join(wrong)[:120]}", allowed)
     for key, count in _REALS.items():
-        _check_reals(f"LoLA {key}", found[key], count)
+        _check_reals(f"LoLA {key}", found[key], count, _MAY_BE_UNKNOWN.get(key, frozenset()))
     _check_status(found["Status"])
     config = found["RobotConfig"]
     if len(config) != 4 or not all(isinstance(each, str) for each in config):
@@ -249,12 +256,16 @@ def _check_actuator(key: Any, value: Any) -> None:
 # -- both ------------------------------------------------------------------------------------------
 
 
-def _check_reals(field: str, value: Any, count: int) -> None:
-    """Refuse anything but `count` numbers that a float32 can hold."""
+def _check_reals(
+    field: str, value: Any, count: int, unknown: frozenset[int] = frozenset()
+) -> None:
+    """Refuse anything but `count` numbers that a float32 can hold; `unknown` places may be NaN."""
     if isinstance(value, list | tuple) and len(value) == count:
-        for each in value:
+        for place, each in enumerate(value):
             kind = type(each)
-            if (kind is not float and kind is not int) or not -FLOAT32_MAX <= each <= FLOAT32_MAX:
+            if kind is not float and kind is not int:
+                break
+            if not -FLOAT32_MAX <= each <= FLOAT32_MAX and place not in unknown:
                 break
         else:
             return

@@ -41,6 +41,7 @@ from lola_bridge.link import (
     pack_log,
     unpack_command,
 )
+from lola_bridge.motor_watch import MotorLimits
 from lola_bridge.safety import JointCommand, Mode, SafeCommand, Safety, SafetySettings
 from robot_core.errors import NaoGaitError, one_line
 from robot_core.log import Level, LogLine, Throttle
@@ -60,12 +61,15 @@ without sensors is a new start for the gait, which then begins with a stand."""
 RESEND = 0.25
 """[s] after which lockstep gives an unanswered frame to the node again."""
 CLOCK_SLACK = 100_000_000
-"""[ns] by which the stamps, which count frames, may differ from the clock."""
+"""[ns] by which the stamps, which count frames, may be behind the clock."""
+FRAME_GAP = 0.1
+"""[s] between two frames from which on the robot was without answers for too long."""
 FAULTS_MAX = 100
 """Unexpected errors without an answer to the robot in between, after which the driver gives up."""
 _SECOND = 1_000_000_000
 _COLORS = {
-    Mode.LIMP: (0.0, 0.0, 1.0), Mode.STARTING: (1.0, 1.0, 0.0), Mode.ACTIVE: (0.0, 1.0, 0.0),
+    Mode.LIMP: (0.0, 0.0, 1.0), Mode.HOLDING: (1.0, 1.0, 0.0),
+    Mode.STARTING: (1.0, 1.0, 0.0), Mode.ACTIVE: (0.0, 1.0, 0.0),
     Mode.SITTING: (1.0, 0.0, 0.0), Mode.RESTING: (1.0, 0.0, 0.0), Mode.RELAXING: (1.0, 0.0, 0.0),
 }  # fmt: skip
 """Chest light in each mode."""
@@ -98,7 +102,8 @@ class DriverSettings:
         """
         try:
             values = json.loads(text)
-            safety = SafetySettings(**values.pop("safety"))
+            motors = MotorLimits(**values["safety"].pop("motors"))
+            safety = SafetySettings(**values.pop("safety"), motors=motors)
             return cls(safety=safety, **values)
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise NaoGaitError("driver settings", text[:40], f"JSON ({error})") from error
@@ -155,7 +160,9 @@ class Driver:
         self._period = round(settings.safety.period * _SECOND)
         self._times = AnswerTimes(settings.safety.period)
         self._throttle = Throttle()
+        self._began = wall() - round(clock() * _SECOND)
         self._stamp = self._valid_from = 0 if settings.lockstep else wall()
+        self._heard = False
         self._frames = self._silent = 0
         self._pending: LolaSensors | None = None
         self._waits = False
@@ -244,7 +251,7 @@ class Driver:
                 text = f"socket {self._settings.socket}: {reason}; trying again each {RETRY:g} s"
                 self._log(LogLine(Level.WARN, text))
             return
-        self._lola, self._waiting_logged = lola, False
+        self._lola, self._waiting_logged, self._heard = lola, False, False
         self._buffer.clear()
         self._safety.restart()
         self._pause()
@@ -277,15 +284,14 @@ class Driver:
 
     def _take(self, frame: bytes) -> None:
         """Begin the cycle of a frame."""
-        self._arrived = self._clock()
+        before, self._arrived = self._arrived, self._clock()
+        if self._heard and self._arrived - before > FRAME_GAP:
+            text = f"no frame for {self._arrived - before:.2f} s: the robot was without answers"
+            self._warn("gap", text, Level.ERROR)
+        self._heard = True
         self._frames += 1
         self._stamp += self._period
-        # Frames of a burst, after this process was held up, are older than the clock says now.
-        newest = len(self._buffer) < SENSOR_BYTES
-        jump = self._wall() - self._stamp if newest and not self._settings.lockstep else 0
-        if abs(jump) > CLOCK_SLACK:
-            # What a command must follow is of the old clock, too.
-            self._stamp, self._valid_from = self._stamp + jump, self._valid_from + jump
+        self._follow_clock()
         try:
             self._pending = decode_sensors(frame)
         except NaoGaitError as error:
@@ -303,6 +309,20 @@ class Driver:
         elif self._settings.lockstep:
             wait = float("inf")
         self._deadline, self._resend_at = self._arrived + wait, self._arrived + RESEND
+
+    def _follow_clock(self) -> None:
+        """Keep the stamps, which count frames, near the clock; they never run backwards.
+
+        The clock is the monotonic one since the connection, so that setting the time changes none.
+        """
+        # Frames of a burst, after this process was held up, are older than the clock says now.
+        if self._settings.lockstep or len(self._buffer) >= SENSOR_BYTES:
+            return
+        ahead = self._stamp - self._began - round(self._clock() * _SECOND)
+        if ahead < -CLOCK_SLACK:
+            self._stamp, self._valid_from = self._stamp - ahead, self._valid_from - ahead
+        elif ahead > self._period:  # a burst that came in two parts
+            self._stamp -= self._period // 2
 
     def _answer(self) -> None:
         """End the cycle: send what the safety decides."""

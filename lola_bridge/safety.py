@@ -6,7 +6,9 @@ order of `codec.JOINTS`.
     limp -> starting -> active -> sitting -> resting -> relaxing -> limp
 
 From every state but `active` a fresh command that may pass leads to `starting`. A robot that lies,
-or was limp anyway, does not sit: it goes limp.
+or was limp anyway, does not sit: it goes limp. All three head buttons take the stiffness off in the
+same cycle, from every state. Whatever a button stops goes on only after a long press of the chest
+button.
 """
 
 from collections.abc import Sequence
@@ -15,6 +17,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from lola_bridge.codec import JOINTS, TOUCH, LolaSensors
+from lola_bridge.motor_watch import MotorLimits, MotorWatch
 from robot_core.log import Level, LogLine
 from robot_core.rate_limiter import limited_step
 
@@ -22,8 +25,10 @@ BODY_VERSION = "6."
 """Begin of the body versions whose joints, limits and masses this package knows."""
 BATTERY_LOW, BATTERY_AGAIN = 0.05, 0.10
 """Charge below which no command passes, and from which on commands pass again."""
-HOT, COOL = 80.0, 70.0
-"""[deg C] of a leg motor from which on no command passes, and below which commands pass again."""
+GO_ON_TIME = 1.0
+"""[s] for which the chest button is held to let commands pass again."""
+BOUNCE_TIME = 0.2
+"""[s] without contact after which a button counts as released; bounces of 96 ms were seen."""
 LYING = 1.0
 """[rad] Roll or pitch from which on the robot lies or falls: it must not sit down then."""
 REST = 0.5
@@ -32,10 +37,6 @@ REST_TIME = 60.0
 """[s] for which it does so, before it goes limp."""
 LIMP_SHARE = 0.05
 """Stiffness up to which a joint counts as limp."""
-_LEG = tuple(
-    index for index, joint in enumerate(JOINTS)
-    if joint[1:] in ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
-)  # fmt: skip
 _CHEST = TOUCH.index("chest")
 _HEAD = tuple(TOUCH.index(name) for name in ("head_front", "head_middle", "head_rear"))
 
@@ -45,6 +46,7 @@ class Mode(StrEnum):
 
     Attributes:
         LIMP: No torque; waits for a command.
+        HOLDING: Keeps the pose in which it was found stiff, until the chest button is pressed.
         STARTING: Stiffness rises, and the joints move from where they are to the command.
         ACTIVE: Commands pass, within the limits.
         SITTING: The robot sits down.
@@ -53,6 +55,7 @@ class Mode(StrEnum):
     """
 
     LIMP = "limp"
+    HOLDING = "holding"
     STARTING = "starting"
     ACTIVE = "active"
     SITTING = "sitting"
@@ -75,7 +78,8 @@ class SafetySettings:
         driven: (25,) Joints that may be stiff; the others (wrists, hands) stay limp.
         sit: (25,) [rad] Pose in which the robot rests on its legs without torque.
         dry_run: Send no stiffness, whatever is commanded.
-        wait_for_button: No command passes until the chest button was pressed once.
+        wait_for_button: No command passes until the chest button was held once.
+        motors: What the motors may show.
     """
 
     period: float
@@ -89,6 +93,7 @@ class SafetySettings:
     sit: Sequence[float]
     dry_run: bool = False
     wait_for_button: bool = False
+    motors: MotorLimits = field(default_factory=MotorLimits)
 
 
 class JointCommand(NamedTuple):
@@ -160,7 +165,9 @@ class Safety:
         self._refusals = _Refusals()
         self._stopped = settings.wait_for_button
         self._released = False
-        self._pressed = self._all_pressed = False
+        self._chest = _Button(settings.period)
+        self._motors = MotorWatch(settings.motors, settings.driven, settings.period)
+        self._spared: dict[int, str] = {}
         self._bad_frames = 0
         self._log: list[LogLine] = []
         self.misses = self.repeated = 0
@@ -176,12 +183,15 @@ class Safety:
         self._begin_phase()
         self.misses = self._bad_frames = 0
         self._lying = False
+        self._motors.restart()
 
     def configure(self, settings: SafetySettings) -> None:
         """Continue with other settings, and with the commands of another node."""
         if settings.wait_for_button and not self._s.wait_for_button:
             self._stopped = True
         self._s, self._released = settings, False
+        self._motors = MotorWatch(settings.motors, settings.driven, settings.period)
+        self._chest = _Button(settings.period)
         self._refusals.update("end", None)
 
     def release(self) -> None:
@@ -207,19 +217,24 @@ class Safety:
             sensors: Sensors of this cycle; None = they cannot be used.
             command: A command that has arrived since the last cycle; None = none.
         """
-        relax = self._watch(sensors)
+        emergency = self._watch(sensors)
         refused = self.refusal
         self.misses = self.misses + 1 if command is None else 0
         if command is not None:
             self._command = command
-        self._advance(command is not None, refused, relax)
+        if emergency:
+            self._stiffness = list(self._zeros)
+            if self.mode is not Mode.LIMP:
+                self._enter(Mode.LIMP, "head buttons: limp")
+        else:
+            self._advance(command is not None, refused)
         position, stiffness = self._wanted()
         return self._limited(position, stiffness)
 
     # -- what speaks against commands --------------------------------------------------------------
 
     def _watch(self, sensors: LolaSensors | None) -> bool:
-        """Update the refusals; whether the robot must go limp at once."""
+        """Update the refusals; whether the stiffness must go at once."""
         if sensors is None:
             self._bad_frames += 1
             seconds = self._bad_frames * self._s.period
@@ -233,6 +248,7 @@ class Safety:
         if self._first:
             self._take_over(sensors.stiffness)
         self._watch_body(sensors)
+        self._watch_motors(sensors)
         return self._watch_buttons(sensors)
 
     def _take_over(self, stiffness: Sequence[float]) -> None:
@@ -241,7 +257,10 @@ class Safety:
         self._stiffness = [min(max(share, 0.0), 1.0) for share in stiffness]
         if max(self._stiffness) > LIMP_SHARE and self._measured is not None:
             self._position = list(self._measured)
-            self._stop("a stiff robot without commands")
+            if self._s.wait_for_button and self._stopped:
+                self._enter(Mode.HOLDING, "a stiff robot: it holds its pose")
+            else:
+                self._stop("a stiff robot without commands")
 
     def _watch_body(self, sensors: LolaSensors) -> None:
         update, reasons = self._refusals.update, self._refusals.reasons
@@ -252,38 +271,51 @@ class Safety:
         charge = sensors.battery[0]
         low = charge < (BATTERY_AGAIN if "battery" in reasons else BATTERY_LOW)
         update("battery", f"battery at {100 * charge:.0f} %: sitting down" if low else None)
-        hottest = max(_LEG, key=sensors.temperature.__getitem__)
-        degrees = sensors.temperature[hottest]
-        hot = degrees >= (COOL if "temperature" in reasons else HOT)
-        text = f"{JOINTS[hottest]} at {degrees:.0f} deg C: sitting down"
-        update("temperature", text if hot else None)
+
+    def _watch_motors(self, sensors: LolaSensors) -> None:
+        stiffness = self._zeros if self._s.dry_run else self._stiffness
+        faults = self._motors.update(sensors, self._position, stiffness)
+        self._refusals.update("temperature", faults.sit)
+        self._refusals.update("motor", faults.limp, Level.ERROR)
+        for joint in faults.spared.keys() - self._spared.keys():
+            self._log.append(LogLine(Level.WARN, faults.spared[joint]))
+        for joint in self._spared.keys() - faults.spared.keys():
+            self._log.append(LogLine(Level.OK, f"{JOINTS[joint]} is used again"))
+        self._spared = faults.spared
 
     def _watch_buttons(self, sensors: LolaSensors) -> bool:
-        """Chest: sit down, or go on. All three on the head: go limp at once."""
-        pressed = sensors.touch[_CHEST] >= 0.5
-        if pressed and not self._pressed:
-            self._stopped = not self._stopped
-        self._pressed = pressed
-        all_pressed = all(sensors.touch[index] >= 0.5 for index in _HEAD)
-        relax = all_pressed and not self._all_pressed
-        self._all_pressed = all_pressed
-        self._stopped = self._stopped or relax
-        text = "chest button: no command passes until it is pressed again"
+        """Chest: sit down at once; held, go on. All three on the head: stiffness off, at once.
+
+        A robot that lies has fallen on its chest button, or is not to be started by it.
+        """
+        pressed = self._chest.update(sensors.touch[_CHEST] >= 0.5)
+        if not self._lying:
+            if pressed and not self._stopped:
+                self._stopped = True
+                self._chest.use_up()
+            elif self._stopped and self._chest.held(GO_ON_TIME):
+                self._stopped = False
+                self._chest.use_up()
+                self._motors.forgive()
+        emergency = all(sensors.touch[index] >= 0.5 for index in _HEAD)
+        self._stopped = self._stopped or emergency
+        text = f"stopped by a button: hold the chest button for {GO_ON_TIME:g} s to go on"
         self._refusals.update("chest button", text if self._stopped else None)
-        return relax
+        return emergency
 
     # -- modes -------------------------------------------------------------------------------------
 
-    def _advance(self, fresh: bool, refused: str | None, relax: bool) -> None:
+    def _advance(self, fresh: bool, refused: str | None) -> None:
         s, before = self._s, self.mode
         self._cycles += 1
         elapsed = self._cycles * s.period
         silent = self.misses * s.period > s.silence_time
-        if before in (Mode.STARTING, Mode.ACTIVE):
-            if relax:
-                self._enter(Mode.RELAXING, "head buttons: going limp")
-            elif refused is not None:
-                self._stop(None)  # the refusal has been logged
+        limp = "motor" in self._refusals.reasons
+        if before not in (Mode.LIMP, Mode.RELAXING) and limp:
+            self._enter(Mode.RELAXING, None)  # the refusal has been logged
+        elif before in (Mode.STARTING, Mode.ACTIVE):
+            if refused is not None:
+                self._stop(None)
             elif silent:
                 self._stop(f"no joint_command for {self.misses * s.period:.2f} s")
             elif before is Mode.STARTING and elapsed >= s.stiffness_ramp:
@@ -292,8 +324,10 @@ class Safety:
                 self.repeated += 1
         elif fresh and refused is None and self._measured is not None:
             self._enter(Mode.STARTING, "commands arrive: stiffness rises")
-        elif before in (Mode.SITTING, Mode.RESTING) and (relax or self._lying):
+        elif before in (Mode.SITTING, Mode.RESTING, Mode.HOLDING) and self._lying:
             self._enter(Mode.RELAXING, "going limp")
+        elif before is Mode.HOLDING and elapsed >= REST_TIME:
+            self._stop("nobody has pressed the chest button")
         elif before is Mode.SITTING and elapsed >= s.sit_time:
             self._enter(Mode.RESTING, "sitting")
         elif before is Mode.RESTING and elapsed >= self._rest_time:
@@ -339,6 +373,8 @@ class Safety:
                 _blend(self._position_before, command.position, _smooth(share)),
                 _blend(self._stiffness_before, command.stiffness, share),
             )
+        if mode is Mode.HOLDING:
+            return self._position_before, self._stiffness_before
         if mode is Mode.SITTING:
             share = _share(self._cycles * s.period, s.sit_time)
             return _blend(self._position_before, s.sit, _smooth(share)), self._stiffness_before
@@ -355,8 +391,8 @@ class Safety:
         """Limit angles, their speeds and the stiffness; keep what is sent."""
         s = self._s
         stiffness = [
-            min(max(share, 0.0), 1.0) if driven else 0.0
-            for share, driven in zip(stiffness, s.driven, strict=True)
+            min(max(share, 0.0), 1.0) if driven and joint not in self._spared else 0.0
+            for joint, (share, driven) in enumerate(zip(stiffness, s.driven, strict=True))
         ]
         # A joint that was limp starts from where it is.
         origin = [
@@ -381,6 +417,34 @@ class Safety:
             min(max(angle, low), high)
             for angle, low, high in zip(position, self._s.lower, self._s.upper, strict=True)
         ]
+
+
+class _Button:
+    """A button that bounces: pressed with the first contact, released after a time without one."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._since_contact = BOUNCE_TIME
+        self._contact_time = 0.0
+        self._used = False
+        self._down = False
+
+    def update(self, contact: bool) -> bool:
+        """Take a frame; whether the button has just gone down."""
+        before = self._down
+        self._since_contact = 0.0 if contact else self._since_contact + self._period
+        self._down = contact or (self._down and self._since_contact < BOUNCE_TIME)
+        self._contact_time = self._contact_time + self._period if contact else 0.0
+        self._used = self._used and self._down
+        return self._down and not before
+
+    def held(self, time: float) -> bool:
+        """Whether contact has lasted this long [s], and this press has done nothing yet."""
+        return not self._used and self._contact_time >= time
+
+    def use_up(self) -> None:
+        """Let this press do nothing more until the button is released."""
+        self._used = True
 
 
 def _share(elapsed: float, duration: float) -> float:

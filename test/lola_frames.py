@@ -22,7 +22,7 @@ def sensors(**changes: Any) -> LolaSensors:
     """Sensors of a limp robot that stands upright."""
     frame = LolaSensors(
         stiffness=[0.0] * 25, position=[0.0] * 25, temperature=[38.0] * 25,
-        battery=[0.9, -1.0, 0.0, 35.0], current=[0.1] * 25, status=[0] * 25,
+        battery=[0.9, 0.0, -1.0, 35.0], current=[0.1] * 25, status=[0] * 25,
         accelerometer=[0.0, 0.0, -9.81], gyroscope=[0.0] * 3, angles=[0.0] * 2, sonar=[1.0] * 2,
         fsr=[0.67] * 8, touch=[0.0] * 14, robot_config=CONFIG,
     )  # fmt: skip

@@ -103,7 +103,7 @@ def touch(stamp: int, sensors: LolaSensors) -> Joy:
 
 def battery_state(stamp: int, sensors: LolaSensors) -> BatteryState:
     """`battery`."""
-    charge, current, _, temperature = map(float, sensors.battery)
+    charge, _, current, temperature = map(float, sensors.battery)
     message = BatteryState(
         voltage=math.nan, temperature=temperature, current=current, charge=math.nan,
         capacity=math.nan, design_capacity=math.nan, percentage=charge, present=True,
@@ -164,8 +164,8 @@ def diagnostics(
             Level.OK if charge > 0.2 else Level.WARN if charge > 0.1 else Level.ERROR,
             f"{100.0 * charge:.0f} %",
             {
-                "current [A]": f"{sensors.battery[1]:.2f}",
-                "status": f"{sensors.battery[2]:.0f}",
+                "current [A]": f"{sensors.battery[2]:.2f}",
+                "status": f"{sensors.battery[1]:.0f}",
                 "temperature [deg C]": f"{sensors.battery[3]:.0f}",
             },
         ),

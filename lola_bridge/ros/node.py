@@ -29,6 +29,7 @@ from lola_bridge.link import (
     pack_command,
     unpack_from_driver,
 )
+from lola_bridge.motor_watch import MotorLimits
 from lola_bridge.ros.messages import (
     SensorWriter,
     battery_state,
@@ -71,11 +72,30 @@ LOCKSTEP = node_parameter(
 )
 DRY_RUN = node_parameter("dry_run", False, "publish and log everything, but send no stiffness")
 WAIT_FOR_BUTTON = node_parameter(
-    "wait_for_button", False, "no command passes until the chest button was pressed"
+    "wait_for_button", False, "no command passes until the chest button was held for a second"
 )
+MOTOR_HOT = node_parameter(
+    "motor_hot", MotorLimits.hot,
+    "temperature from which on a leg motor makes the robot sit down, another one goes limp",
+    "deg C", 40.0, 120.0,
+)  # fmt: skip
+MOTOR_COOL = node_parameter(
+    "motor_cool", MotorLimits.cool, "temperature below which it is used again", "deg C", 30.0, 120.0
+)
+MOTOR_ERROR = node_parameter(
+    "motor_error", MotorLimits.error,
+    "difference between command and measurement that counts as not following", "rad", 0.1, 3.0,
+)  # fmt: skip
+MOTOR_TIME = node_parameter(
+    "motor_time", MotorLimits.time, "for so long, until the joint goes limp", "s", 0.1, 10.0
+)
+MOTOR_CURRENT = node_parameter(
+    "motor_current", MotorLimits.current, "mean current over that time until it goes limp", "A",
+    0.1, 20.0,
+)  # fmt: skip
 NODE_PARAMETERS = (
     SOCKET, URDF, CONTROL_PERIOD, STIFFNESS_RAMP, SILENCE_TIME, SIT_TIME, LOCKSTEP, DRY_RUN,
-    WAIT_FOR_BUTTON,
+    WAIT_FOR_BUTTON, MOTOR_HOT, MOTOR_COOL, MOTOR_ERROR, MOTOR_TIME, MOTOR_CURRENT,
 )  # fmt: skip
 REPORT_PERIOD = 1.0
 """[s] between two messages about battery, temperatures and the bridge."""
@@ -135,7 +155,11 @@ class LolaBridgeNode(Node):
             sit=self._joints.from_gait(sitting_pose(self._robot)),
             dry_run=switch(DRY_RUN),
             wait_for_button=switch(WAIT_FOR_BUTTON),
-        )
+            motors=MotorLimits(
+                number(MOTOR_HOT), number(MOTOR_COOL), number(MOTOR_ERROR), number(MOTOR_TIME),
+                number(MOTOR_CURRENT),
+            ),
+        )  # fmt: skip
         socket_path = of_type(declare(self, SOCKET), str)
         return DriverSettings(socket_path, switch(LOCKSTEP), safety)
 

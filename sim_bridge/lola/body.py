@@ -89,9 +89,9 @@ class LolaBody:
             stiffness=self._stiffness,
             position=self._map.from_gait(frame.joint_position),
             temperature=temperature,
-            battery=(0.9, -1.0, 0.0, COLD)
+            battery=(0.9, 0.0, -1.0, COLD)
             if motors is None
-            else (motors.charge, -motors.power / motors.voltage, 0.0, COLD),
+            else (motors.charge, 0.0, -motors.power / motors.voltage, COLD),
             current=[0.0] * len(JOINTS) if motors is None else self._map.from_gait(motors.current),
             status=[status(each, self._robot.plant) for each in temperature],
             accelerometer=(-x, -y, -z),

@@ -58,6 +58,8 @@ NODE_PARAMETERS = (
     parameters.SENSOR_DELAY, REAL_TIME_FACTOR, parameters.START_STATE, parameters.PUBLISH_CLOCK,
     parameters.GUI,
 )  # fmt: skip
+PRESS_TIME = 1_200_000_000
+"""[ns] of a press of the chest button: long enough for `lola_bridge` to go on."""
 
 
 class CycleTimes:
@@ -204,7 +206,7 @@ class LolaServerNode(Node):
         return response
 
     def _on_press(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
-        self._press_until = self._world.time + 5 * self.period
+        self._press_until = self._world.time + PRESS_TIME
         response.success, response.message = True, "pressed"
         return response
 

@@ -4,6 +4,7 @@ import math
 import random
 import struct
 
+import msgpack
 import pytest
 
 from lola_bridge.codec import (
@@ -11,6 +12,7 @@ from lola_bridge.codec import (
     JOINTS,
     SENSOR_BYTES,
     LolaCommand,
+    LolaSensors,
     command_stream,
     decode_sensors,
     encode_command,
@@ -140,9 +142,35 @@ def test_broken_sensors_are_refused_and_never_worse():
         except NaoGaitError:
             refused += 1
             continue
-        again = encode_sensors(found)
+        again = encode_sensors(known(found))
         assert encode_sensors(decode_sensors(again)) == again
     assert 150 < refused < 1495
+
+
+def known(found: LolaSensors) -> LolaSensors:
+    """Sensors with 0 for what may be no number."""
+    return found._replace(
+        **{
+            name: [each if math.isfinite(each) else 0.0 for each in getattr(found, name)]
+            for name in ("stiffness", "position", "temperature", "current", "sonar", "fsr")
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "place", "taken"),
+    [("Current", 24, True), ("Temperature", 3, True), ("FSR", 0, True), ("Position", 24, True),
+     ("Position", 10, False), ("Gyroscope", 0, False), ("Touch", 0, False), ("Battery", 0, False)],
+)  # fmt: skip
+def test_what_no_walk_depends_on_may_be_no_number(key: str, place: int, taken: bool):
+    content = msgpack.unpackb(encode_sensors(sensors()))
+    content[key][place] = math.nan
+    frame = msgpack.packb(content, use_single_float=True)
+    if taken:
+        decode_sensors(frame)
+    else:
+        with pytest.raises(NaoGaitError, match=f"LoLA {key}"):
+            decode_sensors(frame)
 
 
 def test_broken_commands_are_refused_and_never_worse():

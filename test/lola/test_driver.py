@@ -101,9 +101,17 @@ class Rig:
         self.node.setblocking(False)
         self.node.send(SETTINGS + self.settings.to_json().encode())
 
-    def cycle(self, frame: bytes = STANDING, command: bool = False, pieces: int = 1) -> LolaCommand:
+    def frame(self) -> bytes:
+        """Sensors of a robot whose joints are where they were told to be."""
+        position = self.answers[-1].position if self.answers else None
+        return STANDING if position is None else encode_sensors(sensors(position=position))
+
+    def cycle(
+        self, frame: bytes | None = None, command: bool = False, pieces: int = 1
+    ) -> LolaCommand:
         """Send a frame, perhaps answer it as the gait would, and return what the robot gets."""
         assert self.robot is not None
+        frame = self.frame() if frame is None else frame
         count, seen = len(self.answers), len(self.frames)
         size = -(-len(frame) // pieces)
         for start in range(0, len(frame), size):
@@ -202,11 +210,39 @@ def test_commands_pass_on_when_the_clock_is_set(timed: Rig, jump: float) -> None
     """As at the first contact with a time server: a NAO has no clock of its own."""
     timed.start()
     timed.time[1] += jump
+    seen = len(timed.frames)
     for _ in range(20):
         sent = timed.cycle(command=True)
         assert timed.frames[-1].status.mode is Mode.ACTIVE
     assert sent.stiffness[KNEE] == 1.0
-    assert timed.frames[-1].stamp == pytest.approx(sum(timed.time) * 1e9, abs=0.15e9)
+    stamps = [frame.stamp for frame in timed.frames[seen - 1 :]]
+    assert {b - a for a, b in pairwise(stamps)} == {12_000_000}
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3])
+def test_stamps_never_run_backwards_after_a_burst(timed: Rig, parts: int) -> None:
+    """Frames of a stall that come in several parts are ahead of the clock for a while."""
+    timed.start()
+    assert timed.robot is not None
+    seen, answered = len(timed.frames), len(timed.answers)
+    timed.now += 0.3
+    for part in range(parts):
+        for _ in range(24 // parts):
+            timed.robot.send(STANDING)
+        count = answered + (part + 1) * (24 // parts)
+        timed.serve(lambda count=count: len(timed.answers) >= count - 1)
+    for _ in range(2 * PAUSE):
+        timed.cycle()
+    stamps = [frame.stamp for frame in timed.frames[seen - 1 :]]
+    assert min(b - a for a, b in pairwise(stamps)) > 0
+    assert stamps[-1] == pytest.approx(sum(timed.time) * 1e9, abs=0.15e9)
+
+
+def test_a_link_that_froze_is_said(timed: Rig) -> None:
+    timed.start()
+    timed.now += 2.3
+    timed.cycle(command=True)
+    assert any(line.startswith("no frame for 2.3") for line in timed.log)
 
 
 def test_frames_that_had_to_wait_keep_their_stamps(timed: Rig) -> None:

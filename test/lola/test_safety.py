@@ -98,7 +98,7 @@ def test_a_robot_that_was_limp_is_not_made_stiff_by_a_silence(active: Safety):
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"battery": [0.03, -1.0, 0.0, 35.0]}, "battery at 3 %"),
+        ({"battery": [0.03, 0.0, -1.0, 35.0]}, "battery at 3 %"),
         ({"temperature": [80.0] * 25}, "LHipYawPitch at 80 deg C"),
         ({"robot_config": CONFIG._replace(body_version="5.0.0")}, "body version: got '5.0.0'"),
     ],
@@ -115,28 +115,162 @@ def test_what_speaks_against_commands_is_said_once_and_makes_it_sit(
     assert run(active, 15)[-1].mode is Mode.ACTIVE
 
 
-def test_an_arm_may_be_hot(active: Safety):
-    hot = [80.0 if joint == "LElbowRoll" else 38.0 for joint in JOINTS]
-    assert run(active, 5, temperature=hot)[-1].mode is Mode.ACTIVE
+CHEST = [1.0] + [0.0] * 13
+HEAD = [0.0, 1.0, 1.0, 1.0] + [0.0] * 10
+ELBOW = JOINTS.index("LElbowRoll")
+SECOND = round(1.0 / SAFETY.period)
 
 
-def test_the_chest_button_stops_and_starts(active: Safety):
-    pressed = [1.0] + [0.0] * 13
-    assert run(active, 3, touch=pressed)[-1].mode is Mode.SITTING
-    assert run(active, 200)[-1].mode is Mode.RESTING
-    assert run(active, 3, touch=pressed)[-1].mode is Mode.STARTING
+def at(joint: int, value: float, rest: float) -> list[float]:
+    """(25,) one value at a joint."""
+    return [value if index == joint else rest for index in range(25)]
 
 
-def test_the_head_buttons_make_it_limp_at_once(active: Safety):
-    head = [0.0, 1.0, 1.0, 1.0] + [0.0] * 10
-    assert run(active, 1, touch=head)[-1].mode is Mode.RELAXING
-    assert run(active, 12)[-1].mode is Mode.LIMP
+@pytest.mark.parametrize(
+    "changes",
+    [{"temperature": at(ELBOW, 80.0, 38.0)}, {"status": [int(v) for v in at(ELBOW, 2, 0)]}],
+)
+def test_a_hot_arm_goes_limp_alone_and_is_used_again(active: Safety, changes: dict):
+    sent = run(active, 5, **changes)[-1]
+    assert sent.mode is Mode.ACTIVE
+    assert (sent.stiffness[ELBOW], sent.stiffness[KNEE]) == (0.0, 1.0)
+    assert any("LElbowRoll at" in line.text for line in active.take_log())
+    assert run(active, 2)[-1].stiffness[ELBOW] == 1.0
+
+
+def test_a_leg_motor_that_says_it_is_very_hot_makes_it_sit(active: Safety):
+    status = [int(v) for v in at(KNEE, 2, 0)]
+    assert run(active, 1, status=status)[-1].mode is Mode.SITTING
+
+
+def fault_of_motion(safety: Safety, joint: int, cycles: int) -> list[SafeCommand]:
+    """Cycles in which a joint stays where it is while the rest follows."""
+    sent = []
+    for cycle in range(cycles):
+        target = list(STAND)
+        target[joint] += 0.4 * np.sin(0.1 * cycle)
+        position = list(sent[-1].position) if sent else list(STAND)
+        position[joint] = STAND[joint]
+        sent.append(safety.step(sensors(position=position), JointCommand(target, [1.0] * 25)))
+    return sent
+
+
+def test_a_leg_encoder_that_sticks_makes_it_limp(active: Safety):
+    sent = fault_of_motion(active, KNEE, SECOND + 20)
+    assert sent[-1].mode is Mode.LIMP
+    assert any("LKneePitch shows one angle" in line.text for line in active.take_log())
+
+
+def test_an_arm_encoder_that_sticks_makes_the_joint_limp(active: Safety):
+    sent = fault_of_motion(active, ELBOW, 2 * SECOND)[-1]
+    assert sent.mode is Mode.ACTIVE
+    assert (sent.stiffness[ELBOW], sent.stiffness[KNEE]) == (0.0, 1.0)
+
+
+def test_a_knee_far_from_its_command_is_given_up_within_its_time(active: Safety):
+    position = at(KNEE, STAND[KNEE] + 0.6, 0.0)
+    position = [p if i == KNEE else STAND[i] for i, p in enumerate(position)]
+    sent = run(active, SECOND + 3, position=position)
+    assert sent[-1].mode is Mode.RELAXING
+    assert any("LKneePitch is 0.60 rad from its command" in line.text for line in active.take_log())
+    assert all(each.mode is Mode.ACTIVE for each in sent[: SECOND - 3])
+
+
+def test_a_short_lag_of_a_joint_is_no_fault(active: Safety):
+    position = [p + 0.6 * (i == KNEE) for i, p in enumerate(STAND)]
+    for _ in range(5):
+        assert run(active, SECOND // 2, position=position)[-1].mode is Mode.ACTIVE
+        assert run(active, 1)[-1].mode is Mode.ACTIVE
+
+
+def test_a_motor_that_draws_too_much_is_given_up(active: Safety):
+    sent = run(active, SECOND * 2, current=at(ELBOW, 6.0, 0.1))
+    assert sent[-1].stiffness[ELBOW] == 0.0
+    assert run(active, SECOND * 2, current=at(KNEE, 6.0, 0.1))[-1].mode in (
+        Mode.RELAXING, Mode.LIMP,
+    )  # fmt: skip
+
+
+def test_what_was_given_up_is_used_again_after_a_long_press(active: Safety):
+    fault_of_motion(active, KNEE, SECOND + 30)
+    assert run(active, 20)[-1].mode is Mode.LIMP, "it does not go on by itself"
+    run(active, 2, touch=CHEST)
+    run(active, 20)
+    run(active, SECOND + 2, touch=CHEST)
+    assert run(active, 20)[-1].mode is Mode.ACTIVE
+
+
+def press(safety: Safety, rng: random.Random, seconds: float) -> list[SafeCommand]:
+    """A press with bounces of 5 to 150 ms at its begin and its end."""
+
+    def cycles() -> int:
+        return max(1, round(rng.uniform(0.005, 0.15) / SAFETY.period))
+
+    sent: list[SafeCommand] = []
+    for _ in range(rng.randint(1, 4)):
+        sent += run(safety, cycles(), touch=CHEST)
+        sent += run(safety, cycles())
+    sent += run(safety, round(seconds / SAFETY.period), touch=CHEST)
+    for _ in range(rng.randint(0, 3)):
+        sent += run(safety, cycles())
+        sent += run(safety, cycles(), touch=CHEST)
+    return sent
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_chest_button_stops_at_once_whatever_it_bounces_and_goes_on_when_held(
+    active: Safety, seed: int
+):
+    rng = random.Random(seed)
+    sent = press(active, rng, rng.uniform(0.0, 3.0))
+    assert sent[0].mode is Mode.SITTING
+    assert all(each.mode in (Mode.SITTING, Mode.RESTING) for each in sent)
+    assert run(active, 250)[-1].mode is Mode.RESTING
+    assert press(active, rng, 0.1)[-1].mode is Mode.RESTING, "a short press does not go on"
+    run(active, 30)
+    press(active, rng, 1.5)
+    assert run(active, 30)[-1].mode is Mode.ACTIVE
+
+
+def test_a_robot_that_lies_ignores_its_chest_button(active: Safety):
+    lying = {"angles": [0.0, 1.4]}
+    assert run(active, 20, touch=CHEST, **lying)[-1].mode is Mode.ACTIVE
+    assert run(active, 20)[-1].mode is Mode.ACTIVE
+    run(active, 2, touch=CHEST)
+    run(active, 20, **lying)
+    run(active, 2 * SECOND, touch=CHEST, **lying)
+    assert run(active, 20, **lying)[-1].mode is not Mode.ACTIVE, "nobody starts it while it lies"
+
+
+@pytest.mark.parametrize("ramp", [0.0, 0.12, 3.0])
+@pytest.mark.parametrize("before", ["active", "starting", "sitting", "resting", "holding"])
+def test_the_head_buttons_take_the_stiffness_off_in_the_same_cycle(ramp: float, before: str):
+    holding = before == "holding"
+    safety = Safety(replace(SAFETY, stiffness_ramp=ramp, wait_for_button=holding))
+    if holding:
+        run(safety, 3, None, stiffness=[0.8] * 25)
+    else:
+        run(safety, 3 if before == "starting" else 10 + round(ramp / SAFETY.period))
+        run(safety, {"sitting": 10, "resting": 130}.get(before, 0), None)
+    sent = run(safety, 3, touch=HEAD)
+    assert all(max(each.stiffness) == 0.0 and each.mode is Mode.LIMP for each in sent)
+    assert run(safety, 30)[-1].mode is Mode.LIMP, "it stays so until the chest button is held"
 
 
 def test_it_can_wait_for_the_chest_button():
     safety = Safety(replace(SAFETY, wait_for_button=True))
     assert run(safety, 20)[-1].mode is Mode.LIMP
-    assert run(safety, 3, touch=[1.0] + [0.0] * 13)[-1].mode is Mode.STARTING
+    assert run(safety, 5, touch=CHEST)[-1].mode is Mode.LIMP
+    run(safety, 20)
+    assert run(safety, SECOND + 5, touch=CHEST)[-1].mode is Mode.STARTING
+
+
+def test_a_stiff_robot_that_waits_for_its_button_holds_its_pose():
+    """As after another program that has ended."""
+    safety = Safety(replace(SAFETY, wait_for_button=True))
+    sent = run(safety, 200, None, stiffness=[0.8] * 25, position=STAND)
+    assert all(each.mode is Mode.HOLDING and each.stiffness[KNEE] == 0.8 for each in sent)
+    assert sent[-1].position == pytest.approx(STAND)
 
 
 def test_a_dry_run_sends_no_stiffness():
@@ -209,4 +343,4 @@ def test_nothing_that_comes_in_leads_beyond_a_limit(seed: int):
             change = np.abs(position - before.position)
             assert (change[held] <= np.array(SPEED)[held] * 0.012 + 1e-9).all()
         before = sent
-    assert modes == set(Mode)
+    assert modes >= {Mode.LIMP, Mode.STARTING, Mode.ACTIVE, Mode.SITTING, Mode.RELAXING}
