@@ -32,6 +32,7 @@ TEST = ["filterpy>=1.4.5", "hypothesis>=6.100", "pytest>=8", "pytest-xdist>=3.6"
 
 EXTRAS = {
     "mujoco": ["mujoco>=4,<5"],  # the second physics engine; 4 changed what joint.damping is
+    "gym": ["gymnasium>=1,<2", "mujoco>=4,<5"],  # gymnasium.make("nao_lipm_gait/Walk-v0")
     "vision": ["opencv-python-headless>=4.9,<6"],
     "lab": [
         "joblib>=1.3",

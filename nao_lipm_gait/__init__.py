@@ -18,6 +18,7 @@ Each name is imported when it is first used: the import of the package costs not
 it can be interrupted from the start.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -66,3 +67,7 @@ def __getattr__(name: str) -> Any:
             value = globals()[name] = getattr(import_module(module), wanted)
             return value
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+if "gymnasium" in sys.modules:
+    import_module("nao_lipm_gait.gym")

@@ -20,7 +20,8 @@ from sim_bridge.trials.compiled import MADE_OF, PACKAGES, SOURCE, sources
 
 FOLDERS = ("estimation", "walks", "whole_body")
 AS_PYTHON = (
-    "calibration.py", "calibration_file.py", "parameters.py", "presets.py", "walk_engines.py",
+    "calibration.py", "calibration_file.py", "gym.py", "parameters.py", "presets.py",
+    "walk_engines.py",
 )
 """Modules of the gait's root that stay Python: off the tick, pickled, or made by attrs."""
 OF_CORE = ("geometry.py", "joint_limits.py", "rate_limiter.py", "types.py")

@@ -1,0 +1,113 @@
+"""The Gymnasium environment: its contract, and that a zero action is the gait itself."""
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gymnasium", reason="the extra `gym` is not installed")
+pytest.importorskip("mujoco")
+
+import gymnasium
+from gymnasium.utils.env_checker import check_env
+
+import nao_lipm_gait.gym
+from nao_lipm_gait import Gait, NaoGaitError, Simulation, Velocity
+
+WALK = "nao_lipm_gait/Walk-v0"
+JOINTS = 22
+
+
+def test_it_passes_the_checker_of_gymnasium() -> None:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".*infinity.*")
+        check_env(gymnasium.make(WALK).unwrapped, skip_render_check=True)
+
+
+def test_a_zero_action_walks_as_the_gait_does() -> None:
+    env = gymnasium.make(WALK, velocity=(0.2, 0.0, 0.0))
+    env.reset(options={"individual": 40})
+    total = 0.0
+    for _ in range(400):
+        obs, reward, terminated, truncated, _ = env.step(np.zeros(JOINTS))
+        total += reward
+    assert not terminated
+    assert not truncated
+    end = env.unwrapped._simulation.world.robot.truth()  # type: ignore[attr-defined]
+
+    gait = Gait("nao_h21_v33")
+    with Simulation(seed=40) as sim:
+        seen, targets = sim.reset(), None
+        while seen.truth.stamp < end.stamp:
+            seen = sim.step(targets)
+            if seen.frame:
+                targets = gait.step(seen.frame, Velocity(0.2 if seen.time > 1.001 else 0.0))
+    assert seen.truth.base_footprint == end.base_footprint
+    assert np.array_equal(seen.truth.joint_position, end.joint_position)
+    assert total == pytest.approx(end.base_footprint[0], abs=0.03)
+    assert total > 0.3, "it walked"
+    assert seen.frame is not None
+    assert np.array_equal(obs[:JOINTS], seen.frame.joint_position), "sensors, not the truth"
+
+
+def test_the_seed_draws_the_individual() -> None:
+    env = gymnasium.make(WALK)
+    drawn = [env.reset(seed=seed)[1]["individual"] for seed in (1, 2, 3, 1)]
+    assert drawn[0] == drawn[3]
+    assert len(set(drawn)) > 1
+    assert all(0 <= each < 40 for each in drawn)
+
+
+def test_a_residual_changes_the_walk_within_its_bound() -> None:
+    env = gymnasium.make(WALK, residual=0.05)
+    env.reset(options={"individual": 1})
+    inner = env.unwrapped
+    base = inner._base.position.copy()  # type: ignore[attr-defined]
+    env.step(np.ones(JOINTS))
+    sent = inner._simulation.world.robot.last_command.position  # type: ignore[attr-defined]
+    assert (sent - base).max() == pytest.approx(0.05)
+    assert (sent - base).min() >= 0.0
+
+
+def test_limp_legs_by_large_residuals_terminate_with_a_penalty() -> None:
+    env = gymnasium.make(WALK, residual=1.0)
+    env.reset(seed=0)
+    bent = np.zeros(JOINTS)
+    robot = Gait("nao_h21_v33").robot
+    for leg in (robot.left_leg, robot.right_leg):
+        bent[robot.index(leg.ankle_pitch)] = 1.0
+    rewards = []
+    for _ in range(300):
+        _, reward, terminated, _, _ = env.step(bent)
+        rewards.append(reward)
+        if terminated:
+            break
+    assert terminated
+    assert rewards[-1] < -0.9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [({"residual": -0.1}, "residual"), ({"velocity": (0.1,)}, "velocity"),
+     ({"individuals": 0}, "individuals"), ({"robot": "hans"}, "urdf")],
+)  # fmt: skip
+def test_wrong_arguments_are_refused(arguments: dict, field: str) -> None:
+    with pytest.raises(NaoGaitError, match=field):
+        gymnasium.make(WALK, **arguments)
+
+
+def test_an_action_out_of_bounds_is_refused() -> None:
+    env = gymnasium.make(WALK)
+    env.reset(seed=0)
+    with pytest.raises(NaoGaitError, match="action"):
+        env.step(np.full(JOINTS, np.nan))
+
+
+@pytest.mark.parametrize(
+    "imports", ["import gymnasium, nao_lipm_gait", "import nao_lipm_gait.gym, gymnasium"]
+)
+def test_an_import_registers_it(imports: str) -> None:
+    code = f"{imports}; gymnasium.spec('{nao_lipm_gait.gym.WALK}')"
+    subprocess.run([sys.executable, "-c", code], check=True)
