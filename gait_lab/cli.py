@@ -163,7 +163,7 @@ COMMANDS = {
     "demo": Command("watch the robot walk a tour over ROS 2; table, bag and figures",
                     "gait_lab.demo.demo:command", _DEMO),
     "match": Command("two teams play soccer; result, bag and a replay page",
-                     "gait_lab.soccer.match_command:command", _MATCH),
+                     "gait_lab.soccer.match_command:play", _MATCH),
     "bench": Command("measure the gait on many robots, in process, without ROS",
                      declare=bench.add),
     "compile": Command("the gait as machine code, for long rollouts; the same walk",

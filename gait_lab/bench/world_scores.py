@@ -110,8 +110,8 @@ def specs_of(options: WorldOptions) -> list[WalkSpec]:
     plant = with_options(load_plant(options.plant), options.plant_options)
     return [
         WalkSpec(
-            options.scene, options.seed + number, options.window, options.urdf,
-            options.engine, plant,
+            scene=options.scene, seed=options.seed + number, seconds=options.window,
+            urdf=options.urdf, engine=options.engine, plant=plant,
         )
         for number in range(options.robots)
     ]  # fmt: skip

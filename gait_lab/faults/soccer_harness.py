@@ -12,10 +12,10 @@ import numpy as np
 from gait_lab.faults.channel import Channel, Delivery
 from gait_lab.faults.harness import PERIOD, Fault
 from gait_lab.soccer.channels import Channels
+from gait_lab.soccer.eyes import Eyes
 from gait_lab.soccer.match import Match, MatchSpec
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.pitch import RobotPlayer
-from gait_lab.soccer.senses import Eyes
 from gait_lab.soccer.snapshots import Snapshot
 from nao_soccer.game_state import Phase
 from nao_soccer.vision.percepts import Percepts

@@ -9,19 +9,16 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, RobotPlayer, practice, with_robots
+from gait_lab.soccer.pitch import PitchSpec, RobotPlayer
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.team.role import Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from robot_core.field import BallPlace
 from robot_core.geometry import relative
 from robot_core.types import Pose2
-from sim_bridge.plant import Plant
-from sim_bridge.scene import load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD
 
 HEEL_BALL = 1.85, -0.06
@@ -43,29 +40,21 @@ PAIR_PUSHED, PAIR_APART = 0.3, 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AbilitySpec:
+class AbilitySpec(PitchSpec):
     """One trial of an ability.
 
     Attributes:
         name: One of `ABILITIES`.
-        seed: The individual and its percepts.
-        urdf: The robot; None = the first one of the scene.
-        engine: Physics engine.
-        plant: The plant, or its name or file.
     """
 
     name: str
-    seed: int
-    urdf: str | None = None
-    engine: str = "mujoco"
-    plant: str | Plant = "reference"
 
 
-class AbilityResult(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class AbilityResult:
     """What came of it.
 
     Attributes:
-        spec: The specification.
         done: The robots showed the ability.
         seconds: [s] that it took; None if they did not.
         doing: What they did, for reports.
@@ -83,7 +72,7 @@ def play_ability(spec: AbilitySpec) -> AbilityResult:
 
 
 def _backheel(spec: AbilitySpec) -> AbilityResult:
-    with _pitch(spec, "pitch_small", HEEL_START) as pitch:
+    with spec.practice([HEEL_START]) as pitch:
         pitch.world.put_ball(*HEEL_BALL)
         player = pitch.players[0]
         player.player.game = GameState(phase=Phase.SET)
@@ -113,14 +102,8 @@ def _show_ball(player: RobotPlayer, now: int, place: Pose2) -> None:
     player.player.world.add_percepts(percepts)
 
 
-def _pitch(spec: AbilitySpec, name: str, *poses: Pose2) -> Pitch:
-    """The field of a scene with robots of one team."""
-    scene = with_robots(load_scene(name), poses, urdf=spec.urdf, seed=spec.seed)
-    return practice(scene, spec.seed, spec.engine, spec.plant)
-
-
 def _two_at_ball(spec: AbilitySpec) -> AbilityResult:
-    with _pitch(spec, "pitch_small", *PAIR) as pitch:
+    with spec.practice(PAIR) as pitch:
         pitch.world.put_ball(*PAIR_BALL)
         for _ in pitch.run(lambda _: None):
             time, moved = pitch.count * CONTROL_PERIOD, pitch.ball[0] - PAIR_BALL[0]

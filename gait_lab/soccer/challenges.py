@@ -22,7 +22,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from gait_lab.soccer.challenge_rules import (
     WalkReferee,
     Way,
 )
-from gait_lab.soccer.pitch import parts_of, practice, with_robots
+from gait_lab.soccer.pitch import PitchSpec, parts_of
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
 from nao_soccer.behavior.kicks import Kick, KickTable, kicks_of
 from nao_soccer.behavior.mind import Decision
@@ -50,7 +50,6 @@ from robot_core.field import Field, Goals
 from robot_core.geometry import relative
 from robot_core.types import GaitState, Point2, Pose2
 from sim_bridge.engines.backend import BALL
-from sim_bridge.plant import Plant
 from sim_bridge.scene import load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
@@ -193,29 +192,21 @@ class Kicker(Player):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChallengeSpec:
+class ChallengeSpec(PitchSpec):
     """One robot at one challenge.
 
     Attributes:
         name: One of `CHALLENGES`.
-        seed: The individual and its percepts.
-        scene: The field.
-        urdf: The robot; None = the first one of the scene.
-        engine: Physics engine.
-        plant: The plant, or its name or file.
         limit: [s] after which an attempt has failed.
     """
 
     name: str
-    seed: int
     scene: str = "pitch"
-    urdf: str | None = None
-    engine: str = "mujoco"
-    plant: str | Plant = "reference"
     limit: float = LIMIT
 
 
-class ChallengeResult(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class ChallengeResult:
     """What came of it.
 
     Attributes:
@@ -257,12 +248,8 @@ class _Attempt:
         ball: Point2,
         obstacles: Sequence[Point2] = (),
     ) -> None:
-        others = [(x, y, math.pi) for x, y in obstacles]
-        scene = with_robots(
-            load_scene(spec.scene), [start], others, urdf=spec.urdf, seed=spec.seed
-        )
         self.spec = spec
-        self.pitch = practice(scene, spec.seed, spec.engine, spec.plant)
+        self.pitch = spec.practice([start], [(x, y, math.pi) for x, y in obstacles])
         self.pitch.world.put_ball(*ball)
         self.player = self.pitch.players[0]
         for other in self.pitch.players[1:]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from gait_lab.soccer.senses import Eyes
+from gait_lab.soccer.eyes import Eyes
 from sim_bridge.cameras.camera import CameraImage
 
 

@@ -15,13 +15,14 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_lab.soccer.pitch import PitchSpec, with_robots
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import relative
 from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
-from sim_bridge.plant import Plant, load_plant
-from sim_bridge.scene import Scene, SceneRobot, load_scene
+from sim_bridge.plant import load_plant
+from sim_bridge.scene import Scene, load_scene
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.trial import (
     Action,
@@ -47,25 +48,16 @@ START_MARGIN = 0.7
 """[m] Least distance of the start from the outer lines."""
 
 
-@dataclass(frozen=True, slots=True)
-class WalkSpec:
-    """What a walk depends on.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WalkSpec(PitchSpec):
+    """A walk; only the field of its scene is used.
 
     Attributes:
-        scene: Name of the scene; only its field is used.
-        seed: The individual; start, commands and noise are drawn with it too.
         seconds: Length [s] after the robot may walk.
-        urdf: The robot.
-        engine: `mujoco` or `pybullet`.
-        plant: The plant, or its name or file.
     """
 
-    scene: str = "pitch_small"
-    seed: int = 0
-    seconds: float = 60.0
     urdf: str = "nao_h21_v33"
-    engine: str = "mujoco"
-    plant: str | Plant = "reference"
+    seconds: float = 60.0
 
 
 class WalkSamples(NamedTuple):
@@ -183,8 +175,7 @@ def scene_of(spec: WalkSpec) -> Scene:
     random = np.random.default_rng((spec.seed, 0))
     start = [random.uniform(-1.0, 1.0) * (each - START_MARGIN) for each in half]
     pose = (start[0], start[1], random.uniform(-math.pi, math.pi))
-    robot = SceneRobot(name="red1", team="red", number=1, urdf=spec.urdf, pose=pose, seed=spec.seed)
-    return attrs.evolve(scene, robots=(robot,))
+    return with_robots(scene, [pose], urdf=spec.urdf, seed=spec.seed)
 
 
 def half_of(scene: Scene) -> tuple[float, float]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gait_lab.soccer.channels import Channels, SilentReferee
-from gait_lab.soccer.pitch import Pitch, identity_of, is_upright
-from gait_lab.soccer.senses import in_field
+from gait_lab.soccer.eyes import in_field
+from gait_lab.soccer.pitch import Pitch, PitchSpec, identity_of, is_upright
 from gait_lab.soccer.snapshots import (
     RobotSnapshot,
     Snapshot,
@@ -21,7 +21,6 @@ from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlac
 from nao_soccer.team.role import Role
 from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
-from sim_bridge.plant import Plant
 from sim_bridge.scene import Scene, load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
@@ -34,17 +33,12 @@ FRAME_TICKS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MatchSpec:
+class MatchSpec(PitchSpec):
     """One match.
 
     Attributes:
-        scene: Field and robots.
         minutes: Duration of a half.
         robots: Number of robots in each team; None = as in the scene.
-        seed: Of the individuals, their sensors and percepts, and the radio.
-        engine: Physics engine.
-        plant: The plant, or its name or file.
-        urdf: Robot that all players are; None = as in the scene.
         loss: Share of team messages that are lost.
         without_roles: Teams whose players do not agree who goes to the ball.
         goalkeepers: Teams whose player 1 is a goalkeeper.
@@ -52,13 +46,8 @@ class MatchSpec:
         silence: From when to when [s] the referee is not heard; None = never.
     """
 
-    scene: str = "pitch_small"
     minutes: float = 2.0
     robots: int | None = None
-    seed: int = 0
-    engine: str = "mujoco"
-    plant: str | Plant = "reference"
-    urdf: str | None = None
     loss: float = 0.0
     without_roles: tuple[str, ...] = ()
     goalkeepers: tuple[str, ...] = ()

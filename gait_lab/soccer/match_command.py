@@ -3,60 +3,119 @@
 import json as json_format
 import time as clock
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from gait_lab.soccer.match import MatchResult, match_scene, play_match
-from gait_lab.soccer.match_options import MatchOptions, Progress
+from tqdm import tqdm
+
+from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene, play_match
 from gait_lab.soccer.replay_page import write_replay
+from gait_lab.soccer.snapshots import Snapshot
 from gait_lab.terminal import EXIT_OK
 from robot_core.errors import NaoGaitError
 
-
-def command(say: Callable[[str], None], **options: Any) -> int:
-    """Run with the fields of `MatchOptions`; the exit status."""
-    return run(MatchOptions(**options), say)
+MINUTES = (0.1, 60.0)
+"""Shortest and longest half [min]."""
 
 
-def run(options: MatchOptions, say: Callable[[str], None]) -> int:
-    """Play a match; return the exit status."""
-    spec = options.spec
-    options.out.mkdir(parents=True, exist_ok=True)
+class Progress:
+    """A progress bar of simulated time, with phase and score."""
+
+    def __init__(self) -> None:
+        self._bar: tqdm[None] | None = None
+
+    def show(self, frame: Snapshot, total: float) -> None:
+        """Show a moment of a match that takes `total` seconds."""
+        if self._bar is None:
+            self._bar = tqdm(total=round(total), unit="s", desc="match", disable=None)
+        self._bar.set_postfix_str(
+            f"{frame.phase}, red {frame.score[0]} : {frame.score[1]} blue", refresh=False
+        )
+        self._bar.update(min(frame.time, self._bar.total or 0.0) - self._bar.n)
+
+    def __enter__(self) -> "Progress":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+def play(
+    say: Callable[[str], None],
+    *,
+    vision: str,
+    real_time: bool,
+    out: Path,
+    json: Path | None,
+    **match: Any,
+) -> int:
+    """Play a match over ROS 2 (vision `camera`) or in one process (`model`); the exit status.
+
+    Args:
+        say: Prints a line.
+        vision: Rendered images, or percepts by the model.
+        real_time: Not in lockstep; only over ROS 2.
+        out: Folder of replay, logs and bag.
+        json: File of the result; None = none.
+        match: Fields of `MatchSpec`.
+
+    Raises:
+        NaoGaitError: It cannot be played.
+    """
+    spec = MatchSpec(**match)
+    _check(spec)
+    if real_time and vision == "model":
+        raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
+    out.mkdir(parents=True, exist_ok=True)
     began = clock.monotonic()
     status = EXIT_OK
-    if options.vision == "camera":
+    if vision == "camera":
         from gait_lab.soccer import ros_match
 
         with Progress() as progress:
-            status, finished = ros_match.run(options, spec, say, progress)
+            status, finished = ros_match.run(spec, out, say, progress, real_time=real_time)
         if finished is None:
             return status
         result = finished
     else:
-        if options.real_time:
-            raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
         with Progress() as progress:
             result = play_match(
                 spec, lambda frame, referee: progress.show(frame, referee.rules.duration)
             )
-    finish(options, result, clock.monotonic() - began, say)
+    _finish(result, clock.monotonic() - began, vision, out / "replay.html", json, say)
     return status
 
 
-def finish(
-    options: MatchOptions, result: MatchResult, seconds: float, say: Callable[[str], None]
+def _check(spec: MatchSpec) -> None:
+    low, high = MINUTES
+    if not low <= spec.minutes <= high:
+        raise NaoGaitError("minutes", spec.minutes, f"{low:g} to {high:g}")
+    if spec.robots is not None and spec.robots < 1:
+        raise NaoGaitError("robots", spec.robots, "at least 1")
+    if spec.seed < 0:
+        raise NaoGaitError("seed", spec.seed, "at least 0")
+    match_scene(spec)
+
+
+def _finish(
+    result: MatchResult,
+    seconds: float,
+    vision: str,
+    replay: Path,
+    json: Path | None,
+    say: Callable[[str], None],
 ) -> None:
     """Write replay and JSON, and say the result."""
-    replay = options.out / "replay.html"
-    scene = match_scene(result.spec)
+    spec = result.spec
     subtitle = (
-        f"{options.scene}, seed {options.seed}, {options.engine}, vision by {options.vision}; "
+        f"{spec.scene}, seed {spec.seed}, {spec.engine}, vision by {vision}; "
         f"{result.seconds:.0f} s simulated in {seconds:.0f} s"
     )
-    write_replay(replay, scene, result.frames, result.goals, subtitle)
-    if options.json is not None:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        text = json_format.dumps(result.as_json(), indent=2)
-        options.json.write_text(text + "\n", encoding="utf-8")
+    write_replay(replay, match_scene(spec), result.frames, result.goals, subtitle)
+    if json is not None:
+        json.parent.mkdir(parents=True, exist_ok=True)
+        json.write_text(json_format.dumps(result.as_json(), indent=2) + "\n", encoding="utf-8")
     say(f"red {result.score['red']} : {result.score['blue']} blue")
     for goal in result.goals:
         own = " (own goal)" if goal.own else ""

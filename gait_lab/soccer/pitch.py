@@ -2,13 +2,14 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from gait_lab.soccer.channels import Channels
+from gait_lab.soccer.eyes import KINDS, Eyes, ModelEyes, in_field
 from gait_lab.soccer.percept_model import OtherRobot
-from gait_lab.soccer.senses import KINDS, Eyes, ModelEyes, in_field
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.gait import Gait
 from nao_soccer.behavior.mind import Decision
@@ -23,7 +24,7 @@ from robot_core.types import DOWN, GETTING_UP, STANDSTILL, GaitStatus, Point2, P
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.plant import Plant
 from sim_bridge.robot import GroundTruth
-from sim_bridge.scene import Scene, SceneBall, SceneRobot
+from sim_bridge.scene import Scene, SceneBall, SceneRobot, load_scene
 from sim_bridge.trials.trial import Action, Policy, Tick, make_gaits, make_scene_world, run_several
 from sim_bridge.world import World
 
@@ -326,6 +327,32 @@ def with_robots(
         for index, (team, number, pose) in enumerate(places)
     )  # fmt: skip
     return scene.replace(robots=robots)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PitchSpec:
+    """What every trial on a field depends on. Small and picklable.
+
+    Attributes:
+        seed: Of the individuals, their sensors and percepts, and all that is drawn.
+        scene: Field and robots: a shipped scene or a YAML file.
+        urdf: What all robots are; None = as in the scene.
+        engine: Physics engine.
+        plant: The plant, or its name or file.
+    """
+
+    seed: int = 0
+    scene: str = "pitch_small"
+    urdf: str | None = None
+    engine: str = "mujoco"
+    plant: str | Plant = "reference"
+
+    def practice(
+        self, red: Sequence[Pose2], blue: Sequence[Pose2] = (), *, rendered: bool = False
+    ) -> "Pitch":
+        """The field with robots at these poses, who play at once, without a referee."""
+        scene = with_robots(load_scene(self.scene), red, blue, urdf=self.urdf, seed=self.seed)
+        return practice(scene, self.seed, self.engine, self.plant, rendered=rendered)
 
 
 def practice(

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from gait_lab.soccer.senses import in_field
+from gait_lab.soccer.eyes import in_field
 from robot_core.field import TEAMS
 from sim_bridge.scene import Scene, SceneRobot
 

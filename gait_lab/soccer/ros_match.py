@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
+from gait_lab.soccer.eyes import in_field
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
-from gait_lab.soccer.match_options import MatchOptions, Progress
+from gait_lab.soccer.match_command import Progress
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
-from gait_lab.soccer.senses import in_field
 from gait_lab.soccer.snapshots import (
     RobotSnapshot,
     Snapshot,
@@ -48,24 +48,19 @@ FRAME_PERIOD = 0.2
 
 
 def run(
-    options: MatchOptions, spec: MatchSpec, say: Callable[[str], None], progress: Progress
+    spec: MatchSpec,
+    out: Path,
+    say: Callable[[str], None],
+    progress: Progress,
+    *,
+    real_time: bool = False,
 ) -> tuple[int, MatchResult | None]:
-    """Play a match with rendered images.
-
-    Args:
-        options: Arguments of the command.
-        spec: The match.
-        say: Prints a line.
-        progress: Shows how far the match is.
-
-    Returns:
-        Exit status, and the result if the match came to its end.
-    """
+    """Play a match with rendered images; exit status, and the result if it came to its end."""
     # Before anything is started: the ROS wheels restart the interpreter at their first import.
     import rclpy  # noqa: F401
 
     scene = match_scene(spec)
-    out = _emptied(options.out)
+    _empty(out)
     file = out / "scene.yaml"
     file.write_text(scene.to_yaml(), encoding="utf-8")
     problem: str | None = None
@@ -75,7 +70,8 @@ def run(
         NodeProcesses(domain.environment(), out) as nodes,
     ):
         os.environ.update(domain.environment())
-        count = _start(nodes, options, scene, file.absolute(), domain.domain)
+        file = file.absolute()
+        count = _start(nodes, spec, scene, file, domain.domain, real_time=real_time)
         say(f"{count} ROS 2 nodes in domain {domain.domain} of this machine; logs in {out}")
         with ros_node("nao_gait_match") as node, BagWriter(out / "bag") as writer:
             watcher = _Watcher(node, scene, spec, writer, stop, nodes, progress)
@@ -92,8 +88,8 @@ def run(
     return (EXIT_FAILED if problem or failed else EXIT_OK), result
 
 
-def _emptied(out: Path) -> Path:
-    """The folder of the results, without those of an earlier match."""
+def _empty(out: Path) -> None:
+    """Remove the results of an earlier match."""
     try:
         if (out / "bag").is_dir():
             shutil.rmtree(out / "bag")
@@ -101,21 +97,20 @@ def _emptied(out: Path) -> Path:
             old.unlink()
     except OSError as error:
         raise NaoGaitError("out", str(out), f"a folder that can be written ({error})") from error
-    return out
 
 
 def _start(
-    nodes: NodeProcesses, options: MatchOptions, scene: Scene, file: Path, domain: int
+    nodes: NodeProcesses, spec: MatchSpec, scene: Scene, file: Path, domain: int, *, real_time: bool
 ) -> int:
     """Start all nodes; their number."""
     nodes.start(
         "sim_bridge",
         {
             "scene": file,
-            "engine": options.engine,
+            "engine": spec.engine,
             "cameras": True,
-            "lockstep": not options.real_time,
-            "real_time_factor": 1.0 if options.real_time else 0.0,
+            "lockstep": not real_time,
+            "real_time_factor": 1.0 if real_time else 0.0,
         },
     )
     for robot in scene.robots:
@@ -126,8 +121,8 @@ def _start(
         "referee",
         {
             "scene": file,
-            "minutes": options.minutes,
-            "kick_off": TEAMS[options.seed % 2],
+            "minutes": spec.minutes,
+            "kick_off": TEAMS[spec.seed % 2],
             "wait": START,
             **referee_ports(domain),
         },
@@ -140,17 +135,7 @@ class _MatchError(Exception):
 
 
 class _Watcher:
-    """Follows a match on its topics: frames of the replay, bag, score.
-
-    Args:
-        node: Subscribes.
-        scene: The scene.
-        spec: The match.
-        writer: The bag.
-        stop: Set when the user interrupts.
-        nodes: The processes.
-        progress: Shows how far the match is.
-    """
+    """Follows a match on its topics: frames of the replay, bag, score."""
 
     def __init__(
         self,

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, is_upright, parts_of, practice, with_robots
+from gait_lab.soccer.pitch import Pitch, PitchSpec, is_upright, parts_of
 from nao_soccer.referee.rules import Rules
 from robot_core.field import BallPlace
 from robot_core.types import Point2, Pose2
-from sim_bridge.plant import Plant
-from sim_bridge.scene import Scene, load_scene
+from sim_bridge.scene import load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
 LIMIT = 120.0
@@ -23,28 +22,18 @@ APART = 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SoloSpec:
+class SoloSpec(PitchSpec):
     """One trial.
 
     Attributes:
-        seed: The individual and its percepts.
         draw: Draws the starts that are not given, together with the seed.
-        scene: Field and goals.
-        urdf: The robot; None = the first one of the scene.
-        engine: Physics engine.
-        plant: The plant, or its name or file.
         start: Pose of the robot in the world; None = drawn.
         ball: x, y [m] of the ball in the world; None = drawn.
         limit: [s] after which the trial ends.
         rendered: The robot sees rendered images, not percepts by the model.
     """
 
-    seed: int
     draw: int = 0
-    scene: str = "pitch_small"
-    urdf: str | None = None
-    engine: str = "mujoco"
-    plant: str | Plant = "reference"
     start: Pose2 | None = None
     ball: Point2 | None = None
     limit: float = LIMIT
@@ -74,8 +63,8 @@ class SoloResult:
 
 def solo(spec: SoloSpec) -> SoloResult:
     """Run one trial."""
-    scene, ball = _start(spec)
-    with practice(scene, spec.seed, spec.engine, spec.plant, rendered=spec.rendered) as pitch:
+    start, ball = _start(spec)
+    with spec.practice([start], rendered=spec.rendered) as pitch:
         pitch.world.put_ball(*ball)
         return _Trial(spec, pitch).run()
 
@@ -123,10 +112,9 @@ class _Trial:
             )
 
 
-def _start(spec: SoloSpec) -> tuple[Scene, Point2]:
-    """The scene with its only robot, and where the ball is put."""
-    scene = load_scene(spec.scene)
-    field, _, _ = parts_of(scene)
+def _start(spec: SoloSpec) -> tuple[Pose2, Point2]:
+    """Where the robot and the ball are put."""
+    field, _, _ = parts_of(load_scene(spec.scene))
     random = np.random.default_rng([2323, spec.draw, spec.seed + 1])
     half = np.array((field.length, field.width)) / 2.0 - MARGIN
     while True:
@@ -134,6 +122,5 @@ def _start(spec: SoloSpec) -> tuple[Scene, Point2]:
         if np.hypot(*(place - ball)) > APART:
             break
     drawn = (float(place[0]), float(place[1]), float(random.uniform(-math.pi, math.pi)))
-    scene = with_robots(scene, [spec.start or drawn], urdf=spec.urdf, seed=spec.seed)
     x, y = ball.tolist()
-    return scene, spec.ball or (x, y)
+    return spec.start or drawn, spec.ball or (x, y)

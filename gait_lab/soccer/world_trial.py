@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
+from gait_lab.soccer.eyes import IMAGE_PERIOD, IMAGE_SIZE, Arrival
 from gait_lab.soccer.field_walks import WalkSamples
 from gait_lab.soccer.percept_model import PerceptModel
+from gait_lab.soccer.pitch import PitchSpec
 from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.whole_body.body_model import SolePose
-from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
@@ -33,10 +34,6 @@ from robot_core.robot import RobotDescription, load_robot
 from robot_core.robot.camera import CameraModel, CameraView, Intrinsics
 from robot_core.types import FloatArray, Pose2
 
-RATE = 10.0
-"""[Hz] Images of each camera; the cameras expose one after the other."""
-SIZE = (320, 240)
-"""[px]"""
 MATE_PERIOD = 0.5
 """[s] Between two messages of a team mate."""
 MATE_ERROR = 0.15
@@ -58,13 +55,10 @@ class Gap(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WorldTrialSpec:
-    """What a trial depends on, besides the walk.
+class WorldTrialSpec(PitchSpec):
+    """What a trial depends on besides the walk, with which physics are over.
 
     Attributes:
-        scene: Field and goals.
-        urdf: The robot.
-        seed: Of percepts, ball and particles.
         delay: [s] From exposure to percept; None = as measured.
         knows_delay: Percepts have the time of their image; False = that of their arrival.
         gap: A time without images.
@@ -74,9 +68,7 @@ class WorldTrialSpec:
         scale: Factor of the errors of places.
     """
 
-    scene: str = "pitch_small"
     urdf: str = "nao_h21_v33"
-    seed: int = 0
     delay: float | None = None
     knows_delay: bool = True
     gap: Gap | None = None
@@ -148,7 +140,7 @@ class Head:
         self.joints = np.array(robot.stand_pose, dtype=float)
         pinhole = Intrinsics.from_fov
         self._cameras = [
-            CameraModel(robot, name, pinhole(*SIZE, camera.hfov))
+            CameraModel(robot, name, pinhole(*IMAGE_SIZE, camera.hfov))
             for name, camera in robot.cameras.items()
         ]
         self._position = np.zeros(3)
@@ -178,13 +170,6 @@ class Head:
     def camera_count(self) -> int:
         """Number of cameras."""
         return len(self._cameras)
-
-
-class Arrival(NamedTuple):
-    """Percepts on their way; `due` [ns] is when they arrive."""
-
-    due: int
-    percepts: Percepts
 
 
 @dataclass(slots=True)
@@ -266,7 +251,7 @@ def run_trial(
     mate = _Mate(spec.seed) if spec.mate else None
     head = Head(robot)
     arrivals: deque[Arrival] = deque()
-    period = round(1e9 / RATE / head.camera_count)
+    period = round(1e9 * IMAGE_PERIOD / head.camera_count)
     rows, exposures, before, cost = TraceRows(), 0, int(walk.stamp[0]), 0.0
     model.start((_pose(walk.truth[0]),))
     table = zip(

@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.soccer.shots import DISTANCE, LIMIT, SPEEDS, TARGETS, WIDE, ShotResult, ShotSpec, shot
+from gait_lab.soccer.keeper import (
+    DISTANCE,
+    LIMIT,
+    SPEEDS,
+    TARGETS,
+    WIDE,
+    ShotResult,
+    ShotSpec,
+    shot,
+)
 from sim_bridge.plant import load_plant, with_options
 from sim_bridge.trials.parallel import parallel_map
 

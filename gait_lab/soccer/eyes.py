@@ -44,7 +44,7 @@ class Eyes(Protocol):
         """
 
 
-class _Arrival(NamedTuple):
+class Arrival(NamedTuple):
     """Percepts on their way; `due` [ns] is when they arrive."""
 
     due: int
@@ -82,7 +82,7 @@ class ModelEyes:
         self._period = round(IMAGE_PERIOD * 1e9) // len(self._cameras)
         self._next_image = 0
         self._camera = 0
-        self._coming: deque[_Arrival] = deque()
+        self._coming: deque[Arrival] = deque()
 
     def arrived(
         self,
@@ -106,7 +106,7 @@ class ModelEyes:
                     for each in others
                 ],
             )
-            self._coming.append(_Arrival(now + self._delay, percepts))
+            self._coming.append(Arrival(now + self._delay, percepts))
         found = []
         while self._coming and self._coming[0].due <= now:
             found.append(self._coming.popleft().percepts)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, is_upright, parts_of, practice, with_robots
+from gait_lab.soccer.pitch import Pitch, PitchSpec, is_upright, parts_of
 from nao_soccer.behavior.basic import KEEPER_OUT
 from nao_soccer.game_state import GameState
 from robot_core.field import BallPlace
 from robot_core.types import Point2
-from sim_bridge.plant import Plant
 from sim_bridge.scene import load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
@@ -38,27 +37,17 @@ LIMIT = 40.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ShotSpec:
+class ShotSpec(PitchSpec):
     """One shot.
 
     Attributes:
-        seed: The keeper and its percepts.
         target: One of `TARGETS`.
         draw: Draws place and speed, together with the seed and the target.
-        scene: Field and goals.
-        urdf: The keeper; None = the first robot of the scene.
-        engine: Physics engine.
-        plant: The plant, or its name or file.
         limit: [s] after the shot, until which the keeper has to stand again.
     """
 
-    seed: int
     target: str
     draw: int = 0
-    scene: str = "pitch_small"
-    urdf: str | None = None
-    engine: str = "mujoco"
-    plant: str | Plant = "reference"
     limit: float = LIMIT
 
 
@@ -85,10 +74,8 @@ class ShotResult:
 
 def shot(spec: ShotSpec) -> ShotResult:
     """Shoot once."""
-    scene = load_scene(spec.scene)
-    field, goals, _ = parts_of(scene)
+    field, goals, _ = parts_of(load_scene(spec.scene))
     start = (KEEPER_OUT - field.length / 2.0, 0.0, 0.0)
-    scene = with_robots(scene, [start], urdf=spec.urdf, seed=spec.seed)
     random = np.random.default_rng([4646, spec.draw, TARGETS.index(spec.target), spec.seed + 1])
     ball = (DISTANCE - field.length / 2.0, float(random.uniform(-ACROSS, ACROSS)))
     speed = float(random.uniform(*SPEEDS))
@@ -98,7 +85,7 @@ def shot(spec: ShotSpec) -> ShotResult:
     way = (-DISTANCE, side * across - ball[1])
     launch = SLIDING * speed / math.hypot(*way)
     velocity = (launch * way[0], launch * way[1])
-    with practice(scene, spec.seed, spec.engine, spec.plant) as pitch:
+    with spec.practice([start]) as pitch:
         pitch.players[0].player.game = GameState(goalkeeper=True)
         pitch.world.put_ball(*ball)
         return _Shot(spec, pitch, ball, velocity).run(speed)
