@@ -2,31 +2,27 @@
 
 import os
 from collections.abc import Callable
+from dataclasses import asdict
+from html import escape
 from pathlib import Path
 
 from gait_lab.report.analysis import Analysis, analyse
 from gait_lab.report.compare import compare_page, compared, summary
-from gait_lab.report.page import (
-    ArrayStore,
-    Block,
-    figure_block,
-    key_numbers_html,
-    list_html,
-    page,
-    table_block,
-    verdict_html,
-)
+from gait_lab.report.figures import SECTIONS
+from gait_lab.report.page import blocks_of, key_numbers_html, list_html, page, verdict_html
+from gait_lab.report.plot import ArrayStore
 from gait_lab.report.replay import replay
-from gait_lab.report.signal_figures import all_figures
-from gait_lab.report.verdict import findings, headline, joint_table, key_numbers, stretch_table
-from gait_lab.report.vision_figures import percept_table
+from gait_lab.report.verdict import findings, headline, key_numbers
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 
-ORDER = ("stretches", "world", "seen", "percepts", "speeds", "com", "path", "odometry", "steps",
-         "origins", "innovation", "whiteness", "joints", "torques", "motors", "jointtable", "torso",
-         "loads", "timing")  # fmt: skip
-"""Of the blocks on a page."""
+STAGE = (
+    '<div class="card stage"><div id="now"></div>'
+    '<button id="glass" title="show the pendulum inside the robot">see through</button>'
+    '<div id="replay"></div>'
+    '<p class="note">Drag to turn, scroll to come nearer. Blue: the pendulum from its origin to '
+    "the CoM; red and green: where the soles stood.</p></div>"
+)
 
 
 def command(
@@ -114,59 +110,31 @@ def write(out: Path, text: str) -> None:
 
 def report_page(analysis: Analysis) -> str:
     """The HTML of one bag."""
-    store = ArrayStore()
-    walk = analysis.walk
-    figures = all_figures(analysis, store) if analysis.has_motion else []
-    scene = replay(analysis, store) if analysis.has_motion else None
-    blocks = {figure.identity: figure_block(figure) for figure in figures}
-    for table in (stretch_table(analysis), percept_table(analysis), joint_table(analysis)):
-        if table is not None:
-            blocks[table.identity] = table_block(table)
-    verdict = f'<div class="card verdict">{verdict_html(headline(analysis), findings(analysis))}'
-    stage = (
-        '</div><div class="card stage"><div id="now"></div>'
-        '<button id="glass" title="show the pendulum inside the robot">see through</button>'
-        '<div id="replay"></div>'
-        '<p class="note">Drag to turn, scroll to come nearer. Blue: the pendulum from its origin '
-        "to the CoM; red and green: where the soles stood.</p></div>"
-        if scene is not None
-        else f'</div><div class="box missing"><h3>No 3D replay</h3>{analysis.robot_remark}</div>'
+    store, walk = ArrayStore(), analysis.walk
+    scene, blocks, numbers = None, [], ""
+    if analysis.has_motion:
+        blocks = blocks_of(analysis, SECTIONS, store)
+        scene = replay(analysis, store)
+        numbers = f'<div class="keys wide">{key_numbers_html(key_numbers(analysis))}</div>'
+    verdict = verdict_html(headline(analysis), findings(analysis))
+    stage = f'<div class="box missing"><h3>No 3D replay</h3>{escape(analysis.robot_remark)}</div>'
+    top = (
+        f'<div class="card verdict">{verdict}</div>{stage if scene is None else STAGE}{numbers}'
+        + list_html("What was wrong with this bag", walk.remarks, "damage")
+        + list_html("Not in this bag", walk.missing)
     )
-    numbers = key_numbers_html(key_numbers(analysis)) if analysis.has_motion else ""
-    top = "".join(
-        (
-            verdict,
-            stage,
-            f'<div class="keys wide">{numbers}</div>' if numbers else "",
-            _wide(list_html("What was wrong with this bag", walk.remarks, "damage")),
-            _wide(list_html("Not in this bag", walk.missing, "missing")),
-        )
+    data = {
+        "begin": 0.0,
+        "end": walk.duration,
+        "show": _first_look(analysis),
+        "events": [asdict(event) for event in analysis.events],
+        "replay": scene,
+    }
+    subtitle = (
+        f"{walk.bag.path} · {sum(topic.count for topic in walk.bag.topics.values())} messages of "
+        f"{len(walk.bag.topics)} topics · {walk.duration:.1f} s"
     )
-    begin, end = 0.0, walk.duration
-    ordered: list[Block] = [blocks[name] for name in ORDER if name in blocks]
-    return page(
-        f"Walk report: {walk.name}",
-        f"{walk.bag.path} · {sum(t.count for t in walk.bag.topics.values())} messages of "
-        f"{len(walk.bag.topics)} topics · {walk.duration:.1f} s",
-        top,
-        ordered,
-        {
-            "begin": begin,
-            "end": end,
-            "show": _first_look(analysis),
-            "events": [
-                {"time": event.time, "kind": event.kind, "text": event.text}
-                for event in analysis.events
-            ],
-            "replay": scene,
-        },
-        figures,
-        store,
-    )
-
-
-def _wide(html: str) -> str:
-    return f'<div class="wide">{html}</div>' if html else ""
+    return page(f"Walk report: {walk.name}", subtitle, top, blocks, data, store)
 
 
 def _first_look(analysis: Analysis) -> float:

@@ -1,29 +1,37 @@
 """Two walks on one page, A and B: numbers side by side, figures overlaid."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from html import escape
 
 import numpy as np
 
 from gait_lab.report.analysis import Analysis, Stretch
-from gait_lab.report.page import (
-    BLUE,
-    GREY,
-    INK,
-    ArrayStore,
-    Block,
-    Figure,
-    TimeFigure,
-    escape,
-    figure_block,
-    list_html,
-    page,
-    verdict_html,
+from gait_lab.report.figures import (
+    AT_LIMIT,
+    BARS,
+    COMMANDED,
+    MEAN,
+    MOTORS,
+    ORIGINS,
+    SPEEDS,
+    WHITENESS,
+    percent,
 )
-from gait_lab.report.signal_figures import LEG_JOINTS, whiteness
-from gait_lab.report.verdict import BAD, FAIR, GOOD, NOTE, Finding, findings, headline, number
-from gait_lab.report.walk_figures import origins, speeds
+from gait_lab.report.page import figure_block, list_html, page, table_block, verdict_html
+from gait_lab.report.plot import BLUE, INK, ArrayStore, Figure, Line
+from gait_lab.report.verdict import (
+    BAD,
+    FAIR,
+    GOOD,
+    NOTE,
+    Finding,
+    TextTable,
+    findings,
+    headline,
+    number,
+)
 
 A_COLOR, B_COLOR = BLUE, "#c8553d"
 TELLING = 0.1
@@ -84,36 +92,30 @@ def compared(before: Analysis, after: Analysis) -> list[Compared]:
 
 def compare_page(before: Analysis, after: Analysis) -> str:
     """The HTML of two bags."""
-    store = ArrayStore()
+    store, walks = ArrayStore(), (before, after)
     rows = compared(before, after)
-    names = _names(before, after)
-    figures = [
-        figure
-        for make in (_speeds_over_time, _by_stretch, _durations, _origins, _whiteness, _torques)
-        if (figure := make(before, after, store, names)) is not None
-    ]
-    blocks: list[Block] = [_table(rows, names), *(figure_block(figure) for figure in figures)]
+    names = f"A {before.walk.name}", f"B {after.walk.name}"
+    figures = (figure_block(figure, lines, store) for figure, lines in _overlaid(walks, names))
+    blocks = [table_block(_table(rows, names)), *(block for block in figures if block is not None)]
     top = '<div class="card verdict wide">' + verdict_html(*summary(rows, before, after)) + "</div>"
-    for name, analysis in zip(names, (before, after), strict=True):
+    for name, analysis in zip(names, walks, strict=True):
         words = verdict_html(headline(analysis), findings(analysis))
         top += f'<div class="card verdict"><h3>{escape(name)}</h3>{words}</div>'
-    for name, analysis in zip(names, (before, after), strict=True):
+    for name, analysis in zip(names, walks, strict=True):
         lacking = [*analysis.walk.remarks, *analysis.walk.missing]
-        box = list_html(f"{name}: what is wrong or missing", lacking, "missing")
-        top += f'<div class="wide">{box}</div>' if box else ""
+        top += list_html(f"{name}: what is wrong or missing", lacking)
     return page(
         f"Two walks: {before.walk.name} and {after.walk.name}",
         f"{names[0]}: {before.walk.bag.path} · {names[1]}: {after.walk.bag.path}",
         top,
         blocks,
         {"begin": 0.0, "end": max(before.walk.duration, after.walk.duration), "events": []},
-        figures,
         store,
     )
 
 
 def summary(
-    rows: list[Compared], before: Analysis, after: Analysis
+    rows: Sequence[Compared], before: Analysis, after: Analysis
 ) -> tuple[Finding, list[Finding]]:
     """A headline and the largest changes, in words."""
     better = [row for row in rows if row.judged == "better"]
@@ -139,10 +141,6 @@ def summary(
 
 def _size(row: Compared) -> float:
     return abs(row.change) / max(abs(row.before), abs(row.after))
-
-
-def _names(before: Analysis, after: Analysis) -> tuple[str, str]:
-    return f"A {before.walk.name}", f"B {after.walk.name}"
 
 
 def _walking(name: str, factor: float) -> Get:
@@ -226,156 +224,87 @@ def _matched(before: Analysis, after: Analysis) -> list[tuple[Stretch, Stretch]]
     return pairs
 
 
-def _table(rows: list[Compared], names: tuple[str, str]) -> Block:
-    lines = "".join(
-        f"<tr><td>{escape(row.name)}</td><td>{number(row.before, row.digits)}</td>"
-        f"<td>{number(row.after, row.digits)}</td>"
-        f'<td class="{row.judged}">{number(row.change, row.digits)}</td>'
-        f"<td>{escape(row.unit)}</td></tr>"
-        for row in rows
-    )
-    return "numbers", "Numbers", (
-        '<section id="s-numbers"><h3>Numbers</h3><div class="scroll"><table id="numbers"><thead>'
-        f"<tr><th></th><th>{escape(names[0])}</th><th>{escape(names[1])}</th><th>B − A</th>"
-        f"<th></th></tr></thead><tbody>{lines}</tbody></table></div>"
-        '<p class="note">Coloured: better or worse by more than a tenth. One walk of one robot '
-        "proves little; nao_gait bench measures many.</p></section>"
+def _table(rows: Sequence[Compared], names: tuple[str, str]) -> TextTable:
+    return TextTable(
+        "numbers", "Numbers", "Numbers",
+        "Coloured: better or worse by more than a tenth. One walk of one robot proves little; "
+        "nao_gait bench measures many.",
+        ("", *names, "B − A", ""),
+        tuple(
+            (row.name, number(row.before, row.digits), number(row.after, row.digits),
+             f"{row.judged}\n{number(row.change, row.digits)}", row.unit)
+            for row in rows
+        ),
     )  # fmt: skip
 
 
-def _speeds_over_time(
-    before: Analysis, after: Analysis, store: ArrayStore, names: tuple[str, str]
-) -> Figure | None:
-    made = TimeFigure(
-        store, "speeds", "Speeds over time",
-        "Means over 0.5 s, both from the beginning of their bag; dashed: commands of A.",
-        ("forward [cm/s]", "left [cm/s]", "turn [°/s]"), 150,
-    )  # fmt: skip
-    for analysis, name, color in ((before, names[0], A_COLOR), (after, names[1], B_COLOR)):
-        figure = speeds(analysis, store)
-        if figure is None:
-            return None
-        for trace in figure.traces:
-            if trace["name"] == "each tick" or (trace["name"] == "commanded" and color == B_COLOR):
-                continue
-            own = {**trace, "line": {**trace["line"], "color": color}, "name": name,
-                   "legendgroup": name}  # fmt: skip
-            made.figure.traces.append(trace if trace["name"] == "commanded" else own)
-        for key in ("yaxis", "yaxis2", "yaxis3"):
-            low, high = figure.layout[key]["range"]
-            known = made.figure.layout[key].get("range", [low, high])
-            made.figure.layout[key]["range"] = [min(low, known[0]), max(high, known[1])]
-    return made.figure
+def _durations(analysis: Analysis) -> Iterator[Line]:
+    durations = np.array([step.duration for step in analysis.steps])
+    more = {"type": "histogram", "histnorm": "percent", "opacity": 0.65, "hovertemplate": None,
+            "xbins": {"start": 0.095, "end": 0.605, "size": 0.01}}  # fmt: skip
+    if len(durations):
+        yield Line("steps [%]", durations, None, "durations", INK, points=True, more=more)
 
 
-def _by_stretch(
-    before: Analysis, after: Analysis, store: ArrayStore, names: tuple[str, str]
-) -> Figure | None:
+REACHED = Figure(
+    "reached", "Reached", "Speed reached, command by command",
+    "Share of the commanded speed along the main axis.",
+    lambda _: (), 240, x_label="", layout={"barmode": "group", "bargap": 0.35},
+)  # fmt: skip
+OVERLAID: tuple[tuple[Figure, dict[str, str], tuple[str, ...]], ...] = (
+    (
+        replace(SPEEDS, title="Speeds over time", even=(),
+                note="Means over 0.5 s, both from the beginning of their bag; dashed: commands "
+                "of A."),
+        {MEAN: ""}, (COMMANDED,),
+    ),
+    (REACHED, {}, ()),
+    (
+        Figure("durations", "Durations", "Step durations", "How often a step took how long.",
+               _durations, 220, x_label="duration [s]", layout={"barmode": "overlay"}),
+        {"durations": ""}, (),
+    ),
+    (replace(ORIGINS, layout={}), {"left sole": "", "right sole": ""}, ("",)),
+    (
+        replace(WHITENESS,
+                note="The autocorrelation of both; white noise stays inside the grey band."),
+        {"y": ", y", "x": ", x"}, ("",),
+    ),
+    (
+        replace(MOTORS, identity="torques", short="Torque", title="Motors at their torque limit",
+                note="Share of the ticks, by joint."),
+        {AT_LIMIT: ""}, (),
+    ),
+)  # fmt: skip
+"""Figures of both walks: the names of the lines that both have, with what is added to the name of
+the walk in the legend, and those that are drawn for A alone."""
+
+
+def _overlaid(
+    walks: tuple[Analysis, Analysis], names: tuple[str, str]
+) -> Iterator[tuple[Figure, list[Line]]]:
+    for figure, both, alone in OVERLAID:
+        if figure is REACHED:
+            yield figure, _reached(*walks, names)
+            continue
+        of_a, of_b = (list(figure.lines(analysis)) for analysis in walks)
+        if not (of_a and of_b):
+            continue
+        lines = [line for line in of_a if line.name in alone]
+        for own, name, color in zip((of_a, of_b), names, (A_COLOR, B_COLOR), strict=True):
+            lines += [
+                replace(line, name=name + both[line.name], color=color,
+                        dash="dot" if line.name == "x" else line.dash)
+                for line in own if line.name in both
+            ]  # fmt: skip
+        yield figure, lines
+
+
+def _reached(before: Analysis, after: Analysis, names: tuple[str, str]) -> list[Line]:
     pairs = _matched(before, after)
-    if not pairs:
-        return None
-    figure = Figure("reached", "Speed reached, command by command",
-                    "Share of the commanded speed along the main axis.", 300)  # fmt: skip
     labels = [f"{index + 1} {a.name}" for index, (a, _) in enumerate(pairs)]
+    lines = []
     for side, (name, color) in enumerate(zip(names, (A_COLOR, B_COLOR), strict=True)):
-        values = [pair[side].reached for pair in pairs]
-        figure.traces.append(
-            {"type": "bar", "name": name, "x": labels, "marker": {"color": color},
-             "y": [None if v is None or not math.isfinite(v) else 100 * v for v in values]}
-        )  # fmt: skip
-    figure.layout = {
-        "barmode": "group", "bargap": 0.35, "yaxis": {"title": {"text": "reached [%]"}},
-        "shapes": [{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 100, "y1": 100,
-                    "line": {"color": INK, "width": 1, "dash": "dot"}}],
-    }  # fmt: skip
-    return figure
-
-
-def _durations(
-    before: Analysis, after: Analysis, store: ArrayStore, names: tuple[str, str]
-) -> Figure | None:
-    if not (before.steps and after.steps):
-        return None
-    figure = Figure("durations", "Step durations", "How often a step took how long.", 280)
-    for analysis, name, color in ((before, names[0], A_COLOR), (after, names[1], B_COLOR)):
-        durations = np.array([step.duration for step in analysis.steps])
-        figure.traces.append(
-            {"type": "histogram", "name": name, "x": store.add(durations), "opacity": 0.65,
-             "histnorm": "percent", "marker": {"color": color},
-             "xbins": {"start": 0.095, "end": 0.605, "size": 0.01}}
-        )  # fmt: skip
-    figure.layout = {
-        "barmode": "overlay", "xaxis": {"title": {"text": "duration [s]"}},
-        "yaxis": {"title": {"text": "steps [%]"}},
-    }  # fmt: skip
-    return figure
-
-
-def _origins(
-    before: Analysis, after: Analysis, store: ArrayStore, names: tuple[str, str]
-) -> Figure | None:
-    return _laid_over(origins, before, after, store, names)
-
-
-def _whiteness(
-    before: Analysis, after: Analysis, store: ArrayStore, names: tuple[str, str]
-) -> Figure | None:
-    figure = _laid_over(whiteness, before, after, store, names)
-    if figure is not None:
-        figure.note = "The autocorrelation of both; white noise stays inside the grey band."
-        for trace, axis in zip(figure.traces, "yxyx", strict=False):
-            trace["name"] += f", {axis}"
-            trace["line"]["dash"] = "solid" if axis == "y" else "dot"
-    return figure
-
-
-def _laid_over(
-    make: Callable[[Analysis, ArrayStore], Figure | None],
-    before: Analysis,
-    after: Analysis,
-    store: ArrayStore,
-    names: tuple[str, str],
-) -> Figure | None:
-    """The figure of A with the points and lines of B."""
-    figure, other = make(before, store), make(after, store)
-    if figure is None or other is None:
-        return None
-    seen: set[str] = set()
-    traces = []
-    for made, name, color in ((figure, names[0], A_COLOR), (other, names[1], B_COLOR)):
-        for trace in made.traces:
-            plain = trace.get("hoverinfo") == "skip"
-            if plain and made is other:
-                continue
-            kind = "marker" if trace.get("mode") == "markers" else "line"
-            own = trace if plain else {**trace, "name": name, "legendgroup": name,
-                                       kind: {**trace.get(kind, {}), "color": color}}  # fmt: skip
-            if kind == "marker" or plain:
-                own = {**own, "showlegend": not plain and name not in seen}
-            if not plain:
-                seen.add(name)
-            traces.append(own)
-    figure.traces = traces
-    figure.layout["showlegend"] = True
-    return figure
-
-
-def _torques(
-    before: Analysis, after: Analysis, store: ArrayStore, names: tuple[str, str]
-) -> Figure | None:
-    figure = Figure("torques", "Motors at their torque limit", "Share of the ticks, by joint.", 300)
-    for analysis, name, color in ((before, names[0], A_COLOR), (after, names[1], B_COLOR)):
-        if analysis.motors is None:
-            return None
-        legs = [joint for joint in analysis.motors.joints if joint.name[1:] in LEG_JOINTS]
-        shares = [joint.torque_saturated for joint in legs]
-        figure.traces.append(
-            {"type": "bar", "name": name, "x": [joint.name for joint in legs],
-             "y": [100 * share if math.isfinite(share) else None for share in shares],
-             "marker": {"color": color}}
-        )  # fmt: skip
-    figure.layout = {
-        "barmode": "group", "bargap": 0.3, "xaxis": {"tickangle": -30, "linecolor": GREY},
-        "yaxis": {"title": {"text": "share of ticks [%]"}, "rangemode": "tozero"},
-    }  # fmt: skip
-    return figure
+        shares = [percent(pair[side].reached) for pair in pairs]
+        lines.append(Line("reached [%]", labels, shares, name, color, points=True, more=BARS))
+    return lines if pairs else []

@@ -7,7 +7,7 @@ import numpy as np
 from gait_lab.analysis.body import BodyTrack, follow_body, shapes_of, yaw_of_pose
 from gait_lab.analysis.recorded_trace import SupportPhase
 from gait_lab.report.analysis import Analysis
-from gait_lab.report.page import ArrayStore
+from gait_lab.report.plot import ArrayStore
 from robot_core.types import FloatArray
 from sim_bridge.trials.trace import DOUBLE, LEFT
 

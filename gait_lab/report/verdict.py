@@ -36,13 +36,15 @@ class TextTable:
 
     Attributes:
         identity: Id of the HTML element.
+        short: Title in the navigation.
         title: Above the table.
         note: Below the table.
         head: Headings of the columns.
-        rows: Cells.
+        rows: Cells; one that is preceded by a CSS class and a line end has that class.
     """
 
     identity: str
+    short: str
     title: str
     note: str
     head: tuple[str, ...]
@@ -78,7 +80,7 @@ def stretch_table(analysis: Analysis) -> TextTable | None:
         )  # fmt: skip
     source = "ground truth" if len(analysis.walk.truth) else "odometry"
     return TextTable(
-        "stretches", "Commanded and achieved",
+        "stretches", "Table", "Commanded and achieved",
         f"Every command, measured from 2.5 s after its change as `nao_gait bench` "
         f"measures ({source}, torso's own heading). CoM: mean |expected − measured| and "
         "|expected − true| in y.",
@@ -105,12 +107,43 @@ def joint_table(analysis: Analysis) -> TextTable | None:
         for joint in analysis.motors.joints
     )
     return TextTable(
-        "jointtable", "Joints in numbers",
+        "jointtable", "Joint table", "Joints in numbers",
         "Error: RMS of target and angle with the lag taken out. Torque: of a nominal motor of the "
         "reference plant at its speed; over 100 %: it brakes, or the robot is stronger.",
         ("joint", "error [°]", "lag [ms]", "most torque [%]", "at torque limit [% of ticks]",
          "top speed [% of limit]", "target too fast [% of ticks]"),
         rows,
+    )  # fmt: skip
+
+
+def percept_table(analysis: Analysis) -> TextTable | None:
+    """How often each kind of thing was seen, and how far from the truth."""
+    seen = analysis.percepts
+    if seen is None:
+        return None
+    rows = []
+    for group in seen.groups:
+        error = 100.0 * group.error[np.isfinite(group.error)]
+        median, most = (
+            (float(np.median(error)), float(np.percentile(error, 90.0)))
+            if len(error)
+            else (None, None)
+        )
+        rows.append(
+            (
+                group.name,
+                str(int((group.count > 0).sum())),
+                str(len(group.stamp)),
+                number(median),
+                number(most),
+            )
+        )
+    return TextTable(
+        "seen", "Percepts", "Percepts",
+        f"{len(seen.stamp)} images. Errors are distances from the nearest such thing of the "
+        "bag's truth; a dash without truth.",
+        ("", "images with it", "percepts", "median error [cm]", "90 % below [cm]"),
+        tuple(rows),
     )  # fmt: skip
 
 

@@ -15,8 +15,7 @@ from geometry_msgs.msg import PointStamped
 from std_msgs.msg import Bool, String
 
 from gait_lab.report.analysis import analyse
-from gait_lab.report.page import ArrayStore
-from gait_lab.report.vision_figures import world
+from gait_lab.report.figures import world
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import BallEstimate, PoseEstimate
 from robot_core.ros.messages import to_time
@@ -74,4 +73,4 @@ def test_errors_of_pose_and_ball_are_those_that_were_made(
     assert found.valid.tolist() == [False] * 3 + [True] * 3
     assert found.ball_error == pytest.approx(0.1)
     assert np.array_equal(found.ball_stamp, found.stamp)
-    assert world(analysis, ArrayStore()) is not None
+    assert {line.panel for line in world(analysis)} == {"place [cm]", "heading [°]", "ball [cm]"}

@@ -73,8 +73,11 @@ const report = (() => {
   async function draw(figure) {
     const element = document.getElementById(figure.id);
     const layout = laidOut(figure);
-    await Plotly.newPlot(element, revive(figure.data), layout, config);
-    const plot = { figure, element, cursors: [], page: range(figure)[0], meta: revive(layout.meta) };
+    const traces = revive(figure.data);
+    await Plotly.newPlot(element, traces, layout, config);
+    // A trace with times for its points leads the last one, a dot, along itself.
+    const lead = traces.find((trace) => trace.customdata);
+    const plot = { figure, element, cursors: [], page: range(figure)[0], lead };
     plots.push(plot);
     if (!figure.time) return;
     plot.cursors = timeAxes(layout).map((key) => {
@@ -142,10 +145,10 @@ const report = (() => {
         Plotly.relayout(plot.element, { "xaxis.range": [from, to] });
       }
     }
-    if (plot.meta && plot.meta.time) {
-      const row = search(plot.meta.time, state.time);
+    if (plot.lead) {
+      const row = search(plot.lead.customdata, state.time);
       const dot = plot.element.data.length - 1;
-      Plotly.restyle(plot.element, { x: [[plot.meta.x[row]]], y: [[plot.meta.y[row]]] }, [dot]);
+      Plotly.restyle(plot.element, { x: [[plot.lead.x[row]]], y: [[plot.lead.y[row]]] }, [dot]);
     }
     place(plot);
   }
