@@ -35,6 +35,7 @@ EXTRAS = {
     "gym": ["gymnasium>=1,<2", "mujoco>=4,<5"],  # gymnasium.make("nao_lipm_gait/Walk-v0")
     "vision": ["opencv-python-headless>=4.9,<6"],
     "lab": [
+        "hypothesis>=6.100",  # bench fuzz
         "joblib>=1.3",
         "matplotlib>=3.8",
         "mcap-ros2-support>=0.5",

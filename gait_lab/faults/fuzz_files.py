@@ -1,13 +1,14 @@
-"""Corrupt files for every loader, which must read them or raise NaoGaitError."""
+"""Fuzzing of the loaders with corrupt files, which must be read or refused with a NaoGaitError."""
 
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
+from hypothesis import strategies as st
 
 from gait_lab.analysis.bag import BagWriter, open_bag
 from gait_lab.bench.changes import load_changes
@@ -18,141 +19,115 @@ from robot_core.resources import share
 from robot_core.robot import load_robot
 from sim_bridge.plant import load_plant
 
-Load = Callable[[Path], Any]
-VALUES: tuple[Any, ...] = (
-    None, True, "", "x", -1, 0, 1e308, float("nan"), float("inf"), [], {}, [1, "a"], {"a": {}},
-    "!!python/object/apply:os.system ['true']", 10**400,
+BAG = "bag.mcap"
+FILES: dict[str, Callable[[Path], Any]] = {
+    "config/gait/paper.yaml": load_preset,
+    "config/plants/reference.yaml": lambda path: load_plant(str(path)),
+    "config/plants/worn.yaml": lambda path: load_plant(str(path)),
+    "config/robots/nao_h21.yaml": lambda path: load_robot(robot=path),
+    "config/studies/speed.yaml": lambda path: load_study(str(path)),
+    "config/studies/omni.yaml": lambda path: load_study(str(path)),
+    "config/bench/ablation.yaml": load_changes,
+    "urdf/nao_h21_v33.urdf": load_robot,
+    BAG: open_bag,
+}
+VALUES: st.SearchStrategy[Any] = st.one_of(
+    st.sampled_from((
+        None, True, "", "x", -1, 0, 1e308, float("nan"), float("inf"), [], {}, [1, "a"], {"a": {}},
+        "!!python/object/apply:os.system ['true']", 10**400,
+    )),
+    st.floats(), st.text(max_size=9),
 )  # fmt: skip
-"""Values that replace a value of the file."""
-
-
-def _load_robot(path: Path) -> Any:
-    return load_robot(robot=path)
-
-
-def _load_study(path: Path) -> Any:
-    return load_study(str(path))
-
-
-def _load_plant(path: Path) -> Any:
-    return load_plant(str(path))
-
-
-YAML_FILES: tuple[tuple[str, str, Load], ...] = (
-    ("preset", "config/gait/paper.yaml", load_preset),
-    ("plant", "config/plants/reference.yaml", _load_plant),
-    ("plant", "config/plants/worn.yaml", _load_plant),
-    ("robot", "config/robots/nao_h21.yaml", _load_robot),
-    ("study", "config/studies/speed.yaml", _load_study),
-    ("study", "config/studies/omni.yaml", _load_study),
-    ("ablation", "config/bench/ablation.yaml", load_changes),
-)
+"""Values that replace a value of a YAML file."""
 
 
 @dataclass(frozen=True, slots=True)
-class FileFuzzResult:
-    """Result of loading corrupt files.
+class Example:
+    """How a file is corrupted.
 
     Attributes:
-        read: Files that were still valid.
-        refused: Files that were refused with a NaoGaitError.
-        violations: Any other exception, and refusals without field or allowed values.
+        file: One of `FILES`.
+        values: Changes of entries of a YAML file as (path of indices, kind, new value).
+        bytes: Changes of its bytes as (place as a share of the file, kind, new bytes).
+        length: Share of the file that is kept.
     """
 
-    read: int
-    refused: int
-    violations: tuple[str, ...]
+    file: str
+    values: list[tuple[list[int], str, Any]]
+    bytes: list[tuple[float, str, bytes]]
+    length: float
 
 
-def fuzz_files(seed: int, count: int) -> FileFuzzResult:
-    """Corrupt and load `count` files, all kinds in turn."""
-    random = np.random.default_rng(seed)
-    read = refused = 0
-    violations: list[str] = []
+EXAMPLES = st.builds(
+    Example, st.sampled_from(sorted(FILES)),
+    st.lists(st.tuples(
+        st.lists(st.integers(0, 63), min_size=1, max_size=5),
+        st.sampled_from(("replace", "rename", "remove")), VALUES,
+    ), max_size=3),
+    st.lists(st.tuples(
+        st.floats(0.0, 1.0), st.sampled_from(("replace", "repeat", "remove")),
+        st.binary(min_size=1, max_size=40),
+    ), max_size=5),
+    st.one_of(st.just(1.0), st.floats(0.0, 1.0)),
+)  # fmt: skip
+
+
+def run(example: Example, _: int) -> tuple[int, int]:
+    """Load a corrupt file; (1, 0) if it was read, (0, 1) if refused. Raises AssertionError."""
     with tempfile.TemporaryDirectory() as folder:
-        bag = _small_bag(Path(folder, "bag"))
-        kinds = len(YAML_FILES) + 2
-        for index in range(count):
-            kind = index % kinds
-            if kind < len(YAML_FILES):
-                name, source, load = YAML_FILES[kind]
-                path = Path(folder, "corrupt.yaml")
-                path.write_bytes(_corrupt_yaml(random, share(*source.split("/"))))
-            elif kind == len(YAML_FILES):
-                name, load = "urdf", load_robot
-                path = Path(folder, "corrupt.urdf")
-                path.write_bytes(_corrupt_bytes(random, share("urdf", "nao_h21_v33.urdf")))
-            else:
-                name, load = "bag", open_bag
-                path = Path(folder, "corrupt.mcap")
-                path.write_bytes(_corrupt_bytes(random, bag))
-            try:
-                load(path)
-                read += 1
-            except NaoGaitError as error:
-                refused += 1
-                if not (error.field and error.allowed):
-                    violations.append(f"{name} {index}: refusal without allowed values: {error}")
-            except Exception as error:
-                violations.append(f"{name} {index}: {type(error).__name__}: {error}"[:300])
-    return FileFuzzResult(read, refused, tuple(violations))
+        path = Path(folder, f"corrupt{Path(example.file).suffix}")
+        path.write_bytes(_corrupt(example))
+        try:
+            FILES[example.file](path)
+        except NaoGaitError as error:
+            if not (error.field and error.allowed):
+                raise AssertionError(f"refusal without field or allowed values: {error}") from error
+            return 0, 1
+        return 1, 0
 
 
-def _small_bag(folder: Path) -> Path:
-    writer = BagWriter(folder)
-    writer.add_topic("/gait/support", "std_msgs/msg/String")
-    for index in range(50):
-        # A string in CDR: header, length including the final zero, text.
-        writer.write("/gait/support", index * 10_000_000, b"\0\1\0\0\6\0\0\0stand\0")
-    writer.close()
-    (path,) = folder.glob("*.mcap")
-    return path
+def _corrupt(example: Example) -> bytes:
+    data = _small_bag() if example.file == BAG else share(*example.file.split("/")).read_bytes()
+    if example.values and example.file.endswith(".yaml"):
+        document = yaml.safe_load(data)
+        for path, kind, value in example.values:
+            _change(document, path, kind, value)
+        data = yaml.safe_dump(document, allow_unicode=True).encode()
+    for where, kind, new in example.bytes:
+        begin = round(where * len(data))
+        end = min(begin + len(new), len(data))
+        middle = {"replace": new, "repeat": 2 * data[begin:end], "remove": b""}[kind]
+        data = data[:begin] + middle + data[end:]
+    return data[: round(example.length * len(data))]
 
 
-def _corrupt_bytes(random: np.random.Generator, path: Path) -> bytes:
-    """Change, remove, repeat or truncate bytes of a file."""
-    data = bytearray(path.read_bytes())
-    for _ in range(int(random.integers(1, 6))):
-        begin = int(random.integers(len(data)))
-        end = min(len(data), begin + int(random.integers(1, 40)))
-        kind = int(random.integers(4))
-        if kind == 0:
-            data[begin] = int(random.integers(256))
-        elif kind == 1:
-            del data[begin:end]
-        elif kind == 2:
-            data[begin:begin] = data[begin:end]
-        else:
-            data[begin:end] = random.bytes(end - begin)
-        if not data:
-            return b""
-    return bytes(data[: int(random.integers(len(data)))] if random.uniform() < 0.2 else data)
-
-
-def _corrupt_yaml(random: np.random.Generator, path: Path) -> bytes:
-    """Corrupt the bytes of a YAML file, or replace some of its values."""
-    if random.uniform() < 0.4:
-        return _corrupt_bytes(random, path)
-    document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    for _ in range(int(random.integers(1, 4))):
-        _change(random, document)
-    return yaml.safe_dump(document, allow_unicode=True).encode()
-
-
-def _change(random: np.random.Generator, node: Any) -> None:
-    """Replace, remove or rename a random entry of a nested document."""
-    while isinstance(node, dict | list) and node:
+def _change(node: Any, path: list[int], kind: str, value: Any) -> None:
+    """Replace, rename or remove the entry at the end of a path."""
+    for depth, index in enumerate(path):
+        if not isinstance(node, dict | list) or not node:
+            return
         keys: list[Any] = list(node) if isinstance(node, dict) else list(range(len(node)))
-        key = keys[int(random.integers(len(keys)))]
-        deeper = isinstance(node[key], dict | list) and node[key] and random.uniform() < 0.8
-        if deeper:
+        key = keys[index % len(keys)]
+        if depth < len(path) - 1 and isinstance(node[key], dict | list) and node[key]:
             node = node[key]
             continue
-        kind = int(random.integers(4))
-        if kind == 0:
+        if kind == "remove":
             del node[key]
-        elif kind == 1 and isinstance(node, dict):
+        elif kind == "rename" and isinstance(node, dict):
             node[f"{key}_"] = node.pop(key)
         else:
-            node[key] = VALUES[int(random.integers(len(VALUES)))]
+            node[key] = value
         return
+
+
+@lru_cache(1)
+def _small_bag() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        writer = BagWriter(Path(folder, "bag"))
+        writer.add_topic("/gait/support", "std_msgs/msg/String")
+        for index in range(50):
+            # A string in CDR: header, length including the final zero, text.
+            writer.write("/gait/support", index * 10_000_000, b"\0\1\0\0\6\0\0\0stand\0")
+        writer.close()
+        (path,) = Path(folder, "bag").glob("*.mcap")
+        return path.read_bytes()

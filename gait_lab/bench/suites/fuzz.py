@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from gait_lab.bench.options import BenchOptions, keep_option, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
-from gait_lab.faults.fuzz_files import fuzz_files
-from gait_lab.faults.fuzz_lola import LolaFuzzer, LolaFuzzResult
-from gait_lab.faults.fuzz_messages import GAIT, LOLA, Fuzzer, FuzzResult, FuzzRun
+from gait_lab.faults.fuzz import FILES, GAIT, LOLA, TARGETS, TICKS, FuzzResult, FuzzRun
+from gait_lab.faults.fuzz import fuzz as run_fuzz
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.result_cache import ResultCache
 
 STRETCH = 10_000
 """Ticks with one seed."""
-TICKS_PER_FILE = 500
-"""One broken file is read per so many ticks."""
 _EVIDENCE = 20
 """Violations that are listed one by one."""
 
@@ -30,70 +27,48 @@ class Options(BenchOptions):
 
 def fuzz(options: Options) -> SuiteResult:
     """All ticks in stretches, each with a seed of its own."""
+    kept = ResultCache(options.keep, FuzzResult.restored) if options.keep else None
     count, rest = divmod(options.ticks, STRETCH)
     lengths = [STRETCH] * count + ([rest] if rest else [])
-    of_gait, of_lola = (
-        [FuzzRun(target, options.seed + index, ticks) for index, ticks in enumerate(lengths)]
-        for target in (GAIT, LOLA)
-    )
+    found: dict[str, list[FuzzResult]] = {}
     began = time.monotonic()
-    found = parallel_map(
-        _run, of_gait, jobs=options.jobs, show=options.show, label="fuzz",
-        note=lambda one: f"{len(one.violations)} violations",
-        kept=ResultCache(options.keep, FuzzResult) if options.keep else None,
-    )  # fmt: skip
-    took = time.monotonic() - began
-    ticks = sum(one.run.ticks for one in found)
-    broken = [f"VIOLATED seed {one.run.seed}: {text}" for one in found for text in one.violations]
-    lola = parallel_map(
-        _run_lola, of_lola, jobs=options.jobs, show=options.show, label="LoLA",
-        note=lambda one: f"{len(one.violations)} violations",
-        kept=ResultCache(options.keep, LolaFuzzResult) if options.keep else None,
-    )  # fmt: skip
-    broken += [
-        f"VIOLATED LoLA, seed {one.run.seed}: {text}" for one in lola for text in one.violations
-    ]
-    frames = sum(one.run.ticks for one in lola)
-    files = fuzz_files(options.seed, max(1, options.ticks // TICKS_PER_FILE))
-    broken += [f"VIOLATED file: {text}" for text in files.violations]
-    answers, refused = sum(one.answers for one in found), sum(one.refused for one in found)
-    lines = [
-        ("ticks of malformed and good messages", ticks),
-        ("joint commands that came out", answers),
-        ("messages, commands and parameters refused", refused),
-        ("LoLA messages each way", frames),
-        ("LoLA messages refused", sum(one.refused for one in lola)),
-        ("broken files", files.read + files.refused),
-        ("broken files refused with a reason", files.refused),
-        ("violations", len(broken)),
-    ]
+    took = 0.0
+    for target in TARGETS:
+        share = TICKS if target == FILES else 1
+        runs = [
+            FuzzRun(target, options.seed + index, max(1, ticks // share))
+            for index, ticks in enumerate(lengths)
+        ]
+        found[target] = parallel_map(
+            run_fuzz, runs, jobs=options.jobs, show=options.show, label=target, kept=kept,
+            note=lambda one: f"{len(one.violations)} violations",
+        )  # fmt: skip
+        took = took or time.monotonic() - began
+    ticks = {target: sum(one.run.ticks for one in results) for target, results in found.items()}
+    passed = {target: sum(one.passed for one in results) for target, results in found.items()}
+    refused = {target: sum(one.refused for one in results) for target, results in found.items()}
+    broken = [
+        f"VIOLATED {target}, seed {one.run.seed}: {text}"
+        for target, results in found.items() for one in results for text in one.violations
+    ]  # fmt: skip
+    rows = (
+        ("ticks", "ticks", ticks[GAIT], "ticks of malformed and good messages"),
+        ("answers", "commands", passed[GAIT], "joint commands that came out"),
+        ("refused", "messages", refused[GAIT], "messages, commands and parameters refused"),
+        ("lola_messages", "messages", ticks[LOLA], "LoLA messages each way"),
+        ("lola_refused", "messages", refused[LOLA], "LoLA messages refused"),
+        ("files", "files", passed[FILES] + refused[FILES], "broken files"),
+        ("files_refused", "files", refused[FILES], "broken files refused with a reason"),
+        ("violations", "", len(broken), "violations"),
+    )
+    speed = "" if options.keep else f" in {took:.0f} s ({ticks[GAIT] / took:.0f} per s)"
     return SuiteResult(
-        (
-            Measurement("ticks", "ticks", ticks),
-            Measurement("answers", "commands", answers),
-            Measurement("refused", "messages", refused),
-            Measurement("lola_messages", "messages", frames),
-            Measurement("files", "files", files.read + files.refused),
-            Measurement("files_refused", "files", files.refused),
-            Measurement("violations", "", len(broken)),
-        ),
-        f"{ticks} ticks of malformed and good messages" + _speed(options, ticks, took),
-        (Table((Column("what"), Column("number")), lines),),
+        tuple(Measurement(metric, unit, value) for metric, unit, value, _ in rows),
+        f"{ticks[GAIT]} ticks of malformed and good messages{speed}",
+        (Table((Column("what"), Column("number")), [(what, value) for *_, value, what in rows]),),
         tuple(broken[:_EVIDENCE]),
         same_robots=False,
     )
-
-
-def _speed(options: Options, ticks: int, took: float) -> str:
-    return "" if options.keep else f" in {took:.0f} s ({ticks / took:.0f} per s)"
-
-
-def _run(run: FuzzRun) -> FuzzResult:
-    return Fuzzer(run.seed).run(run.ticks)
-
-
-def _run_lola(run: FuzzRun) -> LolaFuzzResult:
-    return LolaFuzzer(run.seed).run(run.ticks)
 
 
 SUITE = Suite(
