@@ -46,18 +46,14 @@ EXTRAS = {
         "tqdm>=4.66",
     ],
     "tune": [
-        "bayesian-optimization>=3,<4",
-        "cma>=4,<5",
-        "joblib>=1.3",
-        "matplotlib>=3.8",
+        "cmaes>=0.10",
         "mujoco>=4,<5",
-        "pymoo>=0.6.1,<0.7",
+        "optuna>=4,<5",
+        "plotly>=5.15,<8",
         "scikit-learn>=1.4",
         "scipy>=1.11",
         "tqdm>=4.66",
     ],
-    "dask": ["distributed>=2024.1"],  # tune --backend dask
-    "ray": ["ray>=2.30,<3"],  # tune --backend ray
     "test": TEST,
     "browser": ["playwright>=1.40"],  # tests that look at pages; needs a Chromium
     "view": ["rosbags>=0.10,<0.12", "viser>=1,<2"],

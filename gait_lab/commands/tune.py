@@ -15,9 +15,9 @@ def run(arguments: argparse.Namespace) -> int:
         method=arguments.method,
         trials=arguments.trials,
         workers=arguments.workers,
-        backend=arguments.backend,
-        address=arguments.address,
         resume=arguments.resume,
+        join=arguments.join,
+        storage=arguments.storage,
         out=arguments.out,
         seed=arguments.seed,
         engine=arguments.engine,
@@ -30,24 +30,23 @@ def run(arguments: argparse.Namespace) -> int:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    from gait_lab.tune.study import shipped_studies
+    from gait_lab.tune.study import METHODS, shipped_studies
 
     parser.add_argument("study", metavar="STUDY",
                         help=f"shipped name ({', '.join(shipped_studies())}) or YAML file; it "
                         "names robot, plant and parameters")  # fmt: skip
-    parser.add_argument("--method", metavar="M",
-                        help="surrogate (Gaussian process), pso, cma (the study's)")  # fmt: skip
+    parser.add_argument("--method", metavar="M", help=f"{', '.join(METHODS)} (the study's)")
     parser.add_argument("--trials", type=int, metavar="N", help="trials (the study's own)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (all cores)")
-    parser.add_argument("--backend", default="loky", metavar="B",
-                        help="loky: this machine (default); dask or ray, which are extras of "
-                        "these names: a cluster")  # fmt: skip
-    parser.add_argument("--address", metavar="A", help="address of a running Ray or Dask cluster "
-                        "(one is started here)")  # fmt: skip
     parser.add_argument("--resume", action="store_true",
                         help="continue the study in --out")  # fmt: skip
+    parser.add_argument("--join", action="store_true",
+                        help="help the tuner that leads this study, from here or another machine: "
+                        "search only")  # fmt: skip
+    parser.add_argument("--storage", metavar="URL", help="database of the trials that several "
+                        "machines share (a file in --out)")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="DIR",
-                        help="trials, preset, figures, report (out/tune/STUDY)")  # fmt: skip
+                        help="trials, preset, report (out/tune/STUDY)")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the method (0)")
     parser.add_argument("--engine", metavar="E", help="physics engine of the search (the study's)")
     parser.add_argument("--no-confirm", action="store_false", dest="confirm",

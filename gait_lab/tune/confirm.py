@@ -8,16 +8,16 @@ on several engines and plants.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import islice
 from statistics import median
 
 import numpy as np
+from optuna.trial import FrozenTrial
 
-from gait_lab.tune.evaluation import Trial, robot_score, score_of, walk_all
-from gait_lab.tune.protocols import PROTOCOLS, Measures
+from gait_lab.tune.protocols import Measures
+from gait_lab.tune.search import walk_robots
 from gait_lab.tune.study import Place, Study
-from gait_lab.tune.workers import Workers, run_all
+from gait_lab.tune.workers import Workers
 from nao_lipm_gait.parameters import GaitParameters
 
 APART = 0.08
@@ -26,80 +26,62 @@ APART = 0.08
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A trial in the finals.
+    """A trial of the search with its score and its number of falls in the finals."""
 
-    Attributes:
-        trial: The trial of the search.
-        score: Its score in the finals.
-        falls: Number of robots that fell in the finals.
-    """
-
-    trial: Trial
+    trial: FrozenTrial
     score: float
     falls: int
 
 
-def candidates(study: Study, trials: Sequence[Trial]) -> list[Trial]:
+def candidates(study: Study, trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
     """Return the best trials that differ from each other, best first."""
-    chosen: list[Trial] = []
-    for trial in sorted(trials, key=lambda t: (-t.score, t.number)):
-        near = (np.sqrt(np.mean(np.square(np.subtract(trial.point, c.point)))) < APART
-                for c in chosen)  # fmt: skip
-        if trial.error is None and not any(near):
+    widths = {name: high - low for name, (low, high) in study.file.parameters.items()}
+
+    def near(a: FrozenTrial, b: FrozenTrial) -> bool:
+        apart = [(a.params[name] - b.params[name]) / width for name, width in widths.items()]
+        return float(np.sqrt(np.mean(np.square(apart)))) < APART
+
+    chosen: list[FrozenTrial] = []
+    for trial in sorted(trials, key=lambda t: (-(t.value or 0.0), t.number)):
+        failed = trial.user_attrs["error"] is not None
+        if not failed and not any(near(trial, other) for other in chosen):
             chosen.append(trial)
-        if len(chosen) == study.finals.candidates:
-            break
-    return chosen
+    return chosen[: study.file.finals.candidates]
 
 
-def finals(
-    study: Study,
-    trials: Sequence[Trial],
-    workers: Workers,
-    note: Callable[[], object] = lambda: None,
-) -> list[Candidate]:
-    """Run the finals.
-
-    Args:
-        study: The study.
-        trials: All trials of the search.
-        workers: Processes that run the trials.
-        note: Called after each walk.
-
-    Returns:
-        The candidates by their score in the finals, the winner first; empty without finals.
-    """
-    place = Place(study.engine, study.plant)
-    robots = study.finals.robots
-    if not study.finals.candidates:
-        return []
+def finals(study: Study, trials: Sequence[FrozenTrial], workers: Workers) -> list[Candidate]:
+    """Run the finals; the winner is the first. Empty without finals."""
+    robots = study.file.finals.robots
     chosen = candidates(study, trials)
     calls = [
-        (study, study.parameters_at(trial.point), (seed,), place, True)
+        (study, study.start.replace(**trial.params), (seed,), study.place, True)
         for trial in chosen
         for seed in robots
     ]
-    walked = run_all(workers, walk_all, calls, note)
+    walked = iter(_walk(workers, calls, "finals"))
     found = []
-    for i, trial in enumerate(chosen):
-        measures = [each for (each,) in walked[i * len(robots) : (i + 1) * len(robots)]]
-        found.append(Candidate(trial, score_of(study, measures), sum(m.fell for m in measures)))
+    for trial in chosen:
+        measures = list(islice(walked, len(robots)))
+        found.append(Candidate(trial, study.score(measures), sum(m.fell for m in measures)))
     return sorted(found, key=lambda c: (-c.score, c.trial.number))
+
+
+def _walk(workers: Workers, calls: Sequence[tuple[object, ...]], label: str) -> list[Measures]:
+    """The measures of calls with one robot each."""
+    from tqdm import tqdm
+
+    results = workers.map(walk_robots, calls)
+    with tqdm(results, total=len(calls), desc=label, disable=None, leave=False) as bar:
+        return [measures for (measures,) in bar]
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Measures of the unseen robots in one place.
-
-    Attributes:
-        place: Engine and plant.
-        before: Measures with the parameters of the start.
-        after: Measures with the parameters of the winner.
-    """
+    """Measures of the unseen robots in one place, with the start's parameters and the winner's."""
 
     place: Place
-    before: tuple[Measures, ...]
-    after: tuple[Measures, ...]
+    before: Sequence[Measures]
+    after: Sequence[Measures]
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,35 +101,20 @@ class ComparisonRow:
     after: tuple[float, float]
 
 
-def compare(
-    study: Study,
-    winner: GaitParameters,
-    workers: Workers,
-    note: Callable[[], object] = lambda: None,
-) -> list[Comparison]:
-    """Run start and winner on every unseen robot, in each place of the study.
-
-    Args:
-        study: The study.
-        winner: Parameters of the winner.
-        workers: Processes that run the walks.
-        note: Called after each walk.
-
-    Returns:
-        One comparison per place.
-    """
+def compare(study: Study, winner: GaitParameters, workers: Workers) -> list[Comparison]:
+    """Run start and winner on every unseen robot, in each place of the study."""
+    unseen = study.file.unseen
     calls = [
         (study, parameters, (seed,), place, True)
         for place in study.confirm_places
         for parameters in (study.start, winner)
-        for seed in study.unseen
+        for seed in unseen
     ]
-    walked = iter(run_all(workers, walk_all, calls, note))
-
-    def robots() -> tuple[Measures, ...]:
-        return tuple(each for (each,) in islice(walked, len(study.unseen)))
-
-    return [Comparison(place, robots(), robots()) for place in study.confirm_places]
+    walked = iter(_walk(workers, calls, "unseen robots"))
+    return [
+        Comparison(place, list(islice(walked, len(unseen))), list(islice(walked, len(unseen))))
+        for place in study.confirm_places
+    ]
 
 
 def rows(study: Study, comparison: Comparison) -> list[ComparisonRow]:
@@ -166,18 +133,14 @@ def rows(study: Study, comparison: Comparison) -> list[ComparisonRow]:
         return ComparisonRow(name, "robots", (first, first), (second, second))
 
     table = [
-        spread("score", "", lambda m: robot_score(study, m)),
+        spread("score", "", study.robot_score),
         count("fell", lambda m: m.fell),
         count("over the limits", lambda m: m.excess > 0.0),
     ]
-    for name, unit in PROTOCOLS[study.protocol].measures.items():
+    for name, unit in study.protocol.measures.items():
         worst = _largest if _smaller_is_better(study, name) else min
-        table.append(spread(name, unit, partial(_value, name), worst))
+        table.append(spread(name, unit, lambda m, name=name: m.values[name], worst))  # type: ignore[misc]
     return table
-
-
-def _value(name: str, measures: Measures) -> float:
-    return measures.values[name]
 
 
 def _largest(values: Sequence[float]) -> float:
@@ -185,5 +148,5 @@ def _largest(values: Sequence[float]) -> float:
 
 
 def _smaller_is_better(study: Study, name: str) -> bool:
-    weight = study.objective.get(name)
+    weight = study.file.objective.get(name)
     return weight < 0.0 if weight is not None else name in ("flight", "slip", "drift")

@@ -5,11 +5,12 @@ stride over the duration of the last two steps.
 """
 
 import math
-from collections.abc import Mapping
 
+import attrs
 import numpy as np
 
 from robot_core.geometry import yaw_of_quaternion
+from robot_core.schema import Settings, number
 from robot_core.types import STANDSTILL, GaitState, VelocityCommand
 from sim_bridge.trials.metrics import Trace
 from sim_bridge.trials.rollout import Recorder
@@ -23,25 +24,26 @@ STEP_TIME_MAX = 1.0
 """Time per step [s] after which the walk is ended."""
 
 
+@attrs.frozen
+class GrowingStrideOptions(Settings):
+    """How many steps, from which stride to which, and how long the last one is held."""
+
+    steps: int = number(52, 4, 400, whole=True)
+    first: float = number(0.05, 0.0, 0.4, "m")
+    last: float = number(0.24, 0.0, 0.4, "m")
+    hold: float = number(0.0, 0.0, 120.0, "s")
+
+
 class GrowingStride(Policy):
     """Raises the stride every two steps, then holds it.
 
-    Args:
-        steps: Number of steps.
-        first: First stride [m].
-        last: Last stride [m].
-        hold: Time at the last stride after the last step [s].
-
     Attributes:
-        steps: Number of steps.
-        hold: Time at the last stride [s].
         step_times: Time of each support change [s].
         done_at: Time of the last step [s]; None before it.
     """
 
-    def __init__(self, steps: int, first: float, last: float, hold: float) -> None:
-        self.steps, self.hold = steps, hold
-        self._first, self._last = first, last
+    def __init__(self, options: GrowingStrideOptions) -> None:
+        self._options = options
         self.step_times: list[float] = []
         self.done_at: float | None = None
 
@@ -56,17 +58,17 @@ class GrowingStride(Policy):
         walking = status.state is not GaitState.STAND
         if walking and status.step_count > len(self.step_times):
             self.step_times.append(time)
-        if self.done_at is None and len(self.step_times) >= self.steps:
+        if self.done_at is None and len(self.step_times) >= self._options.steps:
             self.done_at = time
-        if self.done_at is not None and time >= self.done_at + self.hold:
+        if self.done_at is not None and time >= self.done_at + self._options.hold:
             return None
         stride = self.stride_after(len(self.step_times))
         return VelocityCommand(stride / self._double_step, 0.0, 0.0)
 
     def stride_after(self, steps: int) -> float:
         """Return the stride [m] that is commanded after a number of steps."""
-        stage = min(steps, self.steps) // 2
-        return self._first + (self._last - self._first) * stage / max(1, self.steps // 2)
+        first, last, count = self._options.first, self._options.last, self._options.steps
+        return first + (last - first) * (min(steps, count) // 2) / (count // 2)
 
     @property
     def _double_step(self) -> float:
@@ -76,20 +78,11 @@ class GrowingStride(Policy):
 
 
 def walk_growing_stride(
-    spec: TrialSpec, options: Mapping[str, float]
+    spec: TrialSpec, options: GrowingStrideOptions
 ) -> tuple[Trace, GrowingStride, bool]:
-    """Walk the experiment.
-
-    Args:
-        spec: The robot and its gait.
-        options: `steps`, `first` [m], `last` [m] and `hold` [s].
-
-    Returns:
-        The trace, the policy, and whether the robot fell or did not take all steps.
-    """
-    first, last, hold = (options[name] for name in ("first", "last", "hold"))
-    policy = GrowingStride(int(options["steps"]), first, last, hold)
-    limit = STAND_TIME + STEP_TIME_MAX * policy.steps + policy.hold
+    """Walk the experiment; the bool says whether the robot fell or did not take all steps."""
+    policy = GrowingStride(options)
+    limit = STAND_TIME + STEP_TIME_MAX * options.steps + options.hold
     recorder = Recorder()
     fell = False
     with make_world(spec) as world:

@@ -1,6 +1,6 @@
 """Protocols: how a set of parameters is tried on one robot, and what is measured.
 
-Add a protocol by a function that returns `Measures`, and by an entry in `PROTOCOLS`.
+Add a protocol by its options, a function that returns `Measures`, and an entry in `PROTOCOLS`.
 """
 
 import math
@@ -10,8 +10,11 @@ from itertools import islice
 from statistics import fmean
 from typing import Any
 
+import attrs
+
 from gait_lab.tune import growing_stride
-from robot_core.errors import NaoGaitError, is_number
+from robot_core.errors import NaoGaitError
+from robot_core.schema import Settings, number
 from robot_core.types import VelocityCommand
 from sim_bridge.trials.metrics import FLIGHT_LIMIT, SLIP_LIMIT, Metrics, measure
 from sim_bridge.trials.rollout import RolloutSpec, rollout
@@ -35,8 +38,6 @@ FALL_ERROR = 0.05
 """CoM error [m] that is assumed for a robot that fell."""
 DRIFT_MAX = 0.1
 """Drift on the spot [m/s] that is assumed for a robot that fell."""
-
-Options = Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,18 @@ def excess_of(metrics: Metrics) -> float:
 # -- com_error: the first paper's criterion --------------------------------------------------------
 
 
-def com_error(spec: TrialSpec, options: Options) -> Measures:
+@attrs.frozen
+class ComErrorOptions(Settings):
+    """Commanded speeds (0 = not walked) and the time of the measurement."""
+
+    forward: float = number(0.31, 0.0, 0.6, "m/s")
+    back: float = number(0.0, 0.0, 0.6, "m/s")
+    side: float = number(0.0, 0.0, 0.4, "m/s")
+    turn: float = number(0.0, 0.0, 150.0, "deg/s")
+    window: float = number(5.0, 1.0, 60.0, "s")
+
+
+def com_error(spec: TrialSpec, options: ComErrorOptions) -> Measures:
     """Measure the CoM error along y, on the spot and in the directions with a speed.
 
     The paper compares the expected CoM with the measured one. This criterion alone can be cheated:
@@ -79,7 +91,7 @@ def com_error(spec: TrialSpec, options: Options) -> Measures:
     Therefore the same walks also give the error against the truth and how well the speeds are
     reached; a robot that falls or does not move scores badly.
     """
-    walks = [(walk_task("spot", yaw=SPOT_TURN, window=options["window"]), 0.0)]
+    walks = [(walk_task("spot", yaw=SPOT_TURN, window=options.window), 0.0)]
     walks += [(task, asked) for task, asked in _directions(options) if asked > 0.0]
     metrics = [_walk_task(spec, task) for task, _ in walks]
     reached = [
@@ -100,13 +112,13 @@ def com_error(spec: TrialSpec, options: Options) -> Measures:
     return Measures(spec.robot_seed, values, any(m.fell for m in metrics), excess)
 
 
-def _directions(options: Options) -> list[tuple[Task, float]]:
+def _directions(options: "ComErrorOptions | OmniOptions") -> list[tuple[Task, float]]:
     """The walks forward, back, to the side and in a turn, and their speeds [m/s, rad/s]."""
-    window, turn = options["window"], math.radians(options["turn"])
+    window, turn = options.window, math.radians(options.turn)
     return [
-        (walk_task("forward", x=options["forward"], axis="x", window=window), options["forward"]),
-        (walk_task("back", x=-options["back"], axis="x", window=window), options["back"]),
-        (walk_task("side", y=options["side"], axis="y", window=window), options["side"]),
+        (walk_task("forward", x=options.forward, axis="x", window=window), options.forward),
+        (walk_task("back", x=-options.back, axis="x", window=window), options.back),
+        (walk_task("side", y=options.side, axis="y", window=window), options.side),
         (walk_task("turn", yaw=turn, axis="yaw", window=window), turn),
     ]
 
@@ -144,7 +156,7 @@ _TAIL = 1.0
 """Time [s] past the end of the trace, so that the window holds its last tick."""
 
 
-def growing_stride_walk(spec: TrialSpec, options: Options) -> Measures:
+def growing_stride_walk(spec: TrialSpec, options: growing_stride.GrowingStrideOptions) -> Measures:
     """Measure the distance until the last step or the fall, and the final speed.
 
     The speed is the mean along the torso's heading over the hold, or over the last steps without a
@@ -153,7 +165,7 @@ def growing_stride_walk(spec: TrialSpec, options: Options) -> Measures:
     trace, policy, fell = growing_stride.walk_growing_stride(spec, options)
     end = float(trace.time[-1]) + _TAIL
     metrics = measure(trace, growing_stride.STAND_TIME, end)
-    top_from = policy.done_at if policy.done_at is not None and policy.hold > 0.0 else None
+    top_from = policy.done_at if options.hold > 0.0 else None
     if top_from is None:
         times = policy.step_times
         top_from = times[-TOP_STEPS] if len(times) >= TOP_STEPS else growing_stride.STAND_TIME
@@ -161,7 +173,7 @@ def growing_stride_walk(spec: TrialSpec, options: Options) -> Measures:
     values = {
         "distance": max(0.0, growing_stride.distance(trace, policy.done_at)),
         "speed": 0.0 if fell else _finite(top.speed_x),
-        "steps": float(min(len(policy.step_times), policy.steps)),
+        "steps": float(min(len(policy.step_times), options.steps)),
         "drift": _finite(metrics.turn_rate),
         "flight": _finite(top.flight_share),
         "slip": _finite(top.slip_speed),
@@ -185,7 +197,19 @@ PUSH_DIRECTIONS = (math.radians(90.0), 0.0, math.radians(-90.0), math.radians(18
 """Directions of the pushes [rad], counter-clockwise from the heading of the robot."""
 
 
-def omni(spec: TrialSpec, options: Options) -> Measures:
+@attrs.frozen
+class OmniOptions(Settings):
+    """Commanded speeds, the time of the measurement, and the impulse of a push."""
+
+    forward: float = number(0.25, 0.01, 0.6, "m/s")
+    back: float = number(0.20, 0.01, 0.6, "m/s")
+    side: float = number(0.09, 0.01, 0.4, "m/s")
+    turn: float = number(45.0, 1.0, 150.0, "deg/s")
+    window: float = number(5.0, 1.0, 60.0, "s")
+    impulse: float = number(1.0, 0.0, 5.0, "N s")
+
+
+def omni(spec: TrialSpec, options: OmniOptions) -> Measures:
     """Measure four walks and a series of pushes while stepping on the spot.
 
     Speeds are in the commanded direction. `reached` is the mean over the four of 1 minus the
@@ -202,7 +226,7 @@ def omni(spec: TrialSpec, options: Options) -> Measures:
         "reached": 1.0 - sum(off) / len(off),
         "error_true": sum(errors) / len(errors),
         "upright": 1.0 - sum(m.fell for m in metrics) / len(metrics),
-        "pushes": _share_of_pushes_survived(spec, options["impulse"]),
+        "pushes": _share_of_pushes_survived(spec, options.impulse),
     }
     excess = sum(excess_of(m) for m in metrics) / len(metrics)
     return Measures(spec.robot_seed, values, any(m.fell for m in metrics), excess)
@@ -232,63 +256,20 @@ def _share_of_pushes_survived(spec: TrialSpec, impulse: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
-    """A number that a study may set.
-
-    Attributes:
-        default: Value without a setting.
-        minimum: Smallest allowed value.
-        maximum: Largest allowed value.
-        unit: Unit; empty without one.
-        whole: Whether the number has to be an integer.
-    """
-
-    default: float
-    minimum: float
-    maximum: float
-    unit: str
-    whole: bool = False
-
-    def check(self, field: str, value: Any) -> float:
-        """Return the value; NaoGaitError if it is not allowed."""
-        allowed = f"a number from {self.minimum:g} to {self.maximum:g} {self.unit}".rstrip()
-        if not is_number(value) or not self.minimum <= value <= self.maximum:
-            raise NaoGaitError(field, value, allowed)
-        if self.whole and value != int(value):
-            raise NaoGaitError(field, value, f"a whole number, {allowed[2:]}")
-        return float(value)
-
-
-@dataclass(frozen=True, slots=True)
 class Protocol:
     """How parameters are tried.
 
     Attributes:
         name: Name in a study.
-        run: Tries the parameters of a spec on its robot.
-        options: Options by name.
+        run: Tries the parameters of a spec on its robot, with options of the type `options`.
+        options: Type of the options.
         measures: Units of the measures by name.
     """
 
     name: str
-    run: Callable[[TrialSpec, Options], Measures]
-    options: Mapping[str, Option]
+    run: Callable[[TrialSpec, Any], Measures]
+    options: type[Settings]
     measures: Mapping[str, str]
-
-    def checked(self, field: str, given: Mapping[str, Any]) -> dict[str, float]:
-        """Return all options; NaoGaitError for an unknown or an invalid one.
-
-        Args:
-            field: Prefix of the field in an error.
-            given: Options that replace the defaults.
-        """
-        for name in given:
-            if name not in self.options:
-                raise NaoGaitError(f"{field}.{name}", given[name], ", ".join(self.options))
-        return {
-            name: option.check(f"{field}.{name}", given.get(name, option.default))
-            for name, option in self.options.items()
-        }
 
 
 PROTOCOLS: Mapping[str, Protocol] = {
@@ -297,68 +278,31 @@ PROTOCOLS: Mapping[str, Protocol] = {
         Protocol(
             "growing_stride",
             growing_stride_walk,
-            {
-                "steps": Option(52, 4, 400, "", whole=True),
-                "first": Option(0.05, 0.0, 0.4, "m"),
-                "last": Option(0.24, 0.0, 0.4, "m"),
-                "hold": Option(0.0, 0.0, 120.0, "s"),
-            },
-            {
-                "distance": "m",
-                "speed": "m/s",
-                "steps": "",
-                "drift": "rad/s",
-                "flight": "",
-                "slip": "m/s",
-            },
+            growing_stride.GrowingStrideOptions,
+            {"distance": "m", "speed": "m/s", "steps": "", "drift": "rad/s", "flight": "",
+             "slip": "m/s"},
         ),
         Protocol(
             "com_error",
             com_error,
-            {
-                "forward": Option(0.31, 0.0, 0.6, "m/s"),
-                "back": Option(0.0, 0.0, 0.6, "m/s"),
-                "side": Option(0.0, 0.0, 0.4, "m/s"),
-                "turn": Option(0.0, 0.0, 150.0, "deg/s"),
-                "window": Option(5.0, 1.0, 60.0, "s"),
-            },
-            {
-                "error_measured": "m",
-                "error_true": "m",
-                "reached": "",
-                "drift": "m/s",
-                "upright": "",
-            },
+            ComErrorOptions,
+            {"error_measured": "m", "error_true": "m", "reached": "", "drift": "m/s",
+             "upright": ""},
         ),
         Protocol(
             "omni",
             omni,
-            {
-                "forward": Option(0.25, 0.01, 0.6, "m/s"),
-                "back": Option(0.20, 0.01, 0.6, "m/s"),
-                "side": Option(0.09, 0.01, 0.4, "m/s"),
-                "turn": Option(45.0, 1.0, 150.0, "deg/s"),
-                "window": Option(5.0, 1.0, 60.0, "s"),
-                "impulse": Option(1.0, 0.0, 5.0, "N s"),
-            },
-            {
-                "forward": "m/s",
-                "back": "m/s",
-                "side": "m/s",
-                "turn": "rad/s",
-                "reached": "",
-                "error_true": "m",
-                "upright": "",
-                "pushes": "",
-            },
+            OmniOptions,
+            {"forward": "m/s", "back": "m/s", "side": "m/s", "turn": "rad/s", "reached": "",
+             "error_true": "m", "upright": "", "pushes": ""},
         ),
     )
-}
+}  # fmt: skip
 
 
 def find_protocol(name: Any) -> Protocol:
     """Return a protocol by its name; NaoGaitError for an unknown one."""
     protocol = PROTOCOLS.get(name) if isinstance(name, str) else None
     if protocol is None:
-        raise NaoGaitError("protocol.name", name, f"one of {', '.join(PROTOCOLS)}")
+        raise NaoGaitError("study.protocol.name", name, f"one of {', '.join(PROTOCOLS)}")
     return protocol

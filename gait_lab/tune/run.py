@@ -1,45 +1,45 @@
-"""`nao_gait tune`: one study from its file to a preset, figures and a report."""
+"""`nao_gait tune`: one study from its file to a preset and a report."""
 
-import hashlib
-import json
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+
+from optuna.trial import FrozenTrial
 
 from gait_lab.tune import report
 from gait_lab.tune.confirm import Candidate, Comparison, compare, finals
-from gait_lab.tune.evaluation import Trial
-from gait_lab.tune.methods import Method, make_method
-from gait_lab.tune.search import best_of, search, window_for
-from gait_lab.tune.store import Store
-from gait_lab.tune.study import Place, Study, load_study
-from gait_lab.tune.workers import Workers, check_backend, make_workers
+from gait_lab.tune.search import (
+    DATABASE,
+    Kept,
+    best_of,
+    leading,
+    one_line_storage_errors,
+    search,
+)
+from gait_lab.tune.study import METHODS, Place, Study, load_study
+from gait_lab.tune.workers import Workers
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from sim_bridge.plant import load_plant
 from sim_bridge.trials.parallel import workers as worker_count
 from sim_bridge.world import World
 
-FIXED = ("study", "method", "seed")
-"""Properties that a resumed study must have in common with the stored one."""
-
 
 @dataclass(frozen=True, slots=True)
 class TuneOptions:
-    """Options of the command.
+    """Options of the command; None takes what the study says, or the default.
 
     Attributes:
         study: Name or file of the study.
-        method: Search method; None for that of the study.
-        trials: Number of trials; None for that of the study.
+        method: Search method.
+        trials: Number of trials.
         workers: Number of processes; None for all cores.
-        backend: `loky`, `ray` or `dask`.
-        address: Address of a running cluster.
         resume: Whether to continue the study in `out`.
+        join: Whether to help the tuner that leads the study: only to search, in its storage.
+        storage: URL of the database of the trials; None for a file in `out`.
         out: Folder for the results; None for `out/tune/STUDY`.
         seed: Seed of the method.
-        engine: Physics engine of the search; None for that of the study.
+        engine: Physics engine of the search.
         confirm: Whether to confirm the winner on unseen robots.
         places: Where to confirm it, as ENGINE/PLANT; empty for the places of the study.
     """
@@ -48,9 +48,9 @@ class TuneOptions:
     method: str | None = None
     trials: int | None = None
     workers: int | None = None
-    backend: str = "loky"
-    address: str | None = None
     resume: bool = False
+    join: bool = False
+    storage: str | None = None
     out: Path | None = None
     seed: int = 0
     engine: str | None = None
@@ -64,22 +64,20 @@ class Result:
 
     Attributes:
         study: The study.
-        trials: All trials by number.
+        trials: All trials with a score, by number.
         best: The winner.
         candidates: Candidates of the finals, the winner first; empty without finals.
         comparisons: Comparison with the start in each place; empty without a confirmation.
-        folder: Folder of the results.
     """
 
     study: Study
-    trials: tuple[Trial, ...]
-    best: Trial
-    candidates: tuple[Candidate, ...]
-    comparisons: tuple[Comparison, ...]
-    folder: Path
+    trials: Sequence[FrozenTrial]
+    best: FrozenTrial
+    candidates: Sequence[Candidate]
+    comparisons: Sequence[Comparison]
 
 
-def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
+def run(options: TuneOptions, say: Callable[[str], None]) -> Result | None:
     """Search, confirm the winner, and write the results.
 
     Args:
@@ -87,169 +85,115 @@ def run(options: TuneOptions, say: Callable[[str], None]) -> Result:
         say: Prints a line.
 
     Returns:
-        The finished study.
+        The finished study; None for a tuner that only helped.
 
     Raises:
-        NaoGaitError: If the study or an option is invalid; raised before the first trial.
+        NaoGaitError: The study or an option is invalid, which is raised before the first trial; or
+            the results cannot be written.
     """
     study = load_study(options.study, options.engine, options.trials, options.places)
     count = worker_count(options.workers)
-    check_backend(options.backend, options.address)
-    name = options.method or study.method
-    method = make_method(
-        name, study.start_point, seed=options.seed, trials=study.trials
-    )
-    confirming = options.confirm and bool(study.unseen)
+    method = options.method or study.file.method
+    _check_method(method, options.seed, len(study.file.parameters))
+    if options.resume and options.join:
+        raise NaoGaitError("join", True, "--join or --resume, not both")
+    confirming = options.confirm and bool(study.file.unseen) and not options.join
     _try_places(study, confirming)
     out = options.out or Path("out", "tune", study.name)
-    store = _open(study, replace(options, method=name), out, window_for(count), say)
-    window = int(store.about["window"])
-    try:
-        workers = make_workers(options.backend, count, options.address)
-        try:
-            trials = _search(study, method, store, workers, window, say)
-            candidates = _finals(study, trials, workers)
-            best = candidates[0].trial if candidates else best_of(trials)
-            comparisons = _confirm(study, best, workers) if confirming else []
-        finally:
-            workers.close()
-        result = Result(
-            study, tuple(trials), best, tuple(candidates), tuple(comparisons), out
-        )
-        _write(result, store.about, say)
-    finally:
-        store.close()
+    database = out / DATABASE
+    existing = options.resume or options.join
+    if options.storage is None and existing != database.is_file():
+        free = "a folder without a study; or --resume this one"
+        allowed = f"a folder with a {DATABASE}" if existing else free
+        raise NaoGaitError("out", str(out), allowed)
+    url = options.storage or f"sqlite:///{database}"
+    about = {"study": f"{study.name} {study.digest()}", "method": method, "seed": options.seed}
+    with one_line_storage_errors(options.storage or str(out)):
+        if options.join:
+            kept = Kept(study, url)
+            kept.open(about, existing=True)
+            with Workers(count) as workers:
+                _search(study, kept, workers, method, options.seed, helping=True)
+            return None
+        with leading(out):
+            kept = Kept(study, url)
+            kept.open(about, existing=options.resume and not kept.empty())
+            with Workers(count) as workers:
+                trials = _search(study, kept, workers, method, options.seed)
+                candidates = finals(study, trials, workers)
+                best = candidates[0].trial if candidates else best_of(trials)
+                winner = study.start.replace(**best.params)
+                comparisons = compare(study, winner, workers) if confirming else []
+            result = Result(study, trials, best, candidates, comparisons)
+            _write(result, kept, out, say)
     return result
 
 
-def digest(study: Study) -> str:
-    """Return a hash of everything on which a trial depends; not of the number of trials."""
-    relevant = (
-        study.ranges, study.start, study.protocol, sorted(study.options.items()),
-        sorted(study.objective.items()), study.penalty, study.robots, study.engine, study.plant,
-        study.urdf,
-    )  # fmt: skip
-    return hashlib.sha256(repr(relevant).encode()).hexdigest()[:16]
-
-
-def _open(
-    study: Study, options: TuneOptions, out: Path, window: int, say: Callable[[str], None]
-) -> Store:
-    about = {
-        "study": f"{study.name} {digest(study)}",
-        "method": str(options.method),
-        "seed": str(options.seed),
-        "window": str(window),
-        "trials": str(study.trials),
-        "version": report.code_version(),
-        "robots": json.dumps(study.robots),
-        "text": study.source,
-    }
-    if not options.resume:
-        return Store.create(out, about)
-    store = Store.reopen(out)
-    stored = store.about
-    for key in FIXED:
-        if stored[key] != about[key]:
-            store.close()
-            raise NaoGaitError(
-                f"resume: {key}", about[key], f"{stored[key]}, as in {out}; or another --out"
-            )
-    if stored["version"] != about["version"]:
-        say(f"note: the stored trials are of version {stored['version']}")
-    return store
+def _check_method(method: str, seed: int, parameters: int) -> None:
+    if method not in METHODS:
+        raise NaoGaitError("method", method, ", ".join(METHODS))
+    if method == "cma" and parameters < 2:
+        raise NaoGaitError("method", method, "another one for a single parameter")
+    if seed < 0:
+        raise NaoGaitError("seed", seed, "0 or more")
 
 
 def _try_places(study: Study, confirming: bool) -> None:
     """Build the robot once in every place, because an engine may refuse a plant."""
-    places = {Place(study.engine, study.plant), *(study.confirm_places if confirming else ())}
-    robot = load_robot(study.urdf)
-    for place in sorted(places, key=str):
+    places: set[Place] = {study.place, *(study.confirm_places if confirming else ())}
+    robot = load_robot(study.file.urdf)
+    for place in sorted(places):
         World.single(robot, load_plant(place.plant), engine=place.engine).close()
 
 
 def _search(
-    study: Study, method: Method, store: Store, workers: Workers, window: int,
-    say: Callable[[str], None],
-) -> list[Trial]:  # fmt: skip
+    study: Study, kept: Kept, workers: Workers, method: str, seed: int, helping: bool = False
+) -> list[FrozenTrial]:
     from tqdm import tqdm
 
-    stored = {trial.number for trial in store.trials()}
-    best: Trial | None = None
-    began = time.perf_counter()
-    with tqdm(total=study.trials, desc=study.name, disable=None, leave=False) as bar:
+    done = kept.complete()
+    best = max((trial.value or 0.0 for trial in done), default=float("-inf"))
+    with tqdm(
+        total=study.file.trials, initial=len(done), desc=study.name, disable=None, leave=False
+    ) as bar:
 
-        def note(trial: Trial) -> None:
+        def note(number: int, score: float) -> None:
             nonlocal best
-            if best is None or trial.score > best.score:
-                best = trial
-            bar.set_postfix_str(f"best {best.score:.3f} (trial {best.number})", refresh=False)
+            best = max(best, score)
+            bar.set_postfix_str(f"best {best:.3f}", refresh=False)
             bar.update()
 
-        trials = search(study, method, store, workers, window=window, note=note)
-    seconds = time.perf_counter() - began
-    new = [trial for trial in trials if trial.number not in stored]
-    say(report.pace_line(new, seconds, workers.count))
-    for trial in trials:
-        if trial.error is not None:
-            say(f"trial {trial.number} failed: {trial.error}")
-    return trials
+        return search(study, kept, workers, method, seed, helping=helping, note=note)
 
 
-def _finals(study: Study, trials: list[Trial], workers: Workers) -> list[Candidate]:
-    from tqdm import tqdm
-
-    total = study.finals.candidates * len(study.finals.robots)
-    with tqdm(total=total, desc="finals", disable=None, leave=False) as bar:
-        return finals(study, trials, workers, bar.update)
-
-
-def _confirm(study: Study, best: Trial, workers: Workers) -> list[Comparison]:
-    from tqdm import tqdm
-
-    total = 2 * len(study.unseen) * len(study.confirm_places)
-    with tqdm(total=total, desc="unseen robots", disable=None, leave=False) as bar:
-        return compare(study, study.parameters_at(best.point), workers, bar.update)
-
-
-def _write(result: Result, about: dict[str, str], say: Callable[[str], None]) -> None:
-    study, trials, best, out = result.study, result.trials, result.best, result.folder
-    found = report.importance(study, trials)
-    title = f"{study.name}, {about['method']}, seed {about['seed']}"
-    report.convergence_figure(trials, title, out / "convergence.png")
-    report.importance_figure(found, out / "importance.png")
-    report.pairs_figure(study, trials, out / "pairs.png")
-
-    start = trials[0]
+def _write(result: Result, kept: Kept, out: Path, say: Callable[[str], None]) -> None:
+    study, trials, best = result.study, result.trials, result.best
+    about = kept.trials.user_attrs["about"]
     provenance = [
-        f"Tuned: {study.about or study.name}.",
+        f"Tuned: {' '.join(study.file.about.split()) or study.name}.",
         f"study {about['study']}, method {about['method']}, seed {about['seed']}, "
         f"trial {best.number} of {len(trials)}",
-        f"version {about['version']}",
-        f"tuned on {study.engine}/{study.plant}, robots {_seeds(study.robots)}: "
-        f"score {start.score:.3f} -> {best.score:.3f}",
-        *(
-            [f"medians over unseen robots {_seeds(study.unseen)}, before -> after:"]
-            if result.comparisons
-            else ["not confirmed on unseen robots"]
-        ),
-        *(f"  {report.unseen_line(study, each)}" for each in result.comparisons),
+        f"version {report.code_version()}",
+        f"tuned on {study.place}, robots {report.seeds(study.file.robots)}: "
+        f"score {trials[0].value:.3f} -> {best.value:.3f}",
     ]
-    preset = report.write_preset(
-        out / "best.yaml",
-        study.parameters_at(best.point),
-        study.values_at(best.point),
-        provenance,
-    )
-    text = [*provenance, "", *report.winner_lines(study, start, best, found)]
+    if result.comparisons:
+        unseen = report.seeds(study.file.unseen)
+        provenance.append(f"medians over unseen robots {unseen}, before -> after:")
+        provenance += [f"  {report.unseen_line(study, each)}" for each in result.comparisons]
+    else:
+        provenance.append("not confirmed on unseen robots")
+    winner = study.start.replace(**best.params)
+    report.write_preset(out / "best.yaml", winner, list(study.file.parameters), provenance)
+    shares = report.importance(kept.trials)
+    text = [*provenance, "", *report.winner_lines(study, trials[0], best, shares)]
     text += ["", *report.finals_lines(study, result.candidates)]
     for comparison in result.comparisons:
         text += ["", *report.comparison_table(study, comparison)]
+    failed = [t for t in trials if t.user_attrs["error"] is not None]
+    text += [f"trial {t.number} failed: {t.user_attrs['error']}" for t in failed]
     (out / "report.txt").write_text("\n".join(text) + "\n", encoding="utf-8")
+    title = f"{study.name}, {about['method']}, seed {about['seed']}"
+    report.write_page(out / "report.html", title, kept.trials, text)
     say("\n".join(text))
-    say(f"\n{preset}, report.txt, convergence.png, importance.png and pairs.png in {out}")
-
-
-def _seeds(robots: tuple[int, ...]) -> str:
-    consecutive = len(robots) > 2 and list(robots) == list(range(robots[0], robots[-1] + 1))
-    return f"{robots[0]}..{robots[-1]}" if consecutive else " ".join(map(str, robots))
+    say(f"\nbest.yaml, report.txt and report.html in {out}")

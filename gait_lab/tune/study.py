@@ -3,15 +3,15 @@
 The file is checked completely before a robot walks.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import attrs
 
-from gait_lab.tune.methods import METHODS
-from gait_lab.tune.protocols import find_protocol
+from gait_lab.tune.protocols import Measures, Protocol, find_protocol
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from robot_core import schema
@@ -31,6 +31,9 @@ from robot_core.schema import (
 )
 from sim_bridge.engines.registry import ENGINES
 from sim_bridge.plant import load_plant
+
+METHODS = ("surrogate", "pso", "cma", "tpe", "random")
+"""Search methods; `samplers.make_sampler` makes them."""
 
 
 def _seeds(minimum: int, default: Any = schema.REQUIRED) -> Any:
@@ -86,7 +89,7 @@ class StudyFile(Settings):
     name: str = schema.text("")
     about: str = schema.text("")
     preset: str = schema.text("default")
-    method: str = choice(METHODS, default=METHODS[0])
+    method: str = choice(METHODS)
     start: dict[str, Any] = schema.field(
         Table(Anything()), attrs.Factory(dict), "What differs from the preset at the start."
     )
@@ -101,25 +104,7 @@ class StudyFile(Settings):
     confirm: Confirmation = group(Confirmation, Confirmation())
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
-    """A parameter of the gait that is varied, from `low` to `high` in its own unit."""
-
-    name: str
-    low: float
-    high: float
-
-    def value_at(self, share: float) -> float:
-        """The value at a share (0..1) of the range, never beyond its ends."""
-        return min(self.high, max(self.low, self.low + share * (self.high - self.low)))
-
-    def share_of(self, value: float) -> float:
-        """The share (0..1) of the range at a value."""
-        return (value - self.low) / (self.high - self.low)
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """An engine and a plant."""
 
     engine: str
@@ -131,87 +116,59 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A checked study. A point of the search holds a share (0..1) of each range, in their order.
+    """A checked study.
 
     Attributes:
         name: Its name.
-        ranges: The varied parameters.
+        file: What its file says.
         start: Parameters at the start of the search; those that are not varied keep their value.
-        protocol: Name of the protocol.
-        options: Options of the protocol.
-        objective: Weight by measure; the score is the weighted sum, larger is better.
-        penalty: What is subtracted from the score.
-        robots: Seeds of the robots of the search.
-        finals: How the winner is chosen.
-        unseen: Seeds of the robots on which the winner is confirmed.
-        engine: Physics engine of the search.
-        plant: Plant of the search.
-        urdf: Robot model.
-        trials: Number of trials.
-        confirm_options: Options of the protocol for the confirmation.
+        protocol: How parameters are tried.
+        options: Options of the protocol in the search.
+        confirm_options: Its options in finals and confirmation.
+        place: Where the search walks.
         confirm_places: Where the winner is confirmed.
-        preset: Preset on which `start` is based.
-        method: Search method.
-        calibrated: The robots have been calibrated by their own sensors.
-        about: One sentence about the study.
-        source: Text of the file.
     """
 
     name: str
-    ranges: tuple[Range, ...]
+    file: StudyFile
     start: GaitParameters
-    protocol: str
-    options: Mapping[str, float]
-    objective: Mapping[str, float]
-    penalty: Penalty
-    robots: tuple[int, ...]
-    finals: Finals
-    unseen: tuple[int, ...]
-    engine: str
-    plant: str
-    urdf: str
-    trials: int
-    confirm_options: Mapping[str, float]
+    protocol: Protocol
+    options: Settings
+    confirm_options: Settings
+    place: Place
     confirm_places: tuple[Place, ...]
-    preset: str = "default"
-    method: str = METHODS[0]
-    calibrated: bool = False
-    about: str = ""
-    source: str = field(default="", compare=False)
 
     @property
-    def start_point(self) -> tuple[float, ...]:
-        """The point of the start parameters."""
-        return tuple(r.share_of(float(getattr(self.start, r.name))) for r in self.ranges)
+    def start_values(self) -> dict[str, float]:
+        """The varied parameters at the start, in SI units."""
+        return {name: float(getattr(self.start, name)) for name in self.file.parameters}
 
-    def values_at(self, point: Sequence[float]) -> dict[str, float]:
-        """The varied parameters at a point, in SI units."""
-        return {r.name: r.value_at(share) for r, share in zip(self.ranges, point, strict=True)}
+    def score(self, measures: Sequence[Measures]) -> float:
+        """The mean over the robots of their weighted measures minus the penalties."""
+        return sum(map(self.robot_score, measures)) / len(measures)
 
-    def parameters_at(self, point: Sequence[float]) -> GaitParameters:
-        """All parameters at a point."""
-        return self.start.replace(**self.values_at(point))
+    def robot_score(self, measures: Measures) -> float:
+        """The score of one robot; larger is better."""
+        score = sum(w * measures.values[name] for name, w in self.file.objective.items())
+        score -= self.file.penalty.fall * measures.fell
+        return score - self.file.penalty.dishonest * measures.excess
+
+    def digest(self) -> str:
+        """A hash of everything on which the score of a trial depends, file contents included."""
+        file = self.file
+        # Neither where the files lie nor their names matter, only what they say.
+        robot = replace(load_robot(file.urdf), urdf_path=Path())
+        relevant = (
+            sorted(file.parameters.items()), self.start, self.protocol.name, self.options,
+            sorted(file.objective.items()), file.penalty, file.robots, file.calibrated,
+            file.engine, attrs.evolve(load_plant(file.plant), name="-"), robot,
+        )  # fmt: skip
+        return hashlib.sha256(repr(relevant).encode()).hexdigest()[:16]
 
 
 def shipped_studies() -> list[str]:
     """Names of the shipped studies."""
     return sorted(path.stem for path in share("config", "studies").glob("*.yaml"))
-
-
-def find_study(name_or_path: str) -> Path:
-    """The file of a shipped study (`speed`) or of a path.
-
-    Raises:
-        NaoGaitError: There is none.
-    """
-    shipped = shipped_studies()
-    if name_or_path in shipped:
-        return share("config", "studies", f"{name_or_path}.yaml")
-    path = Path(name_or_path)
-    if not path.is_file():
-        allowed = f"a shipped study ({', '.join(shipped)}) or the path of a YAML file"
-        raise NaoGaitError("study", name_or_path, allowed)
-    return path
 
 
 def load_study(
@@ -228,54 +185,49 @@ def load_study(
         trials: Replaces the number of trials of the file.
         places: Replaces the places of the confirmation; ENGINE/PLANT each.
 
-    Returns:
-        The study.
-
     Raises:
         NaoGaitError: The file cannot be read, or a key or value is not allowed.
     """
-    path = find_study(name_or_path)
-    source = schema.read_text(path, "study")
-    values = schema.parse_yaml(source, f"study {path}")
+    shipped = shipped_studies()
+    path = Path(name_or_path)
+    if name_or_path in shipped:
+        path = share("config", "studies", f"{name_or_path}.yaml")
+    elif not path.is_file():
+        allowed = f"a shipped study ({', '.join(shipped)}) or the path of a YAML file"
+        raise NaoGaitError("study", name_or_path, allowed)
+    values = schema.read_yaml(path, "study")
     if isinstance(values, dict):
-        if engine is not None:
-            values["engine"] = engine
-        if trials is not None:
-            values["trials"] = trials
-        if places:
-            confirm = values.get("confirm") or {}
-            if isinstance(confirm, dict):
-                values["confirm"] = {**confirm, "places": list(places)}
-    return parse_study(values, path.stem, source)
+        given = {"engine": engine, "trials": trials}
+        values |= {key: value for key, value in given.items() if value is not None}
+        confirm = values.get("confirm", {})
+        if places and isinstance(confirm, dict):
+            values["confirm"] = {**confirm, "places": list(places)}
+    return parse_study(values, path.stem)
 
 
-def parse_study(values: Any, name: str = "study", source: str = "") -> Study:
+def parse_study(values: Any, name: str = "study") -> Study:
     """Check the content of a study file.
 
     Args:
         values: The content.
         name: Name of the study if the content has none.
-        source: Text of the file.
-
-    Returns:
-        The study.
 
     Raises:
         NaoGaitError: A key or value is not allowed.
     """
     file = StudyFile.from_mapping(values, "study")
-    ranges = tuple(_range(name, ends) for name, ends in file.parameters.items())
+    for varied, ends in file.parameters.items():
+        _check_range(varied, ends)
     changes = GaitParameters.checked(file.start, "study.start", partial=True)
     start = preset_for(load_robot(file.urdf), file.preset).replace(**changes)
-    for r in ranges:
-        at = float(getattr(start, r.name))
-        if not r.low <= at <= r.high:
-            allowed = f"inside its range {r.low:g} to {r.high:g}"
-            raise NaoGaitError(f"study.start.{r.name}", at, allowed)
+    for varied, (low, high) in file.parameters.items():
+        at = getattr(start, varied)
+        if not low <= at <= high:
+            allowed = f"inside its range {low:g} to {high:g}"
+            raise NaoGaitError(f"study.start.{varied}", at, allowed)
     protocol = find_protocol(file.protocol.get("name"))
-    options = protocol.checked(
-        "protocol", {key: value for key, value in file.protocol.items() if key != "name"}
-    )
+    given = {key: value for key, value in file.protocol.items() if key != "name"}
+    options = protocol.options.from_mapping(given, "study.protocol")
     for measure, weight in file.objective.items():
         if measure not in protocol.measures:
             allowed = f"one of {', '.join(protocol.measures)}"
@@ -291,37 +243,26 @@ def parse_study(values: Any, name: str = "study", source: str = "") -> Study:
     places = file.confirm.places or (str(place),)
     return Study(
         name=file.name or name,
-        ranges=ranges,
+        file=file,
         start=start,
-        protocol=protocol.name,
+        protocol=protocol,
         options=options,
-        objective=file.objective,
-        penalty=file.penalty,
-        robots=file.robots,
-        finals=file.finals,
-        unseen=file.unseen,
-        engine=file.engine,
-        plant=file.plant,
-        urdf=file.urdf,
-        trials=file.trials,
-        confirm_options=protocol.checked("confirm.options", {**options, **file.confirm.options}),
+        confirm_options=protocol.options.from_mapping(
+            {**options.as_dict(), **file.confirm.options}, "study.confirm.options"
+        ),
+        place=place,
         confirm_places=tuple(_place("study.confirm.places", each) for each in places),
-        preset=file.preset,
-        method=file.method,
-        calibrated=file.calibrated,
-        about=" ".join(file.about.split()),
-        source=source,
     )
 
 
-def _range(name: str, ends: tuple[float, float]) -> Range:
-    """A varied parameter, inside the limits of the gait's own table."""
+def _check_range(name: str, ends: tuple[float, float]) -> None:
+    """Check that a varied parameter exists and that its range is inside the gait's own table."""
     where = f"study.parameters.{name}"
     parameter = BY_NAME.get(name)
     if parameter is None or not isinstance(parameter.kind, Number):
         numbers = ", ".join(each for each, known in BY_NAME.items() if known.is_number)
         raise NaoGaitError(where, list(ends), f"one of the parameters {numbers}")
-    return Range(name, *Interval(parameter.kind, strict=True).check(where, ends))
+    Interval(parameter.kind, strict=True).check(where, ends)
 
 
 def _place(where: str, text: str) -> Place:

@@ -1,189 +1,121 @@
-"""Worker processes for trials: on this machine (loky), or on a Dask or Ray cluster.
+"""Processes that run jobs; a job whose process dies is begun again in a new one."""
 
-All three return a future per trial, so that a worker that dies costs one trial. With
-`joblib.Parallel` on the same backends it would cost the whole call.
-"""
+import multiprocessing
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future
-from importlib.util import find_spec
-from typing import Any, Protocol
+from robot_core.errors import NaoGaitError, one_line
 
-from robot_core.errors import NaoGaitError
-
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-"""One simulation per process uses a whole core; more threads would compete for it."""
 ATTEMPTS = 3
-"""Number of attempts if a worker dies."""
-IDLE_TIME = 600
-"""Time [s] after which an idle local worker ends; longer than a pause between two trials."""
+"""How often a job is begun at most."""
 
 
-class Workers(Protocol):
-    """Runs functions in other processes. A future that raises has lost its worker.
-
-    Attributes:
-        count: Number of processes.
-    """
-
-    count: int
-
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
-        """Run a function with arguments; return its future."""
-
-    def close(self) -> None:
-        """End the workers."""
+@dataclass(slots=True)
+class _Job:
+    key: Any
+    call: tuple[Any, ...]
+    attempts: int = 0
 
 
-class LokyWorkers:
-    """Processes on this machine by joblib's loky, which replaces those that die."""
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The result of a job, or in one line why there is none."""
+
+    key: Any
+    result: Any = None
+    error: str | None = None
+
+
+class Workers:
+    """A number of processes, each with one job at a time; a context manager that ends them."""
 
     def __init__(self, count: int) -> None:
         self.count = count
+        self._open: deque[_Job] = deque()
+        self._busy: dict[Connection, _Job] = {}
+        self._idle: list[Connection] = []
+        self._processes: dict[Connection, Any] = {}
 
-    def _executor(self) -> Any:
-        try:
-            from joblib.externals.loky import get_reusable_executor
-        except ModuleNotFoundError:  # some distributions ship joblib without its copy
-            from loky import get_reusable_executor
+    def __enter__(self) -> "Workers":
+        return self
 
-        # Returns a new executor if the last one broke.
-        return get_reusable_executor(max_workers=self.count, timeout=IDLE_TIME, env=ONE_THREAD)
+    def __exit__(self, *_: object) -> None:
+        for process in self._processes.values():
+            process.kill()
+            process.join()
 
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
-        """Run a function with arguments; return its future."""
-        try:
-            future: Future[Any] = self._executor().submit(function, *arguments)
-        except Exception as error:  # a worker died between the two calls: this trial is lost
-            future = Future()
-            future.set_exception(error)
-        return future
+    def submit(self, key: Any, function: Callable[..., Any], *arguments: Any) -> None:
+        """Run a picklable function as soon as a process is free."""
+        self._open.append(_Job(key, (function, *arguments)))
+        self._begin()
 
-    def close(self) -> None:
-        """End the workers."""
-        self._executor().shutdown(wait=True, kill_workers=True)
+    def results(self) -> Iterator[Outcome]:
+        """Yield the jobs as they end, until none is left; more may be submitted meanwhile."""
+        while self._busy or self._open:
+            for ready in wait(list(self._busy)):
+                connection: Any = ready
+                job = self._busy.pop(connection)
+                try:
+                    result, error = connection.recv()
+                    self._idle.append(connection)
+                except (EOFError, ConnectionError):  # the process is gone
+                    self._processes.pop(connection).join()
+                    if job.attempts < ATTEMPTS:
+                        self._open.appendleft(job)
+                        continue
+                    result, error = None, f"its process died {ATTEMPTS} times"
+                self._begin()
+                yield Outcome(job.key, result, error)
+            self._begin()
 
+    def map(self, function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+        """Yield the results in the order of the calls; NaoGaitError if one has none."""
+        for i, call in enumerate(calls):
+            self.submit(i, function, *call)
+        early: dict[int, Any] = {}
+        following = 0
+        for outcome in self.results():
+            if outcome.error is not None:
+                raise NaoGaitError("walk", outcome.error, "one that ends; --resume tries again")
+            early[outcome.key] = outcome.result
+            while following in early:
+                yield early.pop(following)
+                following += 1
 
-class DaskWorkers:
-    """A Dask cluster: the scheduler at `address`, or processes on this machine.
+    def _begin(self) -> None:
+        while self._open and len(self._busy) < self.count:
+            job = self._open.popleft()
+            job.attempts += 1
+            connection = self._idle.pop() if self._idle else self._start()
+            self._busy[connection] = job
+            with suppress(OSError):  # it died while idle: `results` sees the end of the connection
+                connection.send(job.call)
 
-    Args:
-        count: Number of processes.
-        address: Address of a running scheduler.
-    """
-
-    def __init__(self, count: int, address: str | None = None) -> None:
-        from distributed import Client, LocalCluster
-
-        self.count = count
-        self._cluster = None
-        if address is None:
-            self._cluster = LocalCluster(  # type: ignore[no-untyped-call]
-                n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None
-            )
-        self._client = Client(address or self._cluster)  # type: ignore[no-untyped-call]
-        # The search counts the attempts.
-        self._pool = self._client.get_executor(pure=False, retries=0)
-
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
-        """Run a function with arguments; return its future."""
-        future: Future[Any] = self._pool.submit(function, *arguments)
-        return future
-
-    def close(self) -> None:
-        """Disconnect, and end a cluster that was started here."""
-        self._client.close()
-        if self._cluster is not None:
-            self._cluster.close()  # type: ignore[no-untyped-call]
-
-
-class RayWorkers:
-    """A Ray cluster: the one at `address`, or processes on this machine.
-
-    Args:
-        count: Number of processes.
-        address: Address of a running cluster.
-    """
-
-    def __init__(self, count: int, address: str | None = None) -> None:
-        import ray
-
-        self.count = count
-        self._ray = ray
-        if address is None:
-            ray.init(num_cpus=count, include_dashboard=False, log_to_driver=False)
-        else:
-            ray.init(address=address, log_to_driver=False)
-        self._call = ray.remote(max_retries=0, num_cpus=1)(_call)
-
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
-        """Run a function with arguments; return its future."""
-        future: Future[Any] = self._call.remote(function, *arguments).future()
-        return future
-
-    def close(self) -> None:
-        """Disconnect, and end a cluster that was started here."""
-        self._ray.shutdown()
+    def _start(self) -> Connection:
+        # Not forked: a child must not inherit the database and the threads of numerical libraries.
+        context = multiprocessing.get_context("spawn")
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        process.start()
+        theirs.close()
+        self._processes[ours] = process
+        return ours
 
 
-def _call(function: Callable[..., Any], *arguments: Any) -> Any:
-    return function(*arguments)
-
-
-BACKENDS = ("loky", "ray", "dask")
-_PACKAGES = {"ray": "ray", "dask": "distributed"}
-
-
-def run_all(
-    workers: Workers,
-    function: Callable[..., Any],
-    calls: Sequence[tuple[Any, ...]],
-    note: Callable[[], object] = lambda: None,
-) -> list[Any]:
-    """Run a function for each call, and repeat a call whose worker dies.
-
-    Args:
-        workers: The processes.
-        function: The function.
-        calls: Arguments of each call.
-        note: Called after each result.
-
-    Returns:
-        The results in the order of the calls.
-
-    Raises:
-        Exception: What the last attempt raised.
-    """
-    futures = [workers.submit(function, *call) for call in calls]
-    results = []
-    for call, first in zip(calls, futures, strict=True):
-        future = first
-        for _ in range(ATTEMPTS - 1):
-            if future.exception() is None:
-                break
-            future = workers.submit(function, *call)
-        results.append(future.result())
-        note()
-    return results
-
-
-def check_backend(backend: str, address: str | None = None) -> None:
-    """Raise NaoGaitError for an unknown backend, one without its package, or a useless address."""
-    if backend not in BACKENDS:
-        raise NaoGaitError("backend", backend, ", ".join(BACKENDS))
-    package = _PACKAGES.get(backend)
-    if package is not None and find_spec(package) is None:
-        allowed = f"loky; or install {package}, in the checkout: pip install '.[{backend}]'"
-        raise NaoGaitError("backend", backend, allowed)
-    if backend == "loky" and address is not None:
-        raise NaoGaitError("address", address, "only with --backend ray or dask")
-
-
-def make_workers(backend: str, count: int, address: str | None = None) -> Workers:
-    """Start workers; `address`: of a running Ray or Dask cluster, None to start one here."""
-    check_backend(backend, address)
-    if backend == "loky":
-        return LokyWorkers(count)
-    if backend == "dask":
-        return DaskWorkers(count, address)
-    return RayWorkers(count, address)
+def _serve(connection: Connection) -> None:
+    """Run jobs until the other end is closed."""
+    try:
+        while True:
+            function, *arguments = connection.recv()
+            answer: tuple[Any, str | None]
+            try:
+                answer = function(*arguments), None
+            except Exception as error:  # a corner of the ranges that fails costs its trial only
+                answer = None, one_line(error)
+            connection.send(answer)
+    except (EOFError, ConnectionError, KeyboardInterrupt):
+        return

@@ -6,20 +6,23 @@ import pytest
 import yaml
 
 pytest.importorskip("mujoco")
-pytest.importorskip("cma")
+pytest.importorskip("optuna")
 pytest.importorskip("sklearn")
+pytest.importorskip("plotly")
 pytest.importorskip("matplotlib")
 
 import itertools
 
+import optuna
+from optuna.distributions import FloatDistribution
+from optuna.trial import FrozenTrial, create_trial
 from test_tune_study import GOOD
 
 from gait_lab.tune import guide
 from gait_lab.tune.confirm import Comparison, candidates, rows
-from gait_lab.tune.evaluation import Trial
-from gait_lab.tune.guide import Sweep, SweepSetup, run_sweep, step_duration
+from gait_lab.tune.guide import sample, step_duration
 from gait_lab.tune.protocols import Measures
-from gait_lab.tune.report import importance, write_preset
+from gait_lab.tune.report import importance, seeds, write_preset
 from gait_lab.tune.run import TuneOptions, run
 from gait_lab.tune.study import Place, parse_study
 from nao_lipm_gait.parameters import GaitParameters, load_preset
@@ -36,46 +39,62 @@ def test_a_study_from_its_file_to_a_preset(tmp_path: Path) -> None:
     file.write_text(yaml.safe_dump(
         {**GOOD, "trials": 5, "finals": {"candidates": 2, "robots": [1]}}
     ), encoding="utf-8")  # fmt: skip
-    result = run(
-        TuneOptions(str(file), method="cma", workers=1, out=out, seed=2), said.append
-    )
-    best = load_preset(out / "best.yaml")
-    for name, value in result.study.values_at(result.best.point).items():
-        assert getattr(best, name) == pytest.approx(value, abs=1e-6)
+    options = TuneOptions(str(file), method="cma", workers=1, out=out, seed=2)
+    result = run(options, said.append)
+    assert result is not None
     assert result.best is result.candidates[0].trial
+    best = load_preset(out / "best.yaml")
+    for name, value in result.best.params.items():
+        assert getattr(best, name) == pytest.approx(value, abs=1e-6)
+    assert best.step_forward_max > result.study.start.step_forward_max
+    before, after = result.comparisons[0].before, result.comparisons[0].after
+    assert after[0].values["distance"] > before[0].values["distance"] > 0.0
     text = (out / "best.yaml").read_text(encoding="utf-8")
     for part in ("study tiny", "method cma, seed 2", "version ", "mujoco/reference",
                  "unseen robots 5", "speed"):  # fmt: skip
         assert part in text
-    assert (out / "report.txt").read_text(encoding="utf-8").strip() in "\n".join(said)
-    for figure in ("convergence", "importance", "pairs"):
-        assert (out / f"{figure}.png").read_bytes().startswith(PNG)
+    report = (out / "report.txt").read_text(encoding="utf-8").strip()
+    assert report in "\n".join(said)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "swing_lift" in page
+    assert page.count("Plotly.newPlot") == 3
     with pytest.raises(NaoGaitError, match="--resume"):
-        run(TuneOptions(str(file), method="cma", workers=1, out=out, seed=2), said.append)
+        run(options, said.append)
 
 
-def trial(number: int, point: tuple[float, float], score: float) -> Trial:
-    return Trial(number, point, score, (), 0.0)
+SPACE = {"step_forward_max": FloatDistribution(0.02, 0.08),
+         "swing_lift": FloatDistribution(0.01, 0.03)}  # fmt: skip
+
+
+def trial(x: float, y: float, score: float, error: str | None = None) -> FrozenTrial:
+    """A trial at shares of the ranges."""
+    values = {name: d.low + at * (d.high - d.low)
+              for (name, d), at in zip(SPACE.items(), (x, y), strict=True)}  # fmt: skip
+    attributes = {"measures": [], "error": error}
+    return create_trial(
+        params=values, distributions=dict(SPACE), value=score, user_attrs=attributes
+    )
 
 
 def test_finals_are_between_trials_that_differ() -> None:
     study = parse_study({**GOOD, "finals": {"candidates": 2, "robots": [1]}})
     best, twin, other, failed = (
-        trial(0, (0.5, 0.5), 3.0), trial(1, (0.51, 0.5), 2.9), trial(2, (0.9, 0.1), 2.0),
-        Trial(3, (0.1, 0.1), 2.5, (), 0.0, "lost"),
+        trial(0.5, 0.5, 3.0), trial(0.51, 0.5, 2.9), trial(0.9, 0.1, 2.0),
+        trial(0.1, 0.1, 2.5, "lost"),
     )  # fmt: skip
     assert candidates(study, [failed, other, twin, best]) == [best, other]
 
 
 def test_importance_finds_the_parameter_that_matters() -> None:
-    study = parse_study(GOOD)
     spread = [((i * 7 % 40) / 40, (i * 11 % 37) / 37) for i in range(40)]
-    found = importance(study, [trial(i, p, 5.0 * p[1] ** 2) for i, p in enumerate(spread)])
-    assert found.shares["swing_lift"] > 0.9
-    assert sum(found.shares.values()) == pytest.approx(1.0)
-    assert found.explained > 0.8
-    nothing = importance(study, [trial(i, p, 1.0) for i, p in enumerate(spread)])
-    assert set(nothing.shares.values()) == {0.0}
+    study = optuna.create_study(direction="maximize")
+    study.add_trials([trial(x, y, 5.0 * y**2) for x, y in spread])
+    found = importance(study)
+    assert found["swing_lift"] > 0.9
+    assert sum(found.values()) == pytest.approx(1.0)
+    flat = optuna.create_study(direction="maximize")
+    flat.add_trials([trial(x, y, 1.0) for x, y in spread])
+    assert importance(flat) == {}
 
 
 def test_a_robot_that_falls_shows_in_the_table() -> None:
@@ -97,15 +116,12 @@ def test_a_robot_that_falls_shows_in_the_table() -> None:
 
 
 def test_a_wider_pendulum_steps_faster(tmp_path: Path) -> None:
-    setup = SweepSetup(GaitParameters(), 0.1, (0,), window=2.0)
-    sweep = Sweep("pendulum_width", (0.025, 0.04))
-    slow, fast = run_sweep(sweep, setup, 1, show=False)
-    assert not slow.fell
-    assert not fast.fell
+    slow, fast = (sample(("pendulum_width", width, 0, 0.1)) for width in (0.025, 0.04))
+    assert not slow.metrics.fell
+    assert not fast.metrics.fell
     assert slow.step_duration > 1.2 * fast.step_duration
-    figure = guide.draw(sweep, [slow, fast], setup, tmp_path / "figure.png")
-    assert figure.read_bytes().startswith(PNG)
-    assert "cm/s" in guide.text(sweep, [slow, fast])
+    guide.draw("pendulum_width", [slow, fast], tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").read_bytes().startswith(PNG)
 
 
 def test_step_duration_is_the_time_between_support_changes() -> None:
@@ -119,16 +135,19 @@ def test_step_duration_is_the_time_between_support_changes() -> None:
     assert steps == pytest.approx(changes, abs=1.5)
 
 
-def test_the_guide_refuses_what_is_no_parameter(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_guide_refuses_what_it_does_not_sweep(capsys: pytest.CaptureFixture[str]) -> None:
     assert guide.main(["beauty"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
-    with pytest.raises(NaoGaitError):
-        Sweep("swing_lift", (0.5,))
+
+
+def test_seeds_are_shown_as_a_range() -> None:
+    assert [seeds(robots) for robots in ((3, 4, 5), (0, 2), (7,))] == ["3..5", "0 2", "7"]
 
 
 def test_the_winner_is_a_preset_that_every_tool_takes(tmp_path: Path) -> None:
     winner = GaitParameters(swing_lift=0.0231234, feedback=False)
-    path = write_preset(tmp_path / "best.yaml", winner, {"swing_lift": 0.0231234}, ["Tuned: a: b"])
+    path = tmp_path / "best.yaml"
+    write_preset(path, winner, ["swing_lift"], ["Tuned: a: b"])
     assert load_preset(path) == winner
     text = path.read_text(encoding="utf-8")
     assert text.startswith("# Tuned: a: b\n")

@@ -1,171 +1,173 @@
-"""The search: what it asks depends on the seed alone; what dies is begun again; it resumes."""
+"""The search: one worker repeats itself to the bit, a resumed study too; what dies begins again."""
 
 import os
 import signal
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterator
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 import pytest
 
-pytest.importorskip("joblib")
+pytest.importorskip("optuna")
+pytest.importorskip("cmaes")
+pytest.importorskip("sklearn")
 pytest.importorskip("mujoco")
-pytest.importorskip("bayes_opt")
 
+from optuna.trial import TrialState
 from test_tune_study import GOOD
 
-from gait_lab.tune.evaluation import Trial
-from gait_lab.tune.methods import METHODS, Point, make_method
-from gait_lab.tune.search import best_of, search, window_for
-from gait_lab.tune.store import FILE, Store
-from gait_lab.tune.study import Study, parse_study
-from gait_lab.tune.workers import ATTEMPTS, LokyWorkers, run_all
+from gait_lab.tune.protocols import Measures
+from gait_lab.tune.search import Kept, best_of, leading, measures_of, search
+from gait_lab.tune.study import METHODS, Place, Study, parse_study
+from gait_lab.tune.workers import ATTEMPTS, Outcome, Workers
+from nao_lipm_gait.parameters import GaitParameters
 from robot_core.errors import NaoGaitError
 
-STUDY = parse_study({**GOOD, "trials": 10})
-Evaluate = Callable[[Study, int, Point], Trial]
+STUDY = parse_study({**GOOD, "trials": 9})
+ABOUT = {"study": "a"}
 
 
-def bowl(study: Study, number: int, point: Point) -> Trial:
-    return Trial(number, point, -sum((x - 0.4) ** 2 for x in point), (), 0.0)
+def bowl(
+    study: Study, parameters: GaitParameters, robots: tuple[int, ...], place: Place
+) -> list[Measures]:
+    """Instead of a walk: best in the middle of the ranges."""
+    off = (parameters.step_forward_max - 0.05) / 0.06, (parameters.swing_lift - 0.02) / 0.02
+    return [Measures(robots[0], {"distance": -(off[0] ** 2) - off[1] ** 2}, fell=False)]
 
 
-class Threads:
-    """Workers that share this process."""
+class InProcess:
+    """A worker that is this process; `killed` after so many jobs, as the tuner would be."""
 
-    count = 3
+    count = 1
 
-    def __init__(self) -> None:
-        self._pool = ThreadPoolExecutor(8)
+    def __init__(self, killed: int = -1) -> None:
+        self.ran: list[int] = []
+        self._open: list[tuple[Any, ...]] = []
+        self._killed = killed
 
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> "Future[Any]":
-        return self._pool.submit(function, *arguments)
+    def submit(self, key: int, function: Any, *arguments: Any) -> None:
+        self._open.append((key, function, *arguments))
 
-    def close(self) -> None:
-        self._pool.shutdown()
-
-
-def run(out: Path, method: str, evaluate: Evaluate = bowl, **more: Any) -> list[Trial]:
-    """A search over a new or, if there is one, the stored study in `out`."""
-    store = Store.reopen(out) if (out / FILE).exists() else Store.create(out, {})
-    workers = Threads()
-    try:
-        made = make_method(method, STUDY.start_point, seed=1, trials=STUDY.trials)
-        return search(STUDY, made, store, workers, window=4, evaluate=evaluate, **more)
-    finally:
-        workers.close()
-        store.close()
+    def results(self) -> Iterator[Outcome]:
+        while self._open:
+            key, function, *arguments = self._open.pop(0)
+            if len(self.ran) == self._killed:
+                raise KeyboardInterrupt
+            self.ran.append(key)
+            yield Outcome(key, function(*arguments))
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_which_worker_is_quicker_changes_nothing(method: str, tmp_path: Path) -> None:
-    ended = [Event() for _ in range(STUDY.trials + 1)]
-    order: list[int] = []
-
-    def reversed_in_pairs(study: Study, number: int, point: Point) -> Trial:
-        if number % 2 == 0:
-            ended[number + 1].wait(timeout=0.1)  # not asked yet at the end of a generation
-        order.append(number)
-        ended[number].set()
-        return bowl(study, number, point)
-
-    in_order = run(tmp_path / "a", method)
-    out_of_order = run(tmp_path / "b", method, reversed_in_pairs)
-    assert order != sorted(order)
-    assert [trial.point for trial in in_order] == [trial.point for trial in out_of_order]
+def run(folder: Path, method: str, workers: Any, **more: Any) -> list[tuple[Any, ...]]:
+    """A search in a folder, new or resumed; number, point and score of its trials."""
+    kept = Kept(STUDY, f"sqlite:///{folder / 'study.db'}")
+    kept.open(ABOUT, existing=not kept.empty())
+    trials = search(STUDY, kept, workers, method, 1, evaluate=bowl, **more)
+    assert not kept.in_state(TrialState.RUNNING)
+    return [(t.number, t.params, t.value) for t in trials]
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_study_that_was_cut_off_goes_on_to_the_same_end(method: str, tmp_path: Path) -> None:
-    whole = run(tmp_path / "whole", method)
-    walked: list[int] = []
-
-    def breaks_off(trial: Trial) -> None:
-        if trial.number == 6:
-            raise KeyboardInterrupt
-
-    def counting(study: Study, number: int, point: Point) -> Trial:
-        walked.append(number)
-        return bowl(study, number, point)
-
+    for name in ("whole", "cut"):
+        (tmp_path / name).mkdir()
+    whole = run(tmp_path / "whole", method, InProcess())
+    assert len(whole) == STUDY.file.trials
+    assert whole[0][1] == STUDY.start_values
     with pytest.raises(KeyboardInterrupt):
-        run(tmp_path / "cut", method, note=breaks_off)
-    kept = {trial.number for trial in _stored(tmp_path / "cut")}
-    resumed = run(tmp_path / "cut", method, counting)
-    assert 6 in kept
-    assert sorted(walked) == sorted(set(range(STUDY.trials)) - kept)  # nothing walks twice
-    assert [(t.point, t.score) for t in resumed] == [(t.point, t.score) for t in whole]
-    assert best_of(resumed).number == best_of(whole).number
+        run(tmp_path / "cut", method, InProcess(killed=6))
+    resumed = InProcess()
+    assert run(tmp_path / "cut", method, resumed) == whole
+    assert resumed.ran == [6, 7, 8]  # trial 6 was under way; nothing else walks twice
 
 
-def _stored(out: Path) -> list[Trial]:
-    store = Store.reopen(out)
-    try:
-        return store.trials()
-    finally:
-        store.close()
+def test_a_helper_leaves_what_the_leading_tuner_has_begun(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path, "random", InProcess(killed=3))
+    helper = InProcess(killed=2)
+    kept = Kept(STUDY, f"sqlite:///{tmp_path / 'study.db'}")
+    kept.open(ABOUT, existing=True)
+    with pytest.raises(KeyboardInterrupt):
+        search(STUDY, kept, helper, "random", 1, helping=True, evaluate=bowl)
+    assert helper.ran == [4, 5]
+    leader = InProcess()
+    trials = search(STUDY, kept, leader, "random", 1, evaluate=bowl)
+    assert leader.ran == [3, 7, 8, 9]  # trial 6 is the helper's
+    assert len(trials) == STUDY.file.trials
+    assert best_of(trials).value == max(trial.value for trial in trials)
+    assert measures_of(trials[0])[0].robot == 0
 
 
-def test_a_trial_whose_worker_dies_is_begun_again(tmp_path: Path) -> None:
-    begun: list[int] = []
-
-    def dies_once(study: Study, number: int, point: Point) -> Trial:
-        begun.append(number)
-        if number == 3 and begun.count(3) == 1:
-            raise RuntimeError("the worker is gone")
-        return bowl(study, number, point)
-
-    assert [t.error for t in run(tmp_path, "cma", dies_once)] == [None] * STUDY.trials
-    assert begun.count(3) == 2
-    assert len(begun) == STUDY.trials + 1
+def test_one_tuner_leads_a_folder(tmp_path: Path) -> None:
+    with (
+        leading(tmp_path),
+        pytest.raises(NaoGaitError, match="no other tuner"),
+        leading(tmp_path),
+    ):
+        pass
+    with leading(tmp_path):
+        pass
 
 
-def test_a_trial_that_kills_every_worker_costs_itself_alone(tmp_path: Path) -> None:
-    def always_dies(study: Study, number: int, point: Point) -> Trial:
-        if number == 3:
-            raise RuntimeError("the worker is gone")
-        return bowl(study, number, point)
-
-    trials = run(tmp_path, "cma", always_dies)
-    assert [t.number for t in trials if t.error] == [3]
-    assert f"{ATTEMPTS} workers" in str(trials[3].error)
-    assert trials[3].score == -STUDY.penalty.fall
-    assert _stored(tmp_path)[3].error == trials[3].error
-
-
-def test_one_worker_knows_everything_before_it_and_more_have_one_waiting() -> None:
-    assert [window_for(count) for count in (1, 2, 8)] == [1, 3, 9]
-
-
-def test_a_folder_holds_one_study(tmp_path: Path) -> None:
-    Store.create(tmp_path, {"method": "cma"}).close()
+def test_another_study_is_not_resumed(tmp_path: Path) -> None:
+    run(tmp_path, "random", InProcess())
+    kept = Kept(STUDY, f"sqlite:///{tmp_path / 'study.db'}")
+    with pytest.raises(NaoGaitError, match="resume: study"):
+        kept.open({"study": "b"}, existing=True)
     with pytest.raises(NaoGaitError, match="--resume"):
-        Store.create(tmp_path, {})
-    with pytest.raises(NaoGaitError, match="to resume"):
-        Store.reopen(tmp_path / "elsewhere")
+        kept.open(ABOUT, existing=False)
+    other = Kept(parse_study({**GOOD, "name": "other"}), kept.url)
+    with pytest.raises(NaoGaitError, match="holds this study"):
+        other.open(ABOUT, existing=True)
 
 
-def test_a_damaged_database_is_refused(tmp_path: Path) -> None:
-    (tmp_path / FILE).write_bytes(b"this is no database" * 100)
-    with pytest.raises(NaoGaitError, match="study database"):
-        Store.reopen(tmp_path)
+# -- processes that really die ---------------------------------------------------------------------
 
 
-def test_loky_outlives_a_worker_that_is_killed(tmp_path: Path) -> None:
-    mark = tmp_path / "killed"
+def square(number: int, dies: str) -> int:
+    """A job that kills its process: 3 once, 4 always, each where told to."""
+    if number == 3 and dies and not Path(dies).exists():
+        Path(dies).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    if number == 4:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if number == 5:
+        raise ValueError("no square")
+    return number * number
 
-    def kills_its_worker_once(number: int) -> int:
-        if number == 2 and not mark.exists():
-            mark.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
-        return number * number
 
-    workers = LokyWorkers(2)
-    try:
-        squares = run_all(workers, kills_its_worker_once, [(n,) for n in range(6)])
-    finally:
-        workers.close()
-    assert mark.exists()
-    assert squares == [0, 1, 4, 9, 16, 25]
+def test_a_job_whose_process_is_killed_begins_again_and_costs_no_other(tmp_path: Path) -> None:
+    with Workers(2) as workers:
+        for number in range(7):
+            workers.submit(number, square, number, str(tmp_path / "killed"))
+        found = {outcome.key: outcome for outcome in workers.results()}
+        with pytest.raises(NaoGaitError, match="no square"):
+            list(workers.map(square, [(1, ""), (5, "")]))
+        assert list(workers.map(square, [(2, ""), (1, ""), (0, "")])) == [4, 1, 0]
+    assert (tmp_path / "killed").exists()
+    assert {key: outcome.result for key, outcome in found.items()} == {
+        0: 0, 1: 1, 2: 4, 3: 9, 4: None, 5: None, 6: 36,
+    }  # fmt: skip
+    assert f"{ATTEMPTS} times" in str(found[4].error)
+    assert "ValueError: no square" in str(found[5].error)
+    assert found[3].error is None
+
+
+def kills_its_process_in_a_corner(
+    study: Study, parameters: GaitParameters, robots: tuple[int, ...], place: Place
+) -> list[Measures]:
+    """A walk that takes its process with it where the stride is long."""
+    if parameters.step_forward_max > 0.03:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return bowl(study, parameters, robots, place)
+
+
+def test_a_trial_that_kills_every_process_scores_as_a_fall(tmp_path: Path) -> None:
+    study = parse_study({**GOOD, "trials": 3})
+    kept = Kept(study, f"sqlite:///{tmp_path / 'study.db'}")
+    kept.open(ABOUT, existing=False)
+    with Workers(1) as workers:
+        trials = search(study, kept, workers, "random", 3, evaluate=kills_its_process_in_a_corner)
+    died = [t for t in trials if t.params["step_forward_max"] > 0.03]
+    assert 0 < len(died) < len(trials) == 3
+    assert all(t.value == -study.file.penalty.fall and t.user_attrs["error"] for t in died)
+    assert all(t.user_attrs["error"] is None for t in trials if t not in died)

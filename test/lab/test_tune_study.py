@@ -10,7 +10,7 @@ pytest.importorskip("joblib")
 pytest.importorskip("mujoco")
 
 from gait_lab.cli import EXIT_USAGE, main
-from gait_lab.tune.study import load_study, parse_study
+from gait_lab.tune.study import METHODS, load_study, parse_study
 from nao_lipm_gait.parameters import BY_NAME
 from robot_core.errors import NaoGaitError
 from robot_core.resources import share
@@ -31,28 +31,41 @@ SHIPPED = sorted(path.stem for path in share("config", "studies").glob("*.yaml")
 def test_shipped_study_is_good_and_keeps_unseen_robots_apart(name: str) -> None:
     study = load_study(name)
     assert study.name == name
-    assert len(study.unseen) >= 8
-    assert not set(study.unseen) & {*study.robots, *study.finals.robots}
-    assert all(0.0 <= share_of <= 1.0 for share_of in study.start_point)
-    for r in study.ranges:
-        assert BY_NAME[r.name].minimum <= r.low < r.high <= BY_NAME[r.name].maximum
+    assert len(study.file.unseen) >= 8
+    assert not set(study.file.unseen) & {*study.file.robots, *study.file.finals.robots}
+    for parameter, (low, high) in study.file.parameters.items():
+        assert BY_NAME[parameter].minimum <= low < high <= BY_NAME[parameter].maximum
+        assert low <= study.start_values[parameter] <= high
 
 
 def test_the_second_papers_study_has_five_parameters_and_52_steps() -> None:
     study = load_study("speed")
-    assert len(study.ranges) == 5
-    assert study.options["steps"] == 52
-    assert study.objective == {"distance": 1.0}
-    walks = study.trials * len(study.robots) + study.finals.candidates * len(study.finals.robots)
-    assert walks <= 74 * len(study.robots)
+    assert len(study.file.parameters) == 5
+    assert study.options.as_dict()["steps"] == 52
+    assert study.file.objective == {"distance": 1.0}
+    in_finals = study.file.finals.candidates * len(study.file.finals.robots)
+    assert study.file.trials * len(study.file.robots) + in_finals <= 74 * len(study.file.robots)
 
 
-def test_points_are_shares_of_the_ranges() -> None:
-    study = parse_study(GOOD)
-    assert study.parameters_at(study.start_point).step_forward_max == pytest.approx(0.03)
-    assert study.values_at((0.0, 1.0)) == {"step_forward_max": 0.02, "swing_lift": 0.03}
-    # rounding must not leave the range of the table
-    assert study.values_at((-1e-12, 1.0 + 1e-12))["swing_lift"] == 0.03
+def test_the_digest_sees_everything_that_a_score_depends_on(tmp_path: Path) -> None:
+    soft, plant = "base: reference\nmotor: {lag: 0.02}\n", tmp_path / "mine.yaml"
+    plant.write_text(soft, encoding="utf-8")
+    base = {**GOOD, "plant": str(plant)}
+    known = parse_study(base).digest()
+    for change in (
+        {"calibrated": True}, {"plant": "reference"}, {"robots": [1]}, {"engine": "pybullet"},
+        {"objective": {"distance": 2.0}}, {"penalty": {"fall": 1.0}}, {"urdf": "nao_h21_v40"},
+        {"preset": "paper"}, {"protocol": {"name": "growing_stride", "steps": 10}},
+    ):  # fmt: skip
+        assert parse_study({**base, **change}).digest() != known, change
+    # What decides after the search may change, and so may the number of trials.
+    later = {"trials": 9, "unseen": [7], "confirm": {"options": {"hold": 1.0}}, "method": "cma"}
+    assert parse_study({**base, **later}).digest() == known
+    plant.write_text(soft.replace("0.02", "0.03"), encoding="utf-8")
+    assert parse_study(base).digest() != known
+    elsewhere = tmp_path / "elsewhere.yaml"
+    elsewhere.write_text(soft, encoding="utf-8")
+    assert parse_study({**base, "plant": str(elsewhere)}).digest() == known
 
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
@@ -77,7 +90,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "start outside": ({"start": {"step_forward_max": 0.09}}, "inside its range"),
     "start unknown": ({"start": {"speed": 1}}, "start.speed"),
     "negative penalty": ({"penalty": {"fall": -1}}, "at least 0"),
-    "unknown method": ({"method": "guess"}, "surrogate, pso, cma"),
+    "unknown method": ({"method": "guess"}, "surrogate, pso, cma, tpe, random"),
     "no trials": ({"trials": 0}, "from 1"),
     "unknown engine": ({"engine": "bullet3"}, "pybullet, mujoco"),
     "unknown plant": ({"plant": "moon"}, "moon"),
@@ -87,8 +100,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
 
 
 def test_the_first_papers_criterion_is_minimized_by_a_particle_swarm() -> None:
-    assert load_study("com_error").method == "pso"
-    assert parse_study(GOOD).method == "surrogate"
+    assert load_study("com_error").file.method == "pso"
+    assert parse_study(GOOD).file.method == METHODS[0] == "surrogate"
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -97,6 +110,15 @@ def test_a_bad_study_is_refused(case: str) -> None:
     with pytest.raises(NaoGaitError) as refused:
         parse_study({**GOOD, **change})
     assert said in str(refused.value)
+
+
+def test_cma_needs_two_parameters(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("optuna")
+    file = tmp_path / "one.yaml"
+    one = {**GOOD, "parameters": {"swing_lift": [0.01, 0.03]}, "start": {"swing_lift": 0.012}}
+    file.write_text(yaml.safe_dump(one), encoding="utf-8")
+    assert main(["tune", str(file), "--method", "cma"]) == EXIT_USAGE
+    assert "single parameter" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("missing", ["parameters", "protocol", "objective", "robots"])
@@ -121,15 +143,14 @@ def test_a_bad_file_gives_one_line_and_starts_nothing(
 
 @pytest.mark.parametrize(
     "more",
-    [["--method", "guess"], ["--backend", "mpi"], ["--trials", "0"], ["--workers", "0"],
-     ["--seed", "-1"], ["--engine", "none"], ["--resume"], ["--confirm-on", "moon"],
-     ["--address", "tcp://nowhere:1"]],
-    ids=lambda more: more[0],
+    [["--method", "guess"], ["--trials", "0"], ["--workers", "0"], ["--seed", "-1"],
+     ["--engine", "none"], ["--resume"], ["--join"], ["--confirm-on", "moon"]],
+    ids=" ".join,
 )  # fmt: skip
 def test_a_bad_argument_gives_one_line_and_walks_nothing(
     more: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("bayes_opt")
+    pytest.importorskip("optuna")
     file, out = tmp_path / "good.yaml", tmp_path / "out"
     file.write_text(yaml.safe_dump(GOOD), encoding="utf-8")
     assert main(["tune", str(file), "--out", str(out), *more]) == EXIT_USAGE
@@ -139,10 +160,45 @@ def test_a_bad_argument_gives_one_line_and_walks_nothing(
     assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    "more",
+    [["--out", "good.yaml/out"], ["--storage", "no URL"], ["--storage", "sqlite:////no/study.db"],
+     ["--storage", "oracle://somewhere/study"]],
+    ids=" ".join,
+)  # fmt: skip
+def test_results_that_cannot_be_kept_are_refused_before_a_walk(
+    more: list[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("optuna")
+    monkeypatch.chdir(tmp_path)
+    Path("good.yaml").write_text(yaml.safe_dump(GOOD), encoding="utf-8")
+    # A folder below a file: not even root can write there.
+    assert main(["tune", "good.yaml", *more]) == EXIT_USAGE
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+
+
+def test_a_damaged_database_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("optuna")
+    file = tmp_path / "good.yaml"
+    file.write_text(yaml.safe_dump(GOOD), encoding="utf-8")
+    (tmp_path / "study.db").write_bytes(b"this is no database" * 100)
+    assert main(["tune", str(file), "--out", str(tmp_path), "--resume"]) == EXIT_USAGE
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "not a database" in said
+
+
 def test_a_plant_that_the_engine_cannot_honour_stops_the_study_before_it_starts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("bayes_opt")
+    pytest.importorskip("optuna")
     file, out = tmp_path / "worn.yaml", tmp_path / "out"
     file.write_text(yaml.safe_dump({**GOOD, "plant": "worn"}), encoding="utf-8")
     assert main(["tune", str(file), "--out", str(out), "--engine", "pybullet"]) == EXIT_USAGE
