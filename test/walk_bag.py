@@ -14,8 +14,7 @@ from std_msgs.msg import String
 from gait_lab.analysis.bag import BagWriter
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
-from nao_lipm_gait.runtime.reports import Health, reports
-from nao_lipm_gait.runtime.tick_times import TickTimes
+from nao_lipm_gait.runtime.reports import Health, TickTimes, reports
 from robot_core.ros.messages import diagnostic_array
 from robot_core.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant

@@ -16,7 +16,7 @@ from gait_lab.ros_session import VelocityPublisher, ros_node
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.calibration_file import CalibrationFile, Deviation
 from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
-from nao_lipm_gait.runtime.commands import read_velocity
+from nao_lipm_gait.runtime.inputs import read_velocity
 from robot_core.errors import NaoGaitError
 from robot_core.ros.process import StopRequest, stop_on_signal
 from sim_bridge.trials.calibration_procedure import CalibrationError, Phase, Procedure

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from gait_lab.faults.invariants import HANG, CommandCheck
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
-from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import (
     ImuInput,
@@ -23,8 +22,12 @@ from nao_lipm_gait.runtime.inputs import (
     LoadInput,
     TemperatureInput,
     TwistInput,
+    head_angles,
+    head_follow,
+    head_mode,
+    head_point,
 )
-from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from nao_lipm_gait.runtime.reporter import PublisherCounts
 from robot_core.command_input import CommandInput, read_push
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library

@@ -15,7 +15,7 @@ from gait_lab.faults.watched_gait import WatchedGait
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.controller import ControllerSettings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
-from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from nao_lipm_gait.runtime.reporter import PublisherCounts
 from robot_core.command_input import CommandInput
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription

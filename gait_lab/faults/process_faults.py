@@ -11,7 +11,7 @@ from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.stamp_faults import shifted
 from nao_lipm_gait.parameters import BY_NAME
 from nao_lipm_gait.runtime.inputs import TwistInput
-from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from nao_lipm_gait.runtime.reporter import PublisherCounts
 from robot_core.errors import NaoGaitError
 
 CHANGED = (

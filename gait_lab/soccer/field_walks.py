@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gait_lab.soccer.pitch import PitchSpec, with_robots
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
+from nao_lipm_gait.runtime.commands import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import relative
 from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand

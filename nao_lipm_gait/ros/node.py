@@ -36,12 +36,11 @@ from nao_lipm_gait.ros.messages import (
 )
 from nao_lipm_gait.ros.overdue_timer import OverdueTimer
 from nao_lipm_gait.ros.sampled_group import NEWEST, SampledGroup
-from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT
-from nao_lipm_gait.runtime.commands import head_angles, head_follow, head_mode, head_point
+from nao_lipm_gait.runtime.commands import LONGEST_BIAS_WAIT
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
-from nao_lipm_gait.runtime.inputs import Input
+from nao_lipm_gait.runtime.inputs import Input, head_angles, head_follow, head_mode, head_point
 from nao_lipm_gait.runtime.latency import GarbageScheduler, warm_up
-from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from nao_lipm_gait.runtime.reporter import PublisherCounts
 from robot_core.errors import NaoGaitError
 from robot_core.head_goals import Goal
 from robot_core.motion.library import library_of

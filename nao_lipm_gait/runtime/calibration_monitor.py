@@ -1,7 +1,6 @@
-"""What the gait has measured of its sensors' constant errors: one report, and one line in the log.
+"""What the gait has measured of its sensors' constant errors, as a report of the diagnostics.
 
-The report is part of the diagnostics; its numbers have full precision, because `nao_gait calibrate`
-reads them there.
+Its numbers have full precision, because `nao_gait calibrate` reads them there.
 """
 
 from collections.abc import Mapping
@@ -12,7 +11,6 @@ import attrs
 
 from nao_lipm_gait.calibration import Calibration
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.runtime.diagnostics import Diagnostics
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level, Report
 from robot_core.schema import Field, fields, number, switch
@@ -106,36 +104,16 @@ def _parsed(field: Field, text: str) -> object:
         raise NaoGaitError(_label(field), text, field.allowed) from None
 
 
-class CalibrationMonitor:
-    """Reports what is measured, and logs once that the soles are known.
-
-    Args:
-        gait: The gait.
-        diagnostics: Takes the line.
-    """
-
-    def __init__(self, gait: Gait, diagnostics: Diagnostics) -> None:
-        self._gait = gait
-        self._diagnostics = diagnostics
-        self._logged = False
-
-    def watch(self) -> None:
-        """Log the tilt of the soles when it becomes known; to be called a few times per second."""
-        if not self._logged and max(self._gait.levelling.sigma) < DEVIATION_KNOWN:
-            self._logged = True
-            message = self.report(steps_measure=True).message
-            self._diagnostics.log(Level.OK, f"soles measured, the ankles correct them: {message}")
-
-    def report(self, *, steps_measure: bool) -> Report:
-        """The report of now; steps_measure: the parameters let a walk measure the soles."""
-        try:
-            measured = Measurement.of(self._gait, steps_measure=steps_measure)
-        except NaoGaitError as error:
-            return Report(CALIBRATION, Level.OK, f"no usable measurement: {error}", {})
-        if measured.soles_known:
-            message = measured.soles
-        elif steps_measure:
-            message = "the tilt of the soles is not known before some steps"
-        else:
-            message = "the tilt of the soles is not measured: level_soles or feedback is false"
-        return Report(CALIBRATION, Level.OK, message, measured.values())
+def calibration_report(gait: Gait, *, steps_measure: bool) -> Report:
+    """The report of now; steps_measure: the parameters let a walk measure the soles."""
+    try:
+        measured = Measurement.of(gait, steps_measure=steps_measure)
+    except NaoGaitError as error:
+        return Report(CALIBRATION, Level.OK, f"no usable measurement: {error}", {})
+    if measured.soles_known:
+        message = measured.soles
+    elif steps_measure:
+        message = "the tilt of the soles is not known before some steps"
+    else:
+        message = "the tilt of the soles is not measured: level_soles or feedback is false"
+    return Report(CALIBRATION, Level.OK, message, measured.values())

@@ -1,46 +1,18 @@
-"""Commands from outside: velocity with its timeout, goals of the head, changes of parameters."""
+"""Commands that last: a velocity until it times out, a wait for the gyro's bias, a motion."""
 
-from collections.abc import Mapping, Sequence
+from nao_lipm_gait.motion.scheduler import GET_UP
+from nao_lipm_gait.runtime.diagnostics import Diagnostics
+from robot_core.log import Level
+from robot_core.types import DOWN, GETTING_UP, STAND, STANDSTILL, GaitState, VelocityCommand
 
-from nao_lipm_gait.head.gaze import PAN, TILT
-from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
-from nao_lipm_gait.runtime.inputs import TwistInput
-from robot_core.errors import NaoGaitError
-from robot_core.head_goals import Angles, Follow, Frame, Goal, LookAt, Search
-from robot_core.message_checks import finite
-from robot_core.robot import RobotDescription
-from robot_core.types import STANDSTILL, Point3, VelocityCommand
-
-SPEED_ABSURD = 10.0
-"""[m/s] No command for a small humanoid: a wrong unit or a broken sender."""
-TURN_ABSURD = 100.0
-"""[rad/s]"""
-DISTANCE_ABSURD = 1000.0
-"""[m]"""
-ANGLE_ABSURD = 100.0
-"""[rad]"""
-HEAD_MODES = ("search", "free")
-
-# -- velocity --------------------------------------------------------------------------------------
+DRIFT_MAX = 9e-4
+"""Deviation [rad/s] of the heading's drift below which the gyro's bias counts as known: 1.5 deg in
+half a minute. White noise of 0.005 rad/s per sample takes 17 s without a yaw gyro, else 5 s."""
+LONGEST_BIAS_WAIT = 20.0
+"""Longest time [s] to stand, unless set otherwise."""
 
 
-def read_velocity(message: TwistInput) -> VelocityCommand:
-    """Take the planar part of a twist.
-
-    The other three components are ignored, but must be finite: a sender that has a NaN anywhere is
-    broken.
-
-    Raises:
-        NaoGaitError: With the component that is refused.
-    """
-    for axis, value in zip("xyz", message.linear, strict=True):
-        finite(value, f"cmd_vel linear.{axis}", SPEED_ABSURD, "m/s")
-    for axis, value in zip("xyz", message.angular, strict=True):
-        finite(value, f"cmd_vel angular.{axis}", TURN_ABSURD, "rad/s")
-    return VelocityCommand(x=message.linear[0], y=message.linear[1], yaw=message.angular[2])
-
-
-class VelocityInput:
+class HeldVelocity:
     """Holds the last velocity command until it times out, on the clock of the sensor stamps.
 
     That clock stands still when the robot does, so a paused simulation does not time out, and runs
@@ -48,13 +20,17 @@ class VelocityInput:
 
     Args:
         timeout: [s].
+        say: Takes the line of a timeout.
 
     Attributes:
         timed_out: The last command was to move, and it is too old.
     """
 
-    def __init__(self, timeout: float) -> None:
+    def __init__(self, timeout: float, say: Diagnostics) -> None:
         self._timeout = round(timeout * 1e9)
+        self._text = f"no cmd_vel for {timeout:g} s: the robot stops"
+        self._say = say
+        self._logged = False
         self.clear()
 
     def clear(self) -> None:
@@ -74,6 +50,9 @@ class VelocityInput:
         self._command = command
         self._received = now
         self.timed_out = False
+        if self._logged:
+            self._logged = False
+            self._say.log(Level.OK, "cmd_vel arrives again")
 
     def at(self, stamp: int) -> VelocityCommand:
         """The command for the frame of this stamp [ns]; standstill if the last one is too old."""
@@ -84,6 +63,7 @@ class VelocityInput:
         if stamp - self._received > self._timeout:
             self._command = STANDSTILL
             self.timed_out = True
+            self._logged = self._say.log_event(Level.WARN, "cmd_vel timeouts", self._text, burst=2)
         return self._command
 
     def age(self, stamp: int) -> float | None:
@@ -91,111 +71,90 @@ class VelocityInput:
         return None if self._received is None else (stamp - self._received) * 1e-9
 
 
-# -- head ------------------------------------------------------------------------------------------
-
-
-def head_angles(
-    names: Sequence[str], position: Sequence[float], robot: RobotDescription
-) -> Angles:
-    """Read `~/head`: pan and tilt by the names of their joints, clipped to the joint limits.
-
-    Raises:
-        NaoGaitError: For other joints, or an angle that is not finite.
-    """
-    if sorted(names) != sorted((PAN, TILT)) or len(position) != 2:
-        got = f"{', '.join(names)} with {len(position)} positions"
-        raise NaoGaitError("~/head", got, f"{PAN} and {TILT} with a position each")
-    found = dict(zip(names, position, strict=True))
-    angles = []
-    for name in (PAN, TILT):
-        limit = robot.limits.get(name)
-        if limit is None:
-            raise NaoGaitError("~/head", name, f"a joint of {robot.name}")
-        angle = finite(found[name], f"~/head position[{name}]", ANGLE_ABSURD, "rad")
-        angles.append(min(max(angle, limit.lower), limit.upper))
-    return Angles(*angles)
-
-
-def head_point(topic: str, point: Point3, frame_id: str, robot: RobotDescription) -> LookAt:
-    """Read `~/look_at` or `~/follow`.
+class BiasWait:
+    """The stand before the first walk, in which the gait learns the bias of its gyro.
 
     Args:
-        topic: Name of the topic, for errors.
-        point: x, y, z [m] in the frame of the header.
-        frame_id: Frame of the header: one of the torso, `base_footprint` or `odom`.
-        robot: Names its frames.
+        longest: Longest time [s] to stand; 0 does not wait.
 
-    Returns:
-        The point to look at.
-
-    Raises:
-        NaoGaitError: For another frame, or a number that is not finite.
+    Attributes:
+        longest: Longest time [s] to stand.
+        over: The robot may walk.
+        known: The wait is over because the bias is known.
     """
-    x, y, z = (
-        finite(value, f"{topic} point.{axis}", DISTANCE_ABSURD, "m")
-        for axis, value in zip("xyz", point, strict=True)
-    )
-    frames = {
-        robot.torso_frame: Frame.TORSO,
-        robot.base_frame: Frame.TORSO,
-        Frame.FOOTPRINT.value: Frame.FOOTPRINT,
-        Frame.ODOM.value: Frame.ODOM,
-    }
-    if frame_id not in frames:
-        raise NaoGaitError(f"{topic} header.frame_id", frame_id, f"one of {', '.join(frames)}")
-    return LookAt((x, y, z), frames[frame_id])
+
+    def __init__(self, longest: float) -> None:
+        self.longest = longest
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again, as after a gap in the sensor frames."""
+        self.over = self.longest == 0.0
+        self.known = False
+        self._stands_since: int | None = None
+
+    def update(self, stamp: int, state: GaitState, drift_sigma: float | None) -> bool:
+        """Whether to stand in this tick.
+
+        Args:
+            stamp: Stamp [ns] of the sensor frame.
+            state: Mode of the gait.
+            drift_sigma: Deviation [rad/s] of the drift of a held heading, see
+                `Gait.heading_drift_sigma`; None before the first tick.
+        """
+        if self.over:
+            return False
+        if state is not GaitState.STAND:
+            self._stands_since = None
+            return False
+        if self._stands_since is None or stamp < self._stands_since:  # or the clock was set back
+            self._stands_since = stamp
+        self.known = drift_sigma is not None and drift_sigma < DRIFT_MAX
+        self.over = self.known or stamp - self._stands_since > self.longest * 1e9
+        return not self.over
 
 
-def head_follow(point: Point3, frame_id: str, robot: RobotDescription) -> Follow:
-    """Read `~/follow`; see `head_point`."""
-    seen = head_point("~/follow", point, frame_id, robot)
-    return Follow(seen.point, seen.frame)
+class MotionRequests:
+    """Follows the last requested motion to its end.
 
-
-def head_mode(text: str) -> Goal | None:
-    """Read `~/head_mode`.
-
-    Returns:
-        A search, or None to give the head back to the gait.
-
-    Raises:
-        NaoGaitError: For another text.
+    Each method returns what became of a motion, as `name: outcome`, or None while that is open.
     """
-    if text not in HEAD_MODES:
-        raise NaoGaitError("~/head_mode", text, f"one of {', '.join(HEAD_MODES)}")
-    return Search() if text == "search" else None
 
+    def __init__(self) -> None:
+        self._name: str | None = None
+        self._started = False
 
-# -- parameters ------------------------------------------------------------------------------------
+    def request(self, name: str) -> str | None:
+        """A motion was requested and accepted; it replaces one that is not done."""
+        replaced, self._name, self._started = self._name, name, False
+        return None if replaced is None else f"{replaced}: replaced by {name}"
 
+    def update(self, state: GaitState, running: str, waits: bool, ended: bool) -> str | None:
+        """Follow one tick of the gait.
 
-def with_changes(
-    parameters: GaitParameters, changes: Mapping[str, object], busy: bool
-) -> GaitParameters:
-    """Apply changes to the gait's parameters, all or none.
+        Args:
+            state: State of the gait.
+            running: Name of the running motion; empty without one.
+            waits: A requested motion or get-up has not begun yet.
+            ended: The running motion has reached its last keyframe, which it holds.
+        """
+        name = self._name
+        if name is None:
+            return None
+        aborted = f"aborted, the robot is {state.value}"
+        if name == GET_UP:
+            self._started = self._started or state is GETTING_UP
+            if self._started and state is STAND:
+                return self._close("done")
+            return None if state is GETTING_UP or waits else self._close(aborted)
+        if running == name and not waits:
+            self._started = True
+            return self._close("done") if ended else None
+        if self._started:
+            # A motion to the floor or the stand is over in the tick in which it reaches its end.
+            return self._close(aborted if state in DOWN else "done")
+        return None if waits else self._close(aborted)
 
-    Args:
-        parameters: Those of now.
-        changes: Value by name; names of other parameters are left out.
-        busy: The robot walks, or a motion moves or holds it.
-
-    Returns:
-        The changed parameters.
-
-    Raises:
-        NaoGaitError: For a bad value, or a change that needs a robot that stands still.
-    """
-    checked = {
-        name: BY_NAME[name].check(value) for name, value in changes.items() if name in BY_NAME
-    }
-    changed = parameters.replace(**checked)
-    needing = needing_restart(parameters, changed)
-    if needing and busy:
-        allowed = "no change while walking or in a motion; stand first"
-        raise NaoGaitError(needing[0], getattr(changed, needing[0]), allowed)
-    return changed
-
-
-def needing_restart(before: GaitParameters, after: GaitParameters) -> list[str]:
-    """Names of the changed parameters that take effect only when the gait restarts."""
-    return [name for name in NEEDS_RESET if getattr(after, name) != getattr(before, name)]
+    def _close(self, outcome: str) -> str:
+        name, self._name = self._name, None
+        return f"{name}: {outcome}"

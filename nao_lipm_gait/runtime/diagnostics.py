@@ -1,7 +1,6 @@
 """What is said of the gait: lines for the log, and remarks for the next report.
 
-The log says a thing when it begins, when it gets worse and when it ends; `reports` makes the
-reports. `sim_bridge` uses `Throttle` and `LogLine` for its own log.
+The log says a thing when it begins, when it gets worse and when it ends.
 """
 
 from collections import Counter
@@ -15,20 +14,14 @@ SENSORS, WALK, COMMANDS = "sensors", "walk", "commands"
 """The reports, and the groups of what is said."""
 _PER_REPORT = 32
 """Remarks kept for a report; a flood of bad messages must not grow a list."""
+
+
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """Something that goes into the next report.
-
-    Attributes:
-        level: Its severity.
-        text: What happened.
-    """
+    """Something that goes into the next report."""
 
     level: Level
     text: str
-
-
-# -- log -------------------------------------------------------------------------------------------
 
 
 class _Condition(NamedTuple):
@@ -65,11 +58,7 @@ class Diagnostics:
     def log_event(self, level: Level, key: str, text: str, burst: int = 1) -> bool:
         """Add a line to the log, unless enough of its key were shown; says whether it did.
 
-        Args:
-            level: Its severity.
-            key: Key of events that are alike; see `Throttle`.
-            text: What happened.
-            burst: See `Throttle.allow`.
+        `Throttle.allow` explains key and burst.
         """
         held_back = self._throttle.allow(key, self._clock(), burst)
         if held_back is None:
@@ -78,15 +67,7 @@ class Diagnostics:
         return True
 
     def event(self, group: str, level: Level, key: str, text: str, burst: int = 1) -> None:
-        """Log and report something that happened.
-
-        Args:
-            group: The report: SENSORS, WALK or COMMANDS.
-            level: As for `log_event`.
-            key: As for `log_event`.
-            text: What happened.
-            burst: See `Throttle.allow`.
-        """
+        """Log something that happened, as `log_event`, and put it into the report of a group."""
         self.remark(group, level, text)
         self.log_event(level, key, text, burst)
 
@@ -98,9 +79,9 @@ class Diagnostics:
         Args:
             group: The report: SENSORS, WALK or COMMANDS.
             level: Its severity.
-            key: Key of the condition.
+            key: Names the condition for its end.
             text: What it is.
-            kind: Tells apart conditions that share a key and thereby their end.
+            kind: Tells apart conditions that share a key.
         """
         before = self._conditions.get(key)
         self._conditions[key] = _Condition(group, level, text, kind)

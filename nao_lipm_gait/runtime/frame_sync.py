@@ -1,14 +1,14 @@
 """Brings the IMU sample and the joint sample of one instant together."""
 
 from collections import deque
-from collections.abc import Callable
+from math import cos, sin
 
 import numpy as np
 
 from nao_lipm_gait.estimation.state_estimator import GAP_MAX
 from nao_lipm_gait.runtime.validation import ImuSample, JointSample
 from robot_core.errors import NaoGaitError
-from robot_core.types import FloatArray, SensorFrame
+from robot_core.types import GRAVITY, FloatArray, SensorFrame
 
 MAX_IMU_AGE = 50_000_000
 """[ns] An IMU sample further than this from the joint sample is not used for it."""
@@ -19,6 +19,7 @@ REPEATS = 2
 overtaken an IMU sample that is repeated too."""
 OVERTAKEN = 100_000_000
 """[ns] An IMU sample this little behind the newest one was overtaken; more is a new time base."""
+UPRIGHT = (0.0, 0.0)
 _NO_ROTATION = np.zeros(3)
 
 
@@ -30,9 +31,10 @@ class FrameSync:
     enough, the frame is blind: no rotation, and the acceleration of a body at rest. A robot in
     lockstep does not send a next joint sample before it has its answer; it repeats this one.
 
+    Methods that may return a blind frame take the last known roll and pitch of the torso [rad], and
+    raise NaoGaitError if there has never been an IMU sample; the frame is dropped then.
+
     Args:
-        acceleration_at_rest: Gives the specific force (3,) [m/s^2] in the torso frame for a blind
-            frame.
         period: Control period [ns].
 
     Attributes:
@@ -41,8 +43,7 @@ class FrameSync:
         blind_since: Stamp of the first of the blind frames in a row [ns].
     """
 
-    def __init__(self, acceleration_at_rest: Callable[[], FloatArray], period: int) -> None:
-        self._acceleration_at_rest = acceleration_at_rest
+    def __init__(self, period: int) -> None:
         self.imu_behind: int | None = None
         self.blind_since: int | None = None
         self._imu: deque[ImuSample] = deque(maxlen=32)
@@ -77,14 +78,12 @@ class FrameSync:
             return None
         self._waiting = None
         self._misses = 0
-        return self._join(joints, sample)
+        return self._join(joints, sample, UPRIGHT)
 
-    def add_joints(self, joints: JointSample) -> tuple[SensorFrame, ...]:
-        """Keep a joint sample; return the frames that are complete now, the oldest first.
-
-        Raises:
-            NaoGaitError: If there has never been an IMU sample; the frame is dropped.
-        """
+    def add_joints(
+        self, joints: JointSample, tilt: tuple[float, float] = UPRIGHT
+    ) -> tuple[SensorFrame, ...]:
+        """Keep a joint sample; return the frames that are complete now, the oldest first."""
         overdue, self._waiting = self._waiting, None
         self._repeats = 0
         if overdue is not None and overdue.stamp >= joints.stamp:
@@ -93,44 +92,30 @@ class FrameSync:
         frames = []
         if overdue is not None:
             self._misses += 1
-            frames.append(self._join(overdue, self._nearest(overdue.stamp)))
+            frames.append(self._join(overdue, self._nearest(overdue.stamp), tilt))
         if same is not None:
             self._misses = 0
-            frames.append(self._join(joints, same))
+            frames.append(self._join(joints, same, tilt))
         elif self._misses >= PATIENCE:
-            frames.append(self._join(joints, self._nearest(joints.stamp)))
+            frames.append(self._join(joints, self._nearest(joints.stamp), tilt))
         else:
             self._waiting = joints
         return tuple(frames)
 
-    def repeat(self, stamp: int) -> SensorFrame | None:
-        """Count a joint sample that arrived again.
-
-        Args:
-            stamp: Its stamp [ns].
-
-        Returns:
-            The frame that waits under this stamp, after REPEATS repeats; else None.
-
-        Raises:
-            NaoGaitError: As `add_joints`.
-        """
+    def repeat(self, stamp: int, tilt: tuple[float, float] = UPRIGHT) -> SensorFrame | None:
+        """The frame that waits under this stamp [ns], once it was repeated REPEATS times."""
         joints = self._waiting
         if joints is None or joints.stamp != stamp:
             return None
         self._repeats += 1
-        return None if self._repeats < REPEATS else self.overdue()
+        return None if self._repeats < REPEATS else self.overdue(tilt)
 
-    def overdue(self) -> SensorFrame | None:
-        """The frame that waits for its IMU sample, which has not arrived in time; None without one.
-
-        Raises:
-            NaoGaitError: As `add_joints`.
-        """
+    def overdue(self, tilt: tuple[float, float] = UPRIGHT) -> SensorFrame | None:
+        """The frame that waits for its IMU sample, which has not arrived in time; None without."""
         joints = self._waiting
         if joints is None:
             return None
-        frame = self._join(joints, self._nearest(joints.stamp))
+        frame = self._join(joints, self._nearest(joints.stamp), tilt)
         self._waiting = None
         self._misses += 1
         return frame
@@ -142,14 +127,16 @@ class FrameSync:
         sample = min(self._imu, key=lambda s: abs(s.stamp - stamp), default=None)
         return None if sample is None or abs(stamp - sample.stamp) > MAX_IMU_AGE else sample
 
-    def _join(self, joints: JointSample, imu: ImuSample | None) -> SensorFrame:
+    def _join(
+        self, joints: JointSample, imu: ImuSample | None, tilt: tuple[float, float]
+    ) -> SensorFrame:
         last, self._last = self._last, joints
         elapsed = 0.0 if last is None else (joints.stamp - last.stamp) * 1e-9
         if imu is None:
             self.blind_since = joints.stamp if self.blind_since is None else self.blind_since
             arrived, self._imu_arrived = self._imu_arrived, False
             self.imu_behind = joints.stamp - self._imu[-1].stamp if arrived and self._imu else None
-            rotation, force = _NO_ROTATION, self._acceleration_at_rest()
+            rotation, force = _NO_ROTATION, _force_at_rest(*tilt)
         else:
             self.blind_since = None
             rotation, force = imu.angular_velocity, imu.linear_acceleration
@@ -168,14 +155,10 @@ class FrameSync:
         )
 
     def _mean_angular_velocity(self, imu: ImuSample, elapsed: float) -> FloatArray | None:
-        """Mean angular velocity (3,) [rad/s] since the last frame; None if it is that of `imu`.
+        """Mean angular velocity (3,) [rad/s] in `elapsed` [s]; None if it is that of `imu`.
 
         Each sample stands for the control period before it, those that were lost are interpolated.
         What incomplete frames took for the rotation until now is made up for.
-
-        Args:
-            imu: The IMU sample of this frame.
-            elapsed: Time since the last frame [s].
         """
         complete = self._complete
         if complete is None or elapsed <= 0.0:
@@ -192,3 +175,9 @@ class FrameSync:
         mean = [np.interp(ends, stamps, rates[:, axis]).mean() for axis in range(3)]
         rotation: FloatArray = since * 1e-9 * np.array(mean) - self._turned
         return rotation / elapsed
+
+
+def _force_at_rest(roll: float, pitch: float) -> FloatArray:
+    """Specific force (3,) [m/s^2] that a resting torso with this tilt [rad] measures."""
+    level = cos(pitch)
+    return GRAVITY * np.array((-sin(pitch), level * sin(roll), level * cos(roll)))

@@ -13,6 +13,8 @@ _ROUNDING = 1e-9
 """[rad] Targets this little beyond a limit are clipped without a report."""
 _TICKS_MAX = 20
 """Periods since the last targets for which a target may have moved."""
+COAST_MAX = 3
+"""Control periods in a row for which the robot walks on without sensors."""
 
 
 class Stepper(Protocol):
@@ -60,6 +62,7 @@ class TargetGuard:
         self._stride = SPEED_SHARE * control_period * np.asarray(robot.velocity_limit, dtype=float)
         self._good: JointTargets | None = None
         self._was_stiff = False
+        self._coasted = 0
 
     def restart(self) -> None:
         """Forget the last targets: the robot may be anywhere."""
@@ -76,6 +79,7 @@ class TargetGuard:
         If the gait gives no usable targets, the last good ones are held; before the first ones the
         measured pose is.
         """
+        self._coasted = 0
         try:
             targets = self._gait.step(frame, command)
         except Exception as error:
@@ -84,27 +88,28 @@ class TargetGuard:
         return self._checked(targets, frame.stamp, frame.joint_position)
 
     def coast(self) -> GuardedTargets | None:
-        """Targets for a control period without a frame; None if there are none. Never raises."""
+        """Targets for a control period without a frame; never raises.
+
+        None for a robot that does not walk, and after `COAST_MAX` periods in a row.
+        """
         good = self._good
-        if good is None or not self._was_stiff:
+        if good is None or not self._was_stiff or self._coasted >= COAST_MAX:
             return None
         try:
             targets = self._gait.coast()
         except Exception as error:
             reason = f"Gait.coast raised {type(error).__name__}: {error}"
+            self._coasted += 1
             return self._hold(good.stamp, good.position, reason)
-        return None if targets is None else self._checked(targets, targets.stamp, good.position)
+        if targets is None:
+            return None
+        self._coasted += 1
+        return self._checked(targets, targets.stamp, good.position)
 
     def _checked(
         self, targets: JointTargets, stamp: int, measured: FloatArray
     ) -> GuardedTargets:
-        """The targets if they can be sent, else the last good ones.
-
-        Args:
-            targets: Targets of the gait.
-            stamp: Stamp of the frame [ns].
-            measured: Its joint angles (n,) [rad].
-        """
+        """The targets if they can be sent, else the last good ones; `measured` (n,) [rad]."""
         position = np.asarray(targets.position, dtype=float)
         if position.shape != self._lower.shape:
             return self._hold(stamp, measured, f"targets of shape {position.shape}")

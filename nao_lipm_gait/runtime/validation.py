@@ -20,7 +20,7 @@ import numpy as np
 
 from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
-from nao_lipm_gait.runtime.stamp_monitor import LONGEST_GAP
+from nao_lipm_gait.runtime.stamps import LONGEST_GAP
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level
 from robot_core.message_checks import read_vector, repeated, some, stamp_of

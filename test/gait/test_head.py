@@ -21,7 +21,7 @@ from nao_lipm_gait.head.head_control import (
     sweep,
 )
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.commands import head_angles, head_mode, head_point
+from nao_lipm_gait.runtime.inputs import head_angles, head_mode, head_point
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import rotation_from_rpy

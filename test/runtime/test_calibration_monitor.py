@@ -1,4 +1,4 @@
-"""What the gait reports of its calibration, and when it says so."""
+"""What the gait reports of its calibration."""
 
 import math
 
@@ -9,20 +9,13 @@ from hypothesis import strategies as st
 from nao_lipm_gait.calibration import Calibration
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.calibration_monitor import CalibrationMonitor, Measurement
-from nao_lipm_gait.runtime.diagnostics import Diagnostics
+from nao_lipm_gait.runtime.calibration_monitor import Measurement, calibration_report
 from robot_core.errors import NaoGaitError
-from robot_core.log import Level
 from robot_core.robot import load_robot
 
 ROBOT = load_robot()
 CALIBRATION = Calibration(sole_pitch=math.radians(1.25), sole_roll=math.radians(-0.5))
 angles = st.floats(-0.2, 0.2)
-
-
-def monitored(gait: Gait) -> tuple[CalibrationMonitor, Diagnostics]:
-    diagnostics = Diagnostics(lambda: 0.0)
-    return CalibrationMonitor(gait, diagnostics), diagnostics
 
 
 @given(pitch=angles, roll=angles, deviation=st.floats(0.0, 1.0), steps=st.booleans())
@@ -60,29 +53,18 @@ def test_soles_are_level_when_their_tilt_is_known_and_corrected() -> None:
     assert not Measurement(**known, sole_pitch_applied=0.0199).soles_level
 
 
-def test_the_log_says_once_that_the_soles_are_known() -> None:
-    monitor, diagnostics = monitored(Gait(ROBOT, GaitParameters(), calibration=CALIBRATION))
-    for _ in range(3):
-        monitor.watch()
-    (line,) = diagnostics.take_log()
-    assert line.level is Level.OK
-    assert "pitched by +1.25 deg and rolled by -0.50 deg" in line.text
-
-
-def test_nothing_is_logged_before() -> None:
-    monitor, diagnostics = monitored(Gait(ROBOT, GaitParameters()))
-    monitor.watch()
-    assert diagnostics.take_log() == ()
-    assert "not known" in monitor.report(steps_measure=True).message
-    assert "level_soles" in monitor.report(steps_measure=False).message
-
-
 def test_the_report_holds_the_measurement() -> None:
     gait = Gait(ROBOT, GaitParameters(), calibration=CALIBRATION)
-    measured = Measurement.read(monitored(gait)[0].report(steps_measure=True).values)
+    measured = Measurement.read(calibration_report(gait, steps_measure=True).values)
     assert measured.calibration == CALIBRATION
     assert measured.sole_pitch_applied == CALIBRATION.sole_pitch
     assert measured.soles_level
+
+
+def test_soles_that_are_not_measured_are_reported_with_the_reason() -> None:
+    gait = Gait(ROBOT, GaitParameters())
+    assert "not known" in calibration_report(gait, steps_measure=True).message
+    assert "level_soles" in calibration_report(gait, steps_measure=False).message
 
 
 def test_a_measurement_that_no_calibration_may_hold_is_explained() -> None:
@@ -91,7 +73,6 @@ def test_a_measurement_that_no_calibration_may_hold_is_explained() -> None:
         def calibration(self) -> Calibration:
             return Calibration(imu_pitch=0.3)
 
-    monitor, _ = monitored(HeldAtATilt(ROBOT, GaitParameters()))
-    report = monitor.report(steps_measure=True)
+    report = calibration_report(HeldAtATilt(ROBOT, GaitParameters()), steps_measure=True)
     assert "imu_pitch: got 0.3" in report.message
     assert report.values == {}

@@ -8,16 +8,11 @@ import pytest
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.scheduler import ATTEMPTS
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.bias_wait import BiasWait
-from nao_lipm_gait.runtime.controller import (
-    COAST_MAX,
-    HELD_MAX,
-    ControllerSettings,
-    GaitController,
-    Output,
-)
+from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TemperatureInput, TwistInput
-from nao_lipm_gait.runtime.publisher_watch import PublisherCounts
+from nao_lipm_gait.runtime.reporter import PublisherCounts
+from nao_lipm_gait.runtime.supervisor import HELD_MAX
+from nao_lipm_gait.runtime.target_guard import COAST_MAX
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level, Report
 from robot_core.robot import load_robot
@@ -567,14 +562,6 @@ def test_the_wait_for_the_bias_is_bounded() -> None:
         robot.tick()
     assert robot.controller.state is GaitState.WALK
     assert "not known after 2 s" in robot.log[-1]
-
-
-def test_the_wait_for_the_bias_is_bounded_when_the_clock_is_set_back() -> None:
-    wait = BiasWait(2.0)
-    assert wait.update(1_000_000 * MS, GaitState.STAND, None)
-    assert wait.update(500 * MS, GaitState.STAND, None)
-    assert wait.update(2_500 * MS, GaitState.STAND, None)
-    assert not wait.update(2_501 * MS, GaitState.STAND, None)
 
 
 def test_a_bias_that_was_learned_outlives_a_reset() -> None:

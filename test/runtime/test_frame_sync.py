@@ -1,11 +1,14 @@
 """The IMU sample and the joint sample of one instant come together."""
 
+import math
+
 import numpy as np
 import pytest
 
 from nao_lipm_gait.runtime.frame_sync import FrameSync
 from nao_lipm_gait.runtime.validation import ImuSample, JointSample
 from robot_core.errors import NaoGaitError
+from robot_core.types import GRAVITY
 
 MS = 1_000_000
 
@@ -15,7 +18,7 @@ def imu(ms: int) -> ImuSample:
 
 
 def sync_at_rest() -> FrameSync:
-    return FrameSync(lambda: np.zeros(3), 10 * MS)
+    return FrameSync(10 * MS)
 
 
 def joints(ms: int) -> JointSample:
@@ -79,14 +82,17 @@ def test_without_any_imu_sample_there_is_no_frame():
 
 
 def test_without_a_near_imu_sample_the_frame_shows_a_body_at_rest():
-    rest = np.array([0.1, 0.2, 9.8])
-    sync = FrameSync(lambda: rest, 10 * MS)
+    roll, pitch = 0.02, -0.1
+    sync = sync_at_rest()
     sync.add_imu(imu(10))
-    frames = [f for ms in range(20, 200, 10) for f in sync.add_joints(joints(ms))]
+    frames = [f for ms in range(20, 200, 10) for f in sync.add_joints(joints(ms), (roll, pitch))]
     assert [f.stamp // MS for f in frames] == [*range(20, 190, 10), 190]
     blind = [f for f in frames if f.stamp > 60 * MS]
     assert all(not f.angular_velocity.any() for f in blind)
-    assert all(f.linear_acceleration is rest for f in blind)
+    for force in (f.linear_acceleration for f in blind):
+        assert math.atan2(force[1], force[2]) == pytest.approx(roll)
+        assert math.asin(-force[0] / GRAVITY) == pytest.approx(pitch)
+        assert np.linalg.norm(force) == pytest.approx(GRAVITY)
     assert sync.blind_since == 70 * MS
     sync.add_imu(imu(200))
     (frame,) = sync.add_joints(joints(200))[-1:]

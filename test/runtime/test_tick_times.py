@@ -2,7 +2,7 @@
 
 import pytest
 
-from nao_lipm_gait.runtime.tick_times import TickTimes
+from nao_lipm_gait.runtime.reports import TickTimes
 
 
 def test_a_summary_is_of_the_time_since_the_last_one() -> None:

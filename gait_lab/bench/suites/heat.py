@@ -15,7 +15,7 @@ import numpy as np
 from gait_lab.bench.options import BenchOptions, option
 from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, finite
 from gait_lab.bench.suite import Suite
-from nao_lipm_gait.runtime.heat_watch import HOT, SIT
+from nao_lipm_gait.runtime.watches import HOT, SIT
 from robot_core.errors import NaoGaitError
 from robot_core.types import GRAVITY, FloatArray
 from sim_bridge.plant import load_plant, with_options

@@ -16,7 +16,7 @@ from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
 from gait_lab.bench.suite import Suite
 from gait_lab.demo.tour import FULL_TOUR, phase_at
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.runtime.bias_wait import LONGEST_BIAS_WAIT, BiasWait
+from nao_lipm_gait.runtime.commands import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.rollout import RolloutSpec, make_pair

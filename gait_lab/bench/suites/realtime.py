@@ -32,7 +32,7 @@ from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController
 from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler
-from nao_lipm_gait.runtime.tick_times import quantile
+from nao_lipm_gait.runtime.reports import quantile
 from robot_core.robot import load_robot
 from robot_core.types import VelocityCommand
 from sim_bridge.trials.rollout import make_pair

@@ -1,4 +1,4 @@
-"""Classifies the stamp of a sensor message: next frame, repeat, late, or a new time base.
+"""The stamps of sensor messages: what each is relative to those before, how old a frame is.
 
 One stamp alone does not prove a new time base: a message may have been overtaken on its way or
 carry a wrong number. A time jump is accepted once further stamps continue from it.
@@ -18,6 +18,12 @@ MEMORY = 100
 PROOF_FAR, PROOF_LATE = 2, 4
 """Stamps in a row, increasing from the new time, until it is accepted; far from and little behind
 the newest stamp."""
+AGE_MAX = 0.12
+"""[s] Older sensors are treated as this old: a prediction over a longer time is worth nothing."""
+AGE_ABSURD = 1.0
+"""[s] A larger age, or one below minus a control period, shows that the clocks differ."""
+HYSTERESIS = 0.75
+"""Control periods by which the age must have changed to count: arrivals jitter by a few ms."""
 
 
 class Step(Enum):
@@ -98,3 +104,36 @@ class StampMonitor:
         base = self._candidate
         continues = base is not None and 0 <= stamp - base <= self.longest_gap
         return self._proof + 1 if continues else 1
+
+
+class SensorAge:
+    """Compares stamps of sensors with their arrival.
+
+    The arrival is a part of the input: without it, or on a clock that is not that of the stamps,
+    the age is the one that the walk is set to.
+
+    Args:
+        period: Control period [s].
+
+    Attributes:
+        usual: Age [s] that the walk is set to.
+        age: Age [s] of the last frame on arrival; None if it is unknown.
+        late: Control periods by which that is older than the usual age, rounded; below 0 fresher.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self.usual = 0.0
+        self.age: float | None = None
+        self.late = 0
+
+    def update(self, stamp: int, arrived: int | None) -> int:
+        """Measure the age of a frame by its stamp and arrival [ns]; returns `late`."""
+        self.age = None if arrived is None else (arrived - stamp) * 1e-9
+        if self.age is None or not -self._period <= self.age <= AGE_ABSURD:
+            self.age, self.late = None, 0
+            return 0
+        late = (min(max(self.age, 0.0), AGE_MAX) - self.usual) / self._period
+        if abs(late - self.late) > HYSTERESIS:
+            self.late = round(late)
+        return self.late

@@ -1,0 +1,255 @@
+"""What the gait gets in a tick: the commanded velocity, or what the state of the robot allows."""
+
+from pathlib import Path
+
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.motion.scheduler import GET_UP
+from nao_lipm_gait.runtime.commands import BiasWait, HeldVelocity, MotionRequests
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics
+from nao_lipm_gait.runtime.inputs import LoadInput, TemperatureInput, TwistInput, read_velocity
+from nao_lipm_gait.runtime.intake import Gaps, NewTime
+from nao_lipm_gait.runtime.watches import LOAD_AGE, HeatWatch, LiftWatch, SensorOutage, SoleLoads
+from robot_core.errors import NaoGaitError
+from robot_core.log import Level
+from robot_core.message_checks import finite, stamp_of
+from robot_core.motion.motion_file import load_motions
+from robot_core.types import (
+    BUSY,
+    DOWN,
+    ON_THE_WAY,
+    STANDSTILL,
+    GaitStatus,
+    SensorFrame,
+    VelocityCommand,
+)
+
+HELD_MAX = 5
+"""Ticks in a row without usable targets, after which the gait restarts."""
+LOAD_ABSURD = 1e5
+"""[N]"""
+TEMPERATURE_ABSURD = 500.0
+"""[deg C]"""
+SIT_DOWN = "sit"
+"""Motion that saves hot legs."""
+
+
+class Supervisor:
+    """Decides what the gait gets, by the commands and by what is wrong with the robot.
+
+    Args:
+        gait: The gait, of which it requests a stand, a restart, a fall or a motion.
+        say: Takes what is to be said.
+        cmd_vel_timeout: Age [s] at which a velocity command means stop.
+        imu_patience: Time [s] without an IMU after which the robot stops walking.
+        bias_wait: See `BiasWait`.
+        hot_speed: See `HeatWatch`.
+
+    Attributes:
+        velocity: The commanded velocity.
+    """
+
+    def __init__(
+        self,
+        gait: Gait,
+        say: Diagnostics,
+        *,
+        cmd_vel_timeout: float,
+        imu_patience: float,
+        bias_wait: float,
+        hot_speed: float,
+    ) -> None:
+        self._gait = gait
+        self._say = say
+        self.velocity = HeldVelocity(cmd_vel_timeout, say)
+        self._bias_wait = BiasWait(bias_wait)
+        self._motions = MotionRequests()
+        self._results: list[str] = []
+        self._loads = SoleLoads(gait.mass)
+        self._lift = None if gait.robot.force_sensors is None else LiftWatch(self._loads)
+        self._outage = SensorOutage(self._loads, imu_patience)
+        self._heat = HeatWatch(gait.robot, say, hot_speed)
+        self._motors_ready = True
+        self._ticked = False
+        self._held = 0
+
+    @property
+    def needs_loads(self) -> bool:
+        """The messages of the soles: always with force sensors, else while the IMU is missing."""
+        return self._lift is not None or self._outage.blind > 0
+
+    # -- messages ----------------------------------------------------------------------------------
+
+    def receive(self, message: TwistInput | LoadInput | TemperatureInput, now: int | None) -> None:
+        """Take a message; `now` is the newest stamp of joint states [ns], None before the first.
+
+        Raises:
+            NaoGaitError: If it cannot be used.
+        """
+        if isinstance(message, TwistInput):
+            # Its arrival counts, not its stamp: senders may use another clock than the sensors.
+            self.velocity.receive(read_velocity(message), now)
+        elif isinstance(message, LoadInput):
+            stamp = stamp_of(message.sec, message.nanosec, "wrench header.stamp")
+            force = finite(message.force, "wrench force.z", LOAD_ABSURD, "N")
+            if abs(stamp - (now or 0)) < LOAD_AGE:  # else it is of another time
+                self._loads.add(message.side, stamp, force)
+        else:
+            degrees = finite(message.degrees, "temperature", TEMPERATURE_ABSURD, "deg C")
+            self._heat.receive(message.joint, degrees, (now or 0) * 1e-9)
+
+    def note_motors(self, ready: bool) -> None:
+        """Record whether the motors follow what is commanded; until then the robot stands."""
+        self._motors_ready = ready
+        if ready:
+            self._say.end("motors", "the motors are ready")
+
+    # -- the tick ----------------------------------------------------------------------------------
+
+    def decide(self, frame: SensorFrame, gaps: Gaps) -> tuple[SensorFrame, VelocityCommand]:
+        """The frame and the velocity that the gait gets in this tick."""
+        stamp, gait = frame.stamp, self._gait
+        leg = self._heat.update(stamp * 1e-9, down=gait.state in DOWN)
+        if leg:
+            self._sit_down(leg)
+        stands = self._sensors_are_missing(stamp, gaps)
+        command = self._heat.limited(self.velocity.at(stamp))
+        command = self._allowed(stamp, STANDSTILL if stands else command)
+        if self._lift is not None and self._lift.update(stamp, frame.linear_acceleration):
+            frame = frame._replace(lifted=True)
+        return frame, command
+
+    def follow(self, status: GaitStatus | None) -> None:
+        """Follow the gait through its tick; None if it gave no usable targets."""
+        if status is None:
+            self._held += 1
+            if self._held >= HELD_MAX:
+                # The gait's internal state may be corrupt; standing does not depend on it.
+                self._held = 0
+                self.restart()
+            return
+        self._held = 0
+        self._ticked = True
+        gait = self._gait
+        self._close(
+            self._motions.update(status.state, status.motion, gait.motion_waits, gait.motion_ended)
+        )
+
+    def _allowed(self, stamp: int, command: VelocityCommand) -> VelocityCommand:
+        """The command, or standstill until motors and gyro are ready."""
+        if not self._motors_ready:
+            if not command.is_zero:
+                text = "standing until the motors are ready"
+                self._say.begin(COMMANDS, Level.OK, "motors", text)
+            command = STANDSTILL
+        wait = self._bias_wait
+        if wait.over:
+            return command
+        sigma = self._gait.heading_drift_sigma if self._ticked else None
+        stands = wait.update(stamp, self._gait.state, sigma)
+        if wait.known:
+            self._say.end("gyro bias", "the gyro's bias is known")
+        elif wait.over:
+            text = f"the gyro's bias is not known after {wait.longest:g} s of standing: the walk "
+            self._say.end("gyro bias", text + "may turn")
+        elif stands and not command.is_zero:
+            text = f"standing until the gyro's bias is known, for {wait.longest:g} s at most"
+            self._say.begin(COMMANDS, Level.OK, "gyro bias", text)
+        return STANDSTILL if stands else command
+
+    def _sensors_are_missing(self, stamp: int, gaps: Gaps) -> bool:
+        """Whether the robot must not walk in this tick; handles a fall and the end of an outage."""
+        outage = self._outage.assess(stamp, gaps, self._gait.state)
+        if outage.fallen:
+            self._gait.report_fall()
+        # A fallen robot stays fallen until the IMU has shown for some time that it is upright.
+        if outage.imu_returned and self._gait.state not in BUSY:
+            self.restart()
+        if outage.reason is None:
+            self._say.end("outage", "the sensors are complete again")
+            return False
+        self._say.begin(SENSORS, Level.ERROR, "outage", outage.reason, outage.log_key)
+        return True
+
+    # -- new beginnings ----------------------------------------------------------------------------
+
+    def new_time(self, time: NewTime) -> None:
+        """Continue on another time base, from a stand; if only the clock has jumped, stop first."""
+        self._heat.restart(time.stamp * 1e-9)
+        if time.first:
+            return
+        self.velocity.clear()
+        self._loads.clear()
+        if self._lift is not None:
+            self._lift.restart()
+        if not time.steady:
+            self.restart()
+            return
+        self._gait.continue_at(time.stamp)
+        if self._gait.state in ON_THE_WAY:
+            self._gait.request_stand()
+
+    def restart(self) -> None:
+        """Restart the gait; its first targets may be anywhere, the guard leads there."""
+        self._gait.restart()
+        self._bias_wait.restart()
+
+    # -- requests ----------------------------------------------------------------------------------
+
+    def stand(self) -> None:
+        """Stop and stand."""
+        self.velocity.clear()
+        self._gait.request_stand()
+
+    def relax(self) -> None:
+        """Take the torque off all joints."""
+        self.velocity.clear()
+        self._gait.request_relax()
+
+    def request_motion(self, name: str) -> None:
+        """Run a motion as soon as it can begin.
+
+        Args:
+            name: Name of the motion, or the path of its YAML file.
+
+        Raises:
+            NaoGaitError: For a motion that is unknown or cannot begin here.
+        """
+        try:
+            if name.endswith(".yaml"):
+                motion = load_motions(Path(name), self._gait.robot)[0]
+                self._gait.request_motion(motion)
+                name = motion.name
+            else:
+                self._gait.request_motion(name)
+        except NaoGaitError as error:
+            self._results.append(f"{name}: refused, {error}")
+            raise
+        self._close(self._motions.request(name))
+
+    def get_up(self) -> None:
+        """Get up from the floor; raises NaoGaitError if the robot does not lie."""
+        self._gait.request_motion(GET_UP)
+        self._close(self._motions.request(GET_UP))
+
+    def take_results(self) -> tuple[str, ...]:
+        """What became of motions since the last call, as `name: outcome`."""
+        results = tuple(self._results)
+        self._results.clear()
+        return results
+
+    def _sit_down(self, reason: str) -> None:
+        """Stop and sit down; a robot that has no such motion stays as it is."""
+        try:
+            self.request_motion(SIT_DOWN)
+        except NaoGaitError as error:
+            text = f"{reason}, but the robot cannot sit down: {error}"
+        else:
+            text = f"{reason}: sitting down; ~/stand stands up again"
+        self._say.event(WALK, Level.ERROR, "hot legs", text)
+
+    def _close(self, result: str | None) -> None:
+        if result is None:
+            return
+        self._results.append(result)
+        level = Level.OK if result.endswith(": done") else Level.WARN
+        self._say.log(level, f"motion {result}")
