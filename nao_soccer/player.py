@@ -119,11 +119,7 @@ class Player:
     # -- hearing -----------------------------------------------------------------------------------
 
     def hear_referee(self, data: bytes, time: float) -> None:
-        """Take a control message; a packet that was sent before the last one is left out.
-
-        Args:
-            data: The bytes.
-            time: [s] at which they came.
+        """Take a control message that came at `time` [s]; one older than the last is left out.
 
         Raises:
             NaoGaitError: It cannot be read, or is of a game of other teams.
@@ -145,11 +141,9 @@ class Player:
     # -- deciding ----------------------------------------------------------------------------------
 
     def decide(self, body: Body, now: int) -> Decision | None:
-        """Decide by what the robot and its team mates see; None before the first odometry.
+        """Decide by what the robot and its team mates see, at `now` [ns] of the robot's clock.
 
-        Args:
-            body: What the gait reports.
-            now: [ns] of the robot's clock.
+        None before the first odometry.
         """
         if self._late_start:  # it began in the middle of a half: it may be anywhere
             self.world.forget_place()

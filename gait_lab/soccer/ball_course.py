@@ -36,12 +36,7 @@ class BallTruth(NamedTuple):
 
 
 class BallCourse:
-    """Where the ball is at each time. It stays on the carpet.
-
-    Args:
-        half: Half length and half width [m] of the carpet.
-        seed: Of its places and speeds.
-    """
+    """Where the ball is at each time; it stays on the carpet of half length and half width [m]."""
 
     def __init__(self, half: tuple[float, float], seed: int) -> None:
         self._half = half

@@ -115,11 +115,7 @@ def _tangent(first: Past, second: Past) -> float:
 
 
 class Way:
-    """A way of straight pieces.
-
-    Args:
-        points: x, y [m] of its corners in the field, at least two.
-    """
+    """A way of straight pieces between at least two points x, y [m] in the field."""
 
     def __init__(self, points: Sequence[Point2]) -> None:
         self.points = tuple(points)
@@ -150,11 +146,7 @@ class Way:
 
 
 class Events:
-    """Counts how often something begins.
-
-    Attributes:
-        count: So often.
-    """
+    """Counts how often something begins."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -193,14 +185,7 @@ class WalkReferee:
     def update(
         self, time: float, place: Point2, feet: Iterable[Point2], *, touches: bool = False
     ) -> None:
-        """What is seen at a time [s].
-
-        Args:
-            time: [s].
-            place: Of the robot.
-            feet: Points of the soles that stand on the floor.
-            touches: The robot touches an obstacle.
-        """
+        """At `time` [s]: robot, points of the soles that stand, whether it touches an obstacle."""
         course = self._course
         front = max((y for _, y in feet), default=-math.inf)
         if self.began is None and front >= -course.touchline - course.line:
@@ -243,15 +228,7 @@ class ControlReferee:
     def update(
         self, time: float, ball: Point2, place: Point2, feet: Iterable[Point2], *, touches: bool
     ) -> None:
-        """What is seen at a time.
-
-        Args:
-            time: [s] since the start.
-            ball: The ball.
-            place: Of the robot.
-            feet: Points of both soles.
-            touches: The ball touches an obstacle.
-        """
+        """At `time` [s]: ball, robot, points of soles, whether the ball touches an obstacle."""
         self.away.update(time, happens=math.dist(ball, place) > AWAY)
         self.contacts.update(time, happens=touches)
         last = min(ball[1] - self._radius, *(y for _, y in feet))
@@ -272,10 +249,6 @@ class ControlReferee:
 class KickReferee:
     """Measures how near to its target a kicked ball comes to rest.
 
-    Args:
-        ball: Where it lies.
-        target: Where it has to go.
-
     Attributes:
         distance: [m] to the target; None = not at rest, or not kicked in time.
         again: The robot touched the ball again.
@@ -289,14 +262,7 @@ class KickReferee:
         self._moved = self._free = False
 
     def update(self, time: float, ball: Point2, speed: float, *, touches: bool) -> None:
-        """What is seen at a time.
-
-        Args:
-            time: [s] since the start.
-            ball: The ball.
-            speed: [m/s] of it.
-            touches: The robot touches it.
-        """
+        """At `time` [s]: ball and its speed [m/s], whether the robot touches it."""
         self._moved = self._moved or math.dist(ball, self._start) > MOVED
         if not self._moved:
             self.over = time > KICK_TIME

@@ -102,15 +102,7 @@ class WayFollower(Player):
 
 
 class AlongWay(Planner):
-    """Dribbles the ball along a way.
-
-    Args:
-        way: The way.
-        table: As of `Planner`, and so on.
-        limits: How fast the robot walks.
-        field: The field.
-        goals: The goals.
-    """
+    """Dribbles the ball along a way."""
 
     def __init__(
         self, way: Way, table: KickTable, limits: WalkLimits, field: Field, goals: Goals
@@ -142,15 +134,7 @@ class AlongWay(Planner):
 
 
 class AtTarget(Planner):
-    """Kicks the ball as near to a target as it can.
-
-    Args:
-        target: x, y [m].
-        table: As of `Planner`, and so on.
-        limits: How fast the robot walks.
-        field: The field.
-        goals: The goals.
-    """
+    """Kicks the ball as near to a target x, y [m] as it can."""
 
     def __init__(
         self, target: Point2, table: KickTable, limits: WalkLimits, field: Field, goals: Goals
@@ -210,7 +194,6 @@ class ChallengeResult:
     """What came of it.
 
     Attributes:
-        spec: The specification.
         score: [s] or [m], the less the better; None = not done by the rules.
         penalties: Their number.
         parts: [m] left to each target of the best kick; None = not by the rules.
@@ -232,14 +215,7 @@ def play_challenge(spec: ChallengeSpec) -> ChallengeResult:
 
 
 class _Attempt:
-    """A robot on the field, and those that stand there.
-
-    Args:
-        spec: The specification.
-        start: Where the robot stands.
-        ball: Where the ball lies.
-        obstacles: Where others stand.
-    """
+    """A robot on the field, and those that stand there."""
 
     def __init__(
         self,

@@ -27,12 +27,7 @@ class Channels:
 
 
 class SilentReferee(Channels):
-    """No robot receives messages of the referee for a while.
-
-    Args:
-        begin: From this time [s].
-        end: To this time [s].
-    """
+    """No robot receives messages of the referee from `begin` to `end` [s]."""
 
     def __init__(self, begin: float, end: float) -> None:
         self._begin, self._end = begin, end

@@ -34,14 +34,7 @@ class Eyes(Protocol):
         ball: Point2,
         others: Sequence[OtherRobot],
     ) -> list[Percepts]:
-        """What has been seen and is known by now; called in each control period.
-
-        Args:
-            now: Time of the world [ns].
-            truth: Of the robot.
-            ball: x, y [m] of the ball in the world.
-            others: The other robots, in the world.
-        """
+        """What is seen and known by `now` [ns]; ball [m] and others are in the world."""
 
 
 class Arrival(NamedTuple):
@@ -52,16 +45,7 @@ class Arrival(NamedTuple):
 
 
 class ModelEyes:
-    """Percepts by the model of their errors, without images.
-
-    Args:
-        robot: The robot.
-        team: Its team.
-        field: The field.
-        goals: The goals.
-        errors: Of the percepts.
-        seed: Of the percepts.
-    """
+    """Percepts by the model of their errors, without images."""
 
     def __init__(
         self,

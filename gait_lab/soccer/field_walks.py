@@ -104,11 +104,8 @@ class WalkSamples(NamedTuple):
 class RandomWalk(Policy):
     """Random velocities that last for random times; near the border the robot turns inwards.
 
-    Args:
-        half: Half length and half width [m] of the field.
-        seed: Of the commands.
-        gait: Its gyro's bias has to be known before the first command, as over ROS.
-        seconds: Length [s] from then on.
+    Its gyro's bias has to be known before the first command, as over ROS; `seconds` [s] count from
+    then on.
     """
 
     def __init__(self, half: tuple[float, float], seed: int, gait: Gait, seconds: float) -> None:
@@ -227,13 +224,7 @@ def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> WalkSamples
 def walks(
     specs: Sequence[WalkSpec], folder: Path | None = None, **options: object
 ) -> list[WalkSamples]:
-    """The walks of some specifications.
-
-    Args:
-        specs: What to walk.
-        folder: Walks are kept here and read again; None = nowhere.
-        options: Of `parallel_map`.
-    """
+    """The walks of some specifications; with a folder they are kept there and read again."""
     if folder is None:
         return parallel_map(record, specs, label="walks", **options)  # type: ignore[arg-type]
     folder.mkdir(parents=True, exist_ok=True)

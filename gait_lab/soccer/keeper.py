@@ -56,7 +56,6 @@ class ShotResult:
     """What came of it.
 
     Attributes:
-        spec: The specification.
         speed: [m/s] at which the ball began to roll.
         held: It was not in the goal afterwards.
         motions: What the keeper did.

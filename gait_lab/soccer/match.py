@@ -60,7 +60,6 @@ class MatchResult:
     """What came of a match.
 
     Attributes:
-        spec: The specification.
         score: Goals by team.
         goals: The goals.
         seconds: Simulated time [s].
@@ -123,15 +122,8 @@ class MatchResult:
 class Match:
     """One match; `play` plays it. Use it as a context manager.
 
-    Args:
-        spec: The specification.
-        rendered: Players see rendered images, not percepts by the model.
-        channels: Ways of images, percepts and messages to the players; None = without faults but
-            the referee's silence of the specification.
-
-    Attributes:
-        pitch: World and players.
-        referee: The referee.
+    `rendered`: players see rendered images, not percepts by the model. `channels` None = without
+    faults but the referee's silence of the specification.
     """
 
     def __init__(

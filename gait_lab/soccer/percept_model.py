@@ -69,15 +69,7 @@ class OtherRobot(NamedTuple):
 
 
 class PerceptModel:
-    """The vision of one robot.
-
-    Args:
-        errors: The measured errors.
-        field: The lines.
-        goals: The goals; None = none.
-        seed: Of all errors.
-        scale: Factor of all errors of places; 0 = exact percepts.
-    """
+    """The vision of one robot; `scale` is a factor of all errors of places, 0 = exact percepts."""
 
     def __init__(
         self,
@@ -112,14 +104,9 @@ class PerceptModel:
         ball: Point2 | None = None,
         robots: Sequence[OtherRobot] = (),
     ) -> Percepts:
-        """The percepts of one image.
+        """The percepts of one image at a stamp [ns].
 
-        Args:
-            stamp: Time of the image [ns].
-            view: The camera in base_footprint.
-            footprint: True base_footprint on the field.
-            ball: True place of the ball on the field [m]; None without one.
-            robots: The other robots.
+        The camera is in base_footprint, all others are true places on the field [m].
         """
         self._wander(stamp)
         errors, random, scale = self._errors, self._random, self._scale

@@ -131,11 +131,7 @@ class Pitch:
         channels: Ways of images, percepts and messages to the players; None = without faults.
 
     Attributes:
-        scene: The scene.
-        world: The world.
-        players: The players, in the order of the scene's robots.
-        channels: Ways to the players.
-        ball_radius: [m]
+        players: In the order of the scene's robots.
         messages: Number of team messages that were sent.
         count: Control periods so far.
 
@@ -245,13 +241,9 @@ class Pitch:
                         player.player.hear_mate(each, time)
 
     def run(self, watch: Callable[[Sequence[Tick]], None]) -> Iterator[Sequence[Tick]]:
-        """Step the world by control periods.
+        """Step the world by control periods; yields the ticks of all robots.
 
-        Args:
-            watch: Called at the beginning of each period with the last ticks; it may put the ball.
-
-        Yields:
-            The ticks of all robots.
+        `watch` is called at the beginning of each period with the last ticks; it may put the ball.
         """
 
         def disturb(_: World, ticks: Sequence[Tick]) -> None:
@@ -308,14 +300,9 @@ def with_robots(
     urdf: str | None = None,
     seed: int = 0,
 ) -> Scene:
-    """A scene with other robots.
+    """A scene with other robots, of the teams red and blue, who have the numbers from 1 on.
 
-    Args:
-        scene: The scene.
-        red: Poses of the robots of team red, who have the numbers from 1 on.
-        blue: The same of team blue.
-        urdf: What all robots are; None = what the first one of the scene is.
-        seed: The individual of the first robot; the next ones have the seeds after it.
+    The first robot is the individual `seed`, the next ones follow; `urdf` None = that of the scene.
     """
     places = [("red", *each) for each in enumerate(red, start=1)]
     places += [("blue", *each) for each in enumerate(blue, start=1)]

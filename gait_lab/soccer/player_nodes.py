@@ -11,11 +11,7 @@ FIRST_PORT = 30000
 
 
 def referee_ports(domain: int) -> dict[str, object]:
-    """UDP ports of the referee, which all nodes of a match know.
-
-    Args:
-        domain: The ROS domain of the match.
-    """
+    """UDP ports of the referee, which all nodes of a match know."""
     first = FIRST_PORT + 10 * domain
     return {"control_port": first, "return_port": first + 1}
 
@@ -23,14 +19,7 @@ def referee_ports(domain: int) -> dict[str, object]:
 def player_parameters(
     robot: SceneRobot, scene: Scene, file: str | Path, domain: int
 ) -> dict[str, object]:
-    """Parameters of a node `player`.
-
-    Args:
-        robot: The robot that plays.
-        scene: The scene, with its team mates.
-        file: The file of the scene, or its shipped name.
-        domain: The ROS domain of the match.
-    """
+    """Parameters of a node `player`."""
     x, y, heading = in_field(robot.pose, robot.team)
     return {
         "urdf": robot.urdf,

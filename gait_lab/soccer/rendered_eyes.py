@@ -23,11 +23,7 @@ Deliver = Callable[[str, CameraImage], CameraImage | None]
 class RenderedEyes:
     """The simulated cameras of a robot, and its vision; see `Eyes`.
 
-    Args:
-        robot: A robot of a world with cameras.
-        gait: Its gait, which knows where the torso is.
-        settings: What is on the field.
-        deliver: Returns what arrives of the newest image of a camera, by its name; None = all.
+    `deliver` returns what arrives of the newest image of a camera; None = all.
     """
 
     def __init__(

@@ -19,10 +19,6 @@ from sim_bridge.trials.trial import WalkerResponder, make_gaits, make_scene_worl
 def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
     """Walk, render, see and estimate, all in one loop.
 
-    Args:
-        spec: The walk.
-        head: What the head does.
-
     Raises:
         NaoGaitError: The scene has no field, or its images cannot be rendered.
     """

@@ -45,7 +45,6 @@ class SoloResult:
     """What came of it.
 
     Attributes:
-        spec: The specification.
         goal: [s] until the ball was in the opponents' goal; None = it was not.
         outs: Number of times that the ball left the field; it was put back as the referee does.
         falls: Number of falls.

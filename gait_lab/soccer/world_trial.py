@@ -129,11 +129,7 @@ class WorldTrace:
 
 
 class Head:
-    """The head of a robot whose body is a recorded walk.
-
-    Args:
-        robot: The robot.
-    """
+    """The head of a robot whose body is a recorded walk."""
 
     def __init__(self, robot: RobotDescription) -> None:
         self.control = HeadControl(robot)
@@ -147,12 +143,7 @@ class Head:
         self._rotation = np.eye(3)
 
     def step(self, torso: Sequence[float], dt: float) -> None:
-        """Turn the head for a time.
-
-        Args:
-            torso: The torso in base_footprint: x, y, z [m], roll, pitch, yaw [rad].
-            dt: [s]
-        """
+        """Turn the head for `dt` [s]; torso x, y, z, roll, pitch, yaw in base_footprint."""
         self._position = np.array(torso[:3])
         self._rotation = np.array(rotation_from_rpy(*torso[3:]))
         # Both soles of this place are base_footprint.
@@ -181,14 +172,9 @@ class TraceRows:
     def add(
         self, state: WorldState, truth: Pose2, ball: BallTruth, delay: float, cost: float
     ) -> None:
-        """Add the state after an image.
+        """Add the state after an image, with the truth at its time.
 
-        Args:
-            state: The state.
-            truth: The true pose at its time.
-            ball: The true ball at its time.
-            delay: [s] from the exposure of the image to the state.
-            cost: [s] of computing.
+        `delay` [s] is from the exposure of the image to the state, `cost` [s] that of computing.
         """
         x, y, _ = relative((*ball.position, 0.0), truth)
         estimate: tuple[float, ...] = (math.nan,) * 8
@@ -230,13 +216,7 @@ def run_trial(
     walk: WalkSamples,
     watch: Callable[[WorldModel, WorldState], None] | None = None,
 ) -> WorldTrace:
-    """Run the world model over a recorded walk.
-
-    Args:
-        spec: The trial.
-        walk: What the robot measured, and the truth.
-        watch: Called with each state.
-    """
+    """Run the world model over a recorded walk; `watch` is called with each state."""
     scene = settings_of_scene(spec.scene)
     robot = load_robot(spec.urdf)
     errors = spec.errors or load_percept_errors()
@@ -314,13 +294,9 @@ class _Mate:
 
 
 def spliced(walk: WalkSamples, other: WalkSamples, time: float, gap: float) -> WalkSamples:
-    """A robot on one walk that is carried to the beginning of another one; odometry goes on.
+    """A robot that is carried for `gap` [s] to the beginning of another walk; odometry goes on.
 
-    Args:
-        walk: Before.
-        other: After; what it stands at the start is left out.
-        time: When it is taken, [s] after the start of `walk`.
-        gap: [s] For which it is carried.
+    It is taken `time` [s] after its start; what it stands on the other walk is left out.
     """
     step = int(walk.stamp[1] - walk.stamp[0])
     last = int(time * 1e9 / step)
@@ -343,13 +319,9 @@ def spliced(walk: WalkSamples, other: WalkSamples, time: float, gap: float) -> W
 
 
 def turned_after(walk: WalkSamples, time: float, seconds: float, turn: float) -> WalkSamples:
-    """A robot that falls, and stands up in place with another heading; odometry does not know.
+    """A robot that falls, and stands up in place turned by `turn` [rad]; odometry does not know.
 
-    Args:
-        walk: The robot.
-        time: When it falls, [s] after the start.
-        seconds: For which it lies.
-        turn: [rad] by which it stands differently afterwards.
+    It falls `time` [s] after its start and lies for some seconds.
     """
     step = int(walk.stamp[1] - walk.stamp[0])
     last, held = int(time * 1e9 / step), int(seconds * 1e9 / step)

@@ -110,12 +110,9 @@ class _Arc(NamedTuple):
 def calibrate_colors(
     images: Sequence[Image], base: ColorTable, samples: Sequence[Sample] = ()
 ) -> CalibratedColors:
-    """Make a colour table.
+    """Make a colour table of images (height, width, 3), red, green, blue, that show the field.
 
-    Args:
-        images: (height, width, 3) red, green, blue, of cameras that look at the field.
-        base: Names the colours; its ranges are kept for classes that no image shows.
-        samples: What the user has marked; it replaces the search for a class.
+    The base table keeps its ranges for classes that no image shows; samples replace the search.
 
     Raises:
         NaoGaitError: The images show no field or no lines, or a sample is not usable.
@@ -214,10 +211,8 @@ def _balanced(image: Image, table: ColorTable) -> Image:
 def _lines(hsv: FloatArray, ground: NDArray[np.bool_], field: FloatArray) -> FloatArray:
     """Colours (n, 3) of what is narrow, achromatic and brighter than the field, on the field.
 
-    Args:
-        hsv: (height, width, 3) balanced image.
-        ground: (height, width) where the field is.
-        field: (3,) its usual colour.
+    `hsv` (height, width, 3) is balanced; `ground` (height, width) says where the field is, `field`
+    (3,) its usual colour.
     """
     mask = ground.astype(np.uint8)
     narrow = np.zeros_like(ground)

@@ -53,12 +53,7 @@ TILES = (
 
 
 def draw(tile: Tile, seen: Iterable[Observation]) -> Image:
-    """The image of a walk in which most kinds of objects are found, with all percepts.
-
-    Args:
-        tile: What is shown.
-        seen: The images of the walk.
-    """
+    """The image of a walk in which most kinds of objects are found, with all percepts."""
     settings, table = settings_of_scene("pitch"), load_color_table("pitch")
     calibration = TiltCalibration(settings.error)
     visions: dict[str, Vision] = {}

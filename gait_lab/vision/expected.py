@@ -62,13 +62,7 @@ class Expected:
 
 
 class View:
-    """One image with its truth.
-
-    Args:
-        truth: Of the image.
-        settings: What is on the field.
-        teams: Team of the other robots by name.
-    """
+    """One image with its truth."""
 
     def __init__(
         self, truth: FrameTruth, settings: VisionSettings, teams: Mapping[str, str]

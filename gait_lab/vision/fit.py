@@ -34,12 +34,7 @@ KINDS: Mapping[str, tuple[Kind, ...]] = {
 
 
 def fit(scores: Sequence[Score], delay: float) -> PerceptErrors:
-    """Errors of the percepts in some scored images.
-
-    Args:
-        scores: One for each robot and way of walking.
-        delay: [s] From exposure to percept.
-    """
+    """Errors of the percepts, of a score for each robot and way of walking; `delay` [s]."""
     every = merged(scores)
     poses = [np.array(score.poses) for score in scores if score.poses]
     kinds = {name: _kind(every, group) for name, group in KINDS.items()}

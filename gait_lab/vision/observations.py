@@ -35,12 +35,7 @@ class Observation(NamedTuple):
 
 
 def observations(spec: RenderSpec, robot: RobotDescription) -> Iterator[Observation]:
-    """The images of a walk for whose time the body is known.
-
-    Args:
-        spec: The walk.
-        robot: The robot that sees.
-    """
+    """The images of a walk for whose time the body is known."""
     models: dict[str, CameraModel] = {}
     for frame in rendered_frames(spec):
         model = models.setdefault(frame.camera, CameraModel(robot, frame.camera, frame.intrinsics))

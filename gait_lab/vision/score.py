@@ -203,15 +203,7 @@ def score_image(
     geometry: ImageGeometry,
     seconds: float = 0.0,
 ) -> Score:
-    """Score one image.
-
-    Args:
-        truth: Of the image.
-        view: What is to be seen in it.
-        percepts: What was seen.
-        geometry: Of the image, as vision used it.
-        seconds: Time that vision took.
-    """
+    """Score one image."""
     pose = _deviation(truth, geometry)
     score = Score(images=1, poses=[pose], times=[seconds])
     expected = list(view.objects())
@@ -309,13 +301,10 @@ def _score_lines(
 def own_line_errors(
     true: FloatArray, on_line: FloatArray, points: FloatArray, height: float
 ) -> LinePoint:
-    """Errors of points on lines that are not those of the camera's pose.
+    """Errors of points on lines (n, 2) [m] that are not those of the camera's pose.
 
-    Args:
-        true: (n, 2) [m] Where their pixels truly are, in base_footprint.
-        on_line: (n, 2) [m] Nearest points on lines.
-        points: (n, 2) [m] Where vision has them.
-        height: [m] Of the camera.
+    `true` is where their pixels truly are in base_footprint, `on_line` the nearest points on lines;
+    `height` [m] is that of the camera.
     """
     off = true - on_line
     reach, line_reach = np.hypot(*true.T), np.hypot(*on_line.T)

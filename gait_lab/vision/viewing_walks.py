@@ -51,15 +51,9 @@ TRIALS = 500
 def random_walk(
     seed: int, kind: str, engine: str, seconds: float, urdf: str, *, clutter: bool = False
 ) -> RenderSpec:
-    """A walk of one robot. Even robots begin anywhere, odd ones in front of a goal.
+    """A walk of one robot for some seconds; even seeds begin anywhere, odd ones in front of a goal.
 
-    Args:
-        seed: Number of the robot; it also draws the places.
-        kind: One of `KINDS`.
-        engine: `pybullet` or `mujoco`.
-        seconds: Length [s].
-        urdf: Its model.
-        clutter: Columns in the colours of ball, lines and robots stand around the field.
+    With `clutter`, columns in the colours of ball, lines and robots stand around the field.
     """
     random = np.random.default_rng([seed, KINDS.index(kind)])
     base = load_scene("pitch")

@@ -100,12 +100,7 @@ class BallPlan:
         return other.name == self.name and abs(turn) < SAME_WAY
 
     def robot_pose(self, ball: Point2, yaw: float) -> Pose2:
-        """Where the robot has to be when it hits the ball, in base_footprint.
-
-        Args:
-            ball: x, y [m] in base_footprint.
-            yaw: [rad] of base_footprint in the field.
-        """
+        """Pose at the hit in base_footprint, `yaw` [rad] in the field; the ball is x, y [m]."""
         return self.kick.robot_pose(ball, math.remainder(self.direction - yaw, math.tau))
 
 
@@ -157,15 +152,7 @@ def _free(ball: Point2, direction: float, things: Sequence[_Disc]) -> float:
 
 
 class Planner:
-    """Chooses what to do with the ball.
-
-    Args:
-        table: The kicks of the robot.
-        limits: How fast it walks.
-        field: The field.
-        goals: The goals.
-        settings: How plans are compared.
-    """
+    """Chooses what to do with the ball."""
 
     def __init__(
         self,
@@ -192,19 +179,16 @@ class Planner:
         valid: bool = True,
         stands: bool = False,
     ) -> BallPlan:
-        """The plan that brings the ball into the goal soonest.
+        """The plan that brings the ball into the goal soonest; places and poses are in the field.
 
         Args:
-            own: Pose of base_footprint in the field.
-            ball: x, y [m] in the field.
-            robots: x, y [m] of other robots in the field.
+            own: Pose of base_footprint.
+            ball: x, y [m].
+            robots: x, y [m] of other robots.
             before: The last plan, which is kept unless another one is clearly better.
             valid: The own pose may be trusted. If not, the ball is dribbled, not kicked, and the
                 direction of the goal is that of the last known pose.
             stands: The robot stands, and could kick at once.
-
-        Returns:
-            The plan.
         """
         plans = list(self._plans(own, ball, robots, valid=valid, stands=stands))
         best = min(plans, key=lambda plan: plan.seconds)

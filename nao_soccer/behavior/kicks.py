@@ -44,14 +44,9 @@ class Kick(Settings):
         return self.x, self.y
 
     def robot_pose(self, ball: Point2, direction: float) -> Pose2:
-        """Where the robot has to stand to kick in a direction.
+        """Pose of base_footprint to kick a ball at x, y [m] in a direction [rad].
 
-        Args:
-            ball: x, y [m].
-            direction: [rad] in which the ball has to go, in the same frame.
-
-        Returns:
-            The pose of base_footprint, in the same frame.
+        All are in one frame.
         """
         heading = math.remainder(direction - self.direction, math.tau)
         dx, dy = rotate_planar(self.x, self.y, heading)

@@ -34,7 +34,6 @@ class Decision(NamedTuple):
 
     Attributes:
         world: The world it was decided in.
-        action: What to do.
         path: The activation path.
         plan: What to do with the ball; None while none is known.
     """
@@ -46,16 +45,7 @@ class Decision(NamedTuple):
 
 
 class Mind:
-    """The behaviour of one player.
-
-    Args:
-        table: The kicks of the robot.
-        field: The field.
-        goals: The goals.
-        limits: Largest speeds.
-        dives: The robot can dive.
-        planner: Chooses what to do with the ball; None = the one that plays at the goal.
-    """
+    """The behaviour of one player; the planner decides what to do with the ball."""
 
     def __init__(
         self,
@@ -105,9 +95,6 @@ class Mind:
             game: The state of the game; None = a game without a referee.
             role: The own role.
             striker: The team mate who is the striker, if it is another one.
-
-        Returns:
-            The decision.
         """
         if world.own.valid or self._last_valid is None:
             self._last_valid = world.stamp

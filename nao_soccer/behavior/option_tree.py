@@ -41,9 +41,7 @@ LARGEST_DEPTH = 20
 class When(NamedTuple, Generic[S]):
     """A transition that is taken when a symbol is true.
 
-    Attributes:
-        symbol: The input symbol.
-        target: Name of the state that follows.
+    `target` is the name of the state that follows.
     """
 
     symbol: Callable[[S], bool]
@@ -60,12 +58,7 @@ class When(NamedTuple, Generic[S]):
 
 
 class After(NamedTuple):
-    """A transition that is taken after a time.
-
-    Attributes:
-        seconds: Time [s] in the state.
-        target: Name of the state that follows.
-    """
+    """A transition that is taken after some seconds [s] in the state."""
 
     seconds: float
     target: str
@@ -85,7 +78,7 @@ class State(Generic[S, A]):
 
     Args:
         name: Unique in its option.
-        do: What is done in it: an option, or a function of the situation.
+        do: An option, or a function of the situation.
         to: Transitions, the most important first.
     """
 
@@ -101,16 +94,13 @@ class State(Generic[S, A]):
 
 
 class Option(Generic[S, A]):
-    """A state machine.
+    """A state machine; the first state is the initial one.
 
-    Args:
-        name: Name of the option.
-        states: Its states, the initial one first.
+    An option with one state is left by the options above it.
 
     Raises:
         NaoGaitError: A state is there twice, cannot be reached, has no way out, or a transition
-            leads to a state that does not exist. An option with one state is left by the options
-            above it.
+            leads to a state that does not exist.
     """
 
     def __init__(self, name: str, *states: State[S, A]) -> None:
@@ -152,10 +142,7 @@ class Option(Generic[S, A]):
 class Activation(NamedTuple):
     """One option on the activation path.
 
-    Attributes:
-        option: Name of the option.
-        state: Name of its active state.
-        seconds: Time [s] in this state.
+    `seconds` [s] is the time in its active state.
     """
 
     option: str
@@ -177,9 +164,6 @@ class _Memory:
 class OptionTree(Generic[S, A]):
     """Walks the tree of options.
 
-    Args:
-        root: The option at the root.
-
     Raises:
         NaoGaitError: An option contains itself.
     """
@@ -196,15 +180,7 @@ class OptionTree(Generic[S, A]):
         self._active.clear()
 
     def update(self, situation: S, time: float) -> tuple[A, tuple[Activation, ...]]:
-        """Walk from the root to a basic behaviour.
-
-        Args:
-            situation: What the symbols and basic behaviours see.
-            time: [s], not smaller than in the update before.
-
-        Returns:
-            What the basic behaviour returns, and the activation path.
-        """
+        """What the basic behaviour returns, and the activation path; `time` [s] rises."""
         before, self._active = self._active, {}
         path: list[Activation] = []
         place, option = "", self.root

@@ -43,11 +43,7 @@ BEHIND_BALL = 0.6
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """What the gait reports.
-
-    Attributes:
-        state: Mode of the gait.
-    """
+    """What the gait reports."""
 
     state: GaitState = GaitState.STAND
 
@@ -57,9 +53,7 @@ class Action:
     """What a basic behaviour wants.
 
     Attributes:
-        walk: Velocity of the walk.
         motion: Motion to play; it is requested once, when it appears.
-        head: What the head looks for.
     """
 
     walk: VelocityCommand = STANDSTILL
@@ -72,14 +66,7 @@ class Situation:
     """Everything that a decision depends on.
 
     Attributes:
-        world: The world model.
-        game: The state of the game.
-        body: What the gait reports.
-        role: The own role.
         plan: What to do with the ball; None while no ball is known.
-        field: The field.
-        goals: The goals.
-        limits: Largest speeds.
         striker: The team mate who is the striker, if it is another one.
         lost: The own pose has not been valid for a while.
         dives: The robot can dive.
@@ -128,8 +115,7 @@ class Situation:
     def pushes_ball(self, margin: float) -> bool:
         """Another robot is at the ball, and a few steps straight ahead push it forwards.
 
-        Args:
-            margin: [m] by which the ball may lie farther.
+        The ball may lie `margin` [m] farther.
         """
         ball, (x, y) = self.world.ball, self.ball
         seen = ball is not None and ball.seen_recently and self.world.own.valid

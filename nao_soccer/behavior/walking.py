@@ -31,13 +31,7 @@ class WalkLimits(Settings):
     turn: float = number(1.5, 0.05, 4.0, "rad/s", "Turning on the spot.")
 
     def command(self, x: float, y: float, yaw: float) -> VelocityCommand:
-        """The command in the same direction that these limits allow, as an ellipsoid.
-
-        Args:
-            x: Forward [m/s].
-            y: Left [m/s].
-            yaw: Counter-clockwise [rad/s].
-        """
+        """The command [m/s, m/s, rad/s] in this direction within the limits, an ellipsoid."""
         along = self.forward if x > 0.0 else self.backward
         load = math.hypot(x / along, y / self.side, yaw / self.turn)
         scale = 1.0 / max(1.0, load)
@@ -91,18 +85,15 @@ def walk_to(
     speed: float = 1.0,
     facing: tuple[float, float] = FACING,
 ) -> VelocityCommand:
-    """The velocity that leads to a pose.
+    """The velocity that leads to a pose; at the target it is nearly 0.
 
     Args:
-        target: x, y [m], yaw [rad].
+        target: x, y [m], yaw [rad] in base_footprint.
         limits: Largest speeds.
         obstacles: What to walk around.
         speed: Share of the limits.
         facing: [m] up to which the robot has the target's heading, and from which on it faces its
             way; in between it turns from one to the other.
-
-    Returns:
-        The command; at the target it is nearly 0.
     """
     x, y, yaw = target
     far = math.hypot(x, y)
@@ -165,11 +156,6 @@ def kept_apart(
 
     The nearer a robot, the slower this one walks towards it and turns; from one that is too near it
     walks straight away before it does anything else.
-
-    Args:
-        command: The velocity.
-        robots: The other robots, with the distance to keep from each.
-        limits: Largest speeds.
     """
     if command.is_zero:
         return command

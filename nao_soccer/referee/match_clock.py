@@ -2,11 +2,7 @@
 
 
 class MatchClock:
-    """Match time [ns] that never decreases.
-
-    Args:
-        wait: Time [ns] from the first stamp to the beginning of the match.
-    """
+    """Match time [ns] that never decreases; the match begins `wait` [ns] after the first stamp."""
 
     def __init__(self, wait: int = 0) -> None:
         self._wait = wait

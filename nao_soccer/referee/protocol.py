@@ -333,11 +333,6 @@ def decode_return(data: bytes) -> ReturnMessage:
 def seen_by(message: ControlMessage, team: int, player: int) -> GameState:
     """The game as one player sees it.
 
-    Args:
-        message: What the referee said.
-        team: Number of the player's team.
-        player: Number of the player.
-
     Raises:
         NaoGaitError: The message is for other teams, or no player can have this number.
     """

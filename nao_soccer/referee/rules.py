@@ -143,7 +143,7 @@ class Referee:
         goals: The goals.
         players: Team and number of each robot, by name.
         rules: Times of the match.
-        ball_radius: [m].
+        ball_radius: [m]
         goalkeepers: Number of each team's goalkeeper; a team that is left out has none.
         kick_off: Team that kicks off first.
 
@@ -250,15 +250,12 @@ class Referee:
     def update(
         self, time: float, ball: Point3, robots: Mapping[str, RobotPlace]
     ) -> Sequence[Order]:
-        """Keep the rules.
+        """What is to be done now.
 
         Args:
-            time: [s] since the match began, at increasing times.
+            time: [s] since the match began; it increases.
             ball: x, y, z [m].
             robots: Where each robot is; one that is left out is not judged.
-
-        Returns:
-            What is to be done now.
         """
         since, self._time = time - self._time, time
         orders: list[Order] = []
@@ -342,10 +339,7 @@ class Referee:
     ) -> str:
         """Name of the robot that is near enough to have touched a ball; empty if none is.
 
-        Args:
-            ball: x, y [m] of the ball.
-            robots: Where the robots are.
-            hit: Change of the ball's velocity [m/s]; it leads away from the robot that did it.
+        `hit` is the change of the ball's velocity [m/s]; it leads away from the robot that did it.
         """
         gap, name = min(
             (
@@ -450,13 +444,7 @@ class Referee:
 
 
 def free_place(place: Point2, robots: Sequence[Point2], room: float = 0.25) -> Point2:
-    """The place, or the nearest one towards the centre of the field without a robot in it.
-
-    Args:
-        place: x, y [m].
-        robots: x, y [m] of the robots.
-        room: [m] that every robot is away from it.
-    """
+    """The place, or the nearest one towards the centre that is `room` [m] away from all robots."""
     x, y = place
     for step in range(20):
         share = 1.0 - 0.05 * step

@@ -10,15 +10,7 @@ from robot_core.ros.messages import to_time
 def status_message(
     stamp: int, name: str, text: str, values: Mapping[str, object], *, warns: bool = False
 ) -> DiagnosticArray:
-    """A status in words and numbers.
-
-    Args:
-        stamp: [ns]
-        name: What it is about.
-        text: One line.
-        values: Numbers and words by name.
-        warns: Something is not as it should be.
-    """
+    """A status at `stamp` [ns]: one line of text, and values by name."""
     array = DiagnosticArray()
     array.header.stamp = to_time(stamp)
     array.status = [

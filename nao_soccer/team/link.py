@@ -64,15 +64,11 @@ class TeamLink:
     # -- hearing -----------------------------------------------------------------------------------
 
     def receive(self, data: bytes, time: float) -> None:
-        """Take a message; its own ones, and those of other teams, are ignored.
-
-        Args:
-            data: The bytes.
-            time: [s] at which they came.
+        """Take a message that came at `time` [s]; own ones and those of other teams are ignored.
 
         Raises:
-            NaoGaitError: The message cannot be read, is old, or is not plausible. Of one whose ball
-                is far off the field all the rest is used.
+            NaoGaitError: The message cannot be read, is old, or is not plausible. If only its
+                ball is far off the field, all the rest is used.
         """
         try:
             message = decode(data)
@@ -141,17 +137,14 @@ class TeamLink:
         budget: int | None = None,
         remaining: float = 0.0,
     ) -> bytes | None:
-        """The bytes to send now, if it is time for a message.
+        """The bytes to send now; None = not now.
 
         Args:
-            time: [s].
+            time: [s]
             make: Makes the message from its count.
             urgent: The role has changed.
             budget: Messages that the team may still send; None = no limit.
             remaining: [s] for which they have to last.
-
-        Returns:
-            The bytes; None = not now.
         """
         period, soonest = PERIOD, SOONEST
         if budget is not None:

@@ -43,11 +43,7 @@ class Claim(NamedTuple):
 
 
 class RoleChoice:
-    """Chooses the role of one player.
-
-    Args:
-        number: Its number.
-    """
+    """Chooses the role of one player."""
 
     def __init__(self, number: int) -> None:
         self._number = number
@@ -71,19 +67,16 @@ class RoleChoice:
         goalkeeper: bool = False,
         playing: bool = True,
     ) -> Role:
-        """Choose.
+        """The role.
 
         Args:
-            time: [s].
+            time: [s]
             seconds: [s] to the ball, as this player is about to tell.
             mates: What the team mates who can be heard have told.
-            ball: x, y [m] of the ball in the field, as this player sees it.
+            ball: x, y [m] in the field, as this player sees it.
             goalkeeper: The referee says that this player is the goalkeeper.
             playing: The ball is in play. Before a kick-off a team keeps its striker, so that
                 players who walk to their places do not cross.
-
-        Returns:
-            The role.
         """
         if goalkeeper:
             self._role = Role.KEEPER

@@ -21,10 +21,7 @@ BURST = 100
 class UdpLink:
     """A socket that listens on a port and broadcasts to one; it never blocks.
 
-    Args:
-        port: Port to listen on and, unless another one is given, to send to.
-        address: Address to listen on: that of a broadcast, or 0.0.0.0 for every network.
-        target_port: Port to send to; None = `port`.
+    `address` is that of a broadcast, or 0.0.0.0 for every network. `target_port` None = `port`.
 
     Raises:
         NaoGaitError: The port cannot be opened.

@@ -48,13 +48,7 @@ RANGE_MAX = 5.0
 
 
 def find_ball(frame: Frame, radius: float, robots: Sequence[Box]) -> Percept | None:
-    """The ball in an image, or None.
-
-    Args:
-        frame: The image.
-        radius: Of the ball [m].
-        robots: Where robots are, which may have round parts of the ball's colour.
-    """
+    """The ball of `radius` [m] in an image, or None; robots may have round parts of its colour."""
     mask = (frame.classes == BALL).astype(np.uint8)
     mask[: max(int(frame.horizon.min()) - 2, 0)] = 0
     if cv2.countNonZero(mask) < MIN_AREA:
@@ -157,15 +151,10 @@ def _edges(image: Image, centre: FloatArray, guess: float) -> FloatArray:
 def _cone(
     geometry: ImageGeometry, edges: FloatArray
 ) -> tuple[FloatArray, float, float, int] | None:
-    """The cone of rays that touch a sphere: e . x = 1 for each unit ray e of its edge.
+    """The cone of rays that touch a sphere: e . x = 1 for each unit ray e of its edges (n, 2) [px].
 
-    Args:
-        geometry: The camera.
-        edges: (n, 2) [px].
-
-    Returns:
-        Unit axis (3,) in base_footprint, sine of half the opening angle, root mean square deviation
-        [px], number of edges that fit; None if there is no such cone.
+    Unit axis (3,) in base_footprint, sine of half the opening angle, root mean square deviation
+    [px], number of edges that fit; None if there is no such cone.
     """
     rays = geometry.rays(edges)
     for _ in range(3):
@@ -196,15 +185,8 @@ def _looks_round(
 ) -> bool:
     """Whether the disc has the ball's colour, and what is around its lower half is field.
 
-    A ball that is cut has the field all around: parts of a robot are below another part.
-
-    Args:
-        frame: The image.
-        mask: Pixels of the ball's colour.
-        spot: (2,) [px] Centre.
-        axis: (3,) of the cone of the ball.
-        sine: Of half its opening angle.
-        whole: The edge of the image does not cut it.
+    A ball that is cut (not `whole`) has the field all around: parts of a robot are below another
+    part. `axis` (3,) is that of the cone of the ball, `sine` that of half its opening angle.
     """
     height, width = mask.shape
     size = frame.geometry.focal * sine

@@ -76,7 +76,7 @@ def find_circle(
         frame: The image.
         mask: (height, width) white pixels of the field.
         points: On lines.
-        radius: Of the circle [m]; 0 without one.
+        radius: [m]; 0 without a circle.
         random: Draws the triples of points.
     """
     geometry = frame.geometry
@@ -150,14 +150,9 @@ def _refined(
     circle: FloatArray,
     radius: float,
 ) -> tuple[FloatArray, float]:
-    """One Gauss-Newton step of centre and tilt, and the variance of the tilt [rad^2].
+    """One Gauss-Newton step of the circle (3,), centre [m] and tilt; variance of the tilt [rad^2].
 
-    Args:
-        geometry: The camera.
-        pixels: (n, 2) On the circle.
-        tolerance: (n,) [m] Two standard deviations of each.
-        circle: (3,) Centre [m] and tilt [rad].
-        radius: [m]
+    `pixels` (n, 2) lie on it; `tolerance` (n,) [m] is two standard deviations of each.
     """
     off = _off(geometry, pixels, circle, radius)
     steps = np.diag((1e-3, 1e-3, 1e-4))

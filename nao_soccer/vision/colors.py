@@ -137,12 +137,7 @@ class ColorClassifier:
         self._lookup = lookup
 
     def adapt(self, image: Image, below: int) -> None:
-        """Follow the field's green in an image.
-
-        Args:
-            image: (height, width, 3).
-            below: First row that can show the field.
-        """
+        """Follow the field's green in an image (height, width, 3), from the row `below` on."""
         samples = image[max(below, 0) :: SAMPLE_STEP, ::SAMPLE_STEP].reshape(-1, 3)
         if len(samples) < SAMPLES_MIN:
             return
@@ -166,9 +161,7 @@ class ColorClassifier:
     def classify(self, balanced: Image, image: Image | None = None) -> Image:
         """Class of each pixel (height, width) of a balanced image.
 
-        Args:
-            balanced: (height, width, 3)
-            image: The same before it was balanced, to know what is over-exposed.
+        `image` is the same before it was balanced, to know what is over-exposed.
         """
         red, green, blue = cv2.split(balanced)
         shift = 8 - BITS

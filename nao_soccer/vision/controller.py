@@ -62,11 +62,7 @@ class _Still(NamedTuple):
 class VisionController:
     """Takes joints, torso poses, camera facts and images; returns percepts.
 
-    Args:
-        robot: The robot.
-        table: The colour classes.
-        settings: What is looked for.
-        cameras: Names of the cameras; None = all of the robot.
+    `cameras` None = all of the robot.
     """
 
     def __init__(

@@ -46,13 +46,8 @@ def find_crossings(
 ) -> list[Percept]:
     """The crossings whose kind is seen.
 
-    Args:
-        frame: The image.
-        mask: (height, width) white pixels of the field.
-        segments: Straight lines.
-        circle: The centre circle.
-        free: (height, width) false where an object other than a line is.
-        line_width: [m].
+    `mask` and `free` (height, width): white pixels of the field; false where an object other than a
+    line is.
     """
     segments = list(segments)
     found: list[Percept] = []

@@ -24,11 +24,7 @@ def draw_debug_image(
 ) -> Image:
     """The image (scale height, scale width, 3), red, green, blue, with all percepts.
 
-    Args:
-        frame: The image, balanced.
-        percepts: What was found in it.
-        scale: Enlargement.
-        image: (height, width, 3) The image as it came, to be drawn on; None = the balanced one.
+    `image` is what is drawn on; None = the balanced image of the frame.
     """
     picture = frame.image if image is None else image
     picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)

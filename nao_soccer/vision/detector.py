@@ -36,7 +36,7 @@ class Vision:
         calibration: Lasting tilt of the robot's cameras; None = it is not learned.
 
     Attributes:
-        frame: The last image with its classes, for the debug image; None before the first.
+        frame: The last image with its classes; None before the first.
     """
 
     def __init__(
@@ -54,12 +54,9 @@ class Vision:
         self._classifier = ColorClassifier(table, yellow=yellow)
 
     def see(self, stamp: int, image: Image, view: CameraView) -> Percepts:
-        """The percepts of one image.
+        """The percepts of an image (height, width, 3), red, green, blue, of a time [ns].
 
-        Args:
-            stamp: Time of the image [ns].
-            image: (height, width, 3) red, green, blue.
-            view: Camera at that time, in base_footprint.
+        `view` is the camera at that time, in base_footprint.
         """
         settings = self._settings
         calibration = self._calibration

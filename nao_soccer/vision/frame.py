@@ -58,13 +58,7 @@ class Frame:
 
 
 def make_frame(image: Image, geometry: ImageGeometry, classifier: ColorClassifier) -> Frame:
-    """Balance and classify an image and find the upper edge of the field.
-
-    Args:
-        image: (height, width, 3) red, green, blue.
-        geometry: Camera at the time of the image.
-        classifier: Follows the image's exposure and white balance.
-    """
+    """Balance and classify an image (height, width, 3), and find the upper edge of the field."""
     height, width = image.shape[:2]
     horizon = geometry.horizon(np.arange(width, dtype=float))
     classifier.adapt(image, int(np.clip(horizon.min(), 0, height)))

@@ -128,14 +128,9 @@ class ImageGeometry:
     def ground(
         self, pixels: FloatArray, height: float = 0.0
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Where rays through pixels meet a horizontal plane.
+        """Where rays through pixels (n, 2) meet a horizontal plane at a height [m].
 
-        Args:
-            pixels: (n, 2).
-            height: Of the plane [m].
-
-        Returns:
-            Places (n, 2) [m] in base_footprint, and whether each ray meets the plane (n,).
+        Places (n, 2) [m] in base_footprint, and whether each ray meets the plane (n,).
         """
         ray = self.rays(pixels)
         down = -ray[:, 2]
@@ -148,17 +143,10 @@ class ImageGeometry:
         return self.view.project(np.column_stack((places, np.full(len(places), height))))
 
     def covariance(self, places: FloatArray, height: float = 0.0) -> FloatArray:
-        """Covariances of places on a horizontal plane, from the errors of pixel and pose.
+        """Covariances (n, 3) [m^2] of places (n, 2) [m] on a plane, by errors of pixel and pose.
 
         A ray that falls by `drop` over the slant range s has its place at the distance r. An angle
         changes r by s^2 / drop, a pixel across it by s, the height of the camera by r / drop.
-
-        Args:
-            places: (n, 2) [m] in base_footprint.
-            height: Of the plane [m].
-
-        Returns:
-            (n, 3) [m^2]: variance of x, covariance of x and y, variance of y.
         """
         offset = places - self.camera[:2]
         drop = max(float(self.camera[2]) - height, 1e-3)
@@ -186,7 +174,7 @@ class ImageGeometry:
     ) -> Place | None:
         """The place of an object by its direction, its height in the image and its size.
 
-        The two distances are averaged by their variances.
+        The two distances are averaged by their variances; None if they contradict each other.
 
         Args:
             unit: (2,) direction from the foot of the camera.
@@ -194,9 +182,6 @@ class ImageGeometry:
             by_height: [m] Distance by the height in the image; None at the horizon.
             by_size: [m] Distance by the size in the image.
             size_variance: [m^2] of the latter.
-
-        Returns:
-            The place; None if the two contradict each other.
         """
         error = self.error
         pixel2 = (error.pixel / self.focal) ** 2

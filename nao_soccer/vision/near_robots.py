@@ -28,12 +28,6 @@ def too_near(geometry: ImageGeometry, torso: Box, kind: Kind, rows: int) -> Perc
     It is nearer than the ground at the lower edge of the image, nearer than what is as high as the
     lower edge of its torso if that is below the image too, and nearer than the tallest torso would
     be that is as tall in the image.
-
-    Args:
-        geometry: Of the image.
-        torso: Its torso in the image.
-        kind: Robot of which team.
-        rows: Number of rows of the image.
     """
     (edge,), (meets,) = geometry.ground(np.array([[0.5 * (torso.left + torso.right), rows - 1.0]]))
     if not meets:

@@ -30,12 +30,12 @@ class BodyPose(NamedTuple):
 
 
 class PoseHistory:
-    """Values by time; between two entries they are interpolated linearly.
+    """Values by time; between two entries at most `gap` [ns] apart they are interpolated linearly.
 
     Args:
         name: What is stored, for error messages.
         length: Number of entries that are kept.
-        gap: [ns] Longest gap between two entries to interpolate over.
+        gap: [ns]
     """
 
     def __init__(self, name: str, length: int = LENGTH, gap: int = GAP_MAX) -> None:
@@ -45,12 +45,7 @@ class PoseHistory:
         self._values: deque[FloatArray] = deque(maxlen=length)
 
     def add(self, stamp: int, value: FloatArray) -> None:
-        """Append an entry; one that is older than the last begins a new history.
-
-        Args:
-            stamp: [ns]
-            value: (n,)
-        """
+        """Append a value (n,) at a stamp [ns]; one older than the last begins a new history."""
         if self._stamps and stamp <= self._stamps[-1]:
             if stamp == self._stamps[-1]:
                 return

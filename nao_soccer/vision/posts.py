@@ -80,13 +80,7 @@ def uprights_of(settings: VisionSettings) -> list[Upright]:
 def find_uprights(
     frame: Frame, uprights: Sequence[Upright], robots: Sequence[Box]
 ) -> list[Percept]:
-    """Goal posts and poles of an image, whose foot is seen.
-
-    Args:
-        frame: The image.
-        uprights: What may stand on the field.
-        robots: Where robots are.
-    """
+    """Goal posts and poles of an image, whose foot is seen."""
     found: list[Percept] = []
     if not len(frame.boundary):
         return found
@@ -195,11 +189,7 @@ def _edges(
 ) -> tuple[float, float] | None:
     """Offset to the left and width [m] of a band by its edges; None if it has no such edges.
 
-    Args:
-        frame: The image.
-        place: (2,) [m] Middle of its foot.
-        unit: (2,) direction from the camera to it.
-        upright: What it may be.
+    `place` (2,) [m] is the middle of its foot, `unit` (2,) the direction from the camera to it.
     """
     rows, columns = PATCH
     aside = np.linspace(upright.diameter, -upright.diameter, columns)

@@ -168,12 +168,7 @@ def find_robots(
 ) -> list[Percept]:
     """Robots whose feet are seen, at least in part, and those that are too near for that.
 
-    Args:
-        frame: The image.
-        torsos: Their torsos.
-        ball: The ball, which may lie in front of the feet.
-        segments: Straight lines, which may lead to the feet and are as white as these.
-        line_width: [m].
+    The ball may lie before the feet; lines may lead to them and are as white.
     """
     if not torsos:
         return []

@@ -50,15 +50,7 @@ def bright(frame: Frame, edge: float) -> NDArray[np.bool_]:
 def find_line_points(
     frame: Frame, mask: NDArray[np.bool_], free: NDArray[np.bool_], edge: float, line_width: float
 ) -> LinePoints:
-    """All points of an image.
-
-    Args:
-        frame: The image.
-        mask: (height, width) as from `bright`.
-        free: (height, width) false where an object other than a line is.
-        edge: As for `bright`.
-        line_width: [m].
-    """
+    """All points of an image; `free` (height, width) is false where no line can be seen."""
     green = frame.classes == FIELD
     contrast = CONTRAST * edge * 255.0
     rows = _scan(mask.T, green.T, frame.whiteness.T, COLUMN_STEP, contrast)[:, [1, 0, 2]]

@@ -22,11 +22,7 @@ DRIFT = 1e-5
 
 
 class TiltCalibration:
-    """The lasting tilt of one robot; it is shared by its cameras.
-
-    Args:
-        error: Standard deviations; `mounting` is that of each angle at first.
-    """
+    """The lasting tilt of one robot, shared by its cameras; its first error is `mounting`."""
 
     def __init__(self, error: PoseError) -> None:
         self._error = error

@@ -10,14 +10,9 @@ RANGE = 6.0
 
 
 def visible_ground(view: CameraView) -> FloatArray:
-    """The ground that an image shows.
+    """The ground that an image shows: corners (4, 2) [m] in base_footprint.
 
-    Args:
-        view: The camera in base_footprint.
-
-    Returns:
-        (4, 2) corners [m] in base_footprint, from the lower left one clockwise in the image.
-        Empty (0, 2) if the camera looks above the horizon.
+    From the lower left one clockwise in the image; (0, 2) if the camera looks above the horizon.
     """
     pinhole = view.intrinsics
     right, low = pinhole.width - 1.0, pinhole.height - 1.0

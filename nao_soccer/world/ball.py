@@ -50,10 +50,6 @@ SURE_RANGE = 2.0
 class BallTrack:
     """One ball: both models, how likely each is, and how often it was seen.
 
-    Args:
-        ball: The first sighting.
-        slowdown: [m/s^2] of a rolling ball.
-
     Attributes:
         score: Number of sightings, fading with `MEMORY`.
         age: [s] since the last one.
@@ -142,11 +138,7 @@ class BallTrack:
 
 
 class BallFilter:
-    """The ball that this robot has seen with its own cameras.
-
-    Args:
-        slowdown: [m/s^2] of a rolling ball.
-    """
+    """The ball that this robot has seen itself; a rolling one slows down by `slowdown` [m/s^2]."""
 
     def __init__(self, slowdown: float) -> None:
         self._slowdown = slowdown
@@ -192,11 +184,7 @@ class BallFilter:
             self._ball, self._other = self._other, self._ball
 
     def miss(self, visible: FloatArray) -> None:
-        """Use an image without a ball.
-
-        Args:
-            visible: (k, 2) convex part of the ground [m] that it shows; empty = not known.
-        """
+        """An image without a ball; `visible` (k, 2) [m] is its ground, empty = unknown."""
         track = self._ball
         if track is None:
             return

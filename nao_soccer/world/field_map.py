@@ -43,11 +43,6 @@ class Nearest(NamedTuple):
 class FieldMap:
     """Lines and landmarks of a field.
 
-    Args:
-        field: The lines.
-        goals: The goals; None = none.
-        poles: Landmarks beside the field.
-
     Attributes:
         half: Half length and half width [m] of the carpet.
         landmarks: By kind, (n, 3) x, y [m] and orientation [rad] as in `Percept.yaw`.

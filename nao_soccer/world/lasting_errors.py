@@ -37,14 +37,7 @@ class LastingErrors:
     def see(
         self, evidence: Evidence, pose: FloatArray, covariance: FloatArray, field: FieldMap
     ) -> None:
-        """Add an image.
-
-        Args:
-            evidence: The image.
-            pose: (3,) estimate.
-            covariance: (3, 3) of the particles before the image.
-            field: The map.
-        """
+        """Add an image: estimate (3,), covariance (3, 3) of the particles before it."""
         rows = linearized(evidence, pose, field)
         prior = np.linalg.inv(covariance)
         weighted = rows.pose.T * rows.weight

@@ -101,15 +101,9 @@ class Evidence:
 def log_likelihood(
     evidence: Evidence, poses: FloatArray, field: FieldMap
 ) -> tuple[FloatArray, FloatArray]:
-    """How well an image fits poses.
+    """Log-likelihoods (n,) of an image for poses (n, 3) of base_footprint in `field`.
 
-    Args:
-        evidence: The image.
-        poses: (n, 3) base_footprint in `field`.
-        field: The map.
-
-    Returns:
-        Log-likelihoods (n,), and the share of the evidence (n,) that each pose explains.
+    And the share of the evidence (n,) that each pose explains.
     """
     c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
     total = np.zeros(len(poses))
@@ -126,12 +120,9 @@ def log_likelihood(
 
 
 def _mixed(square: FloatArray, explained: FloatArray, weight: float) -> FloatArray:
-    """Sum of the log-likelihoods of features (n, m); adds to what they explain.
+    """Sum of the log-likelihoods of features by their squared distances (n, m) in deviations.
 
-    Args:
-        square: (n, m) squared distances in standard deviations.
-        explained: (n,) is increased by the share of right percepts.
-        weight: Of each feature.
+    `explained` (n,) is increased by the share of right percepts.
     """
     fit = (1.0 - WRONG) * np.exp(-0.5 * square)
     mixed = fit + WRONG
@@ -236,15 +227,10 @@ class Linearized(NamedTuple):
 
 
 def linearized(evidence: Evidence, pose: FloatArray, field: FieldMap) -> Linearized:
-    """The image as measurements that are linear near a pose.
+    """An image with evidence as measurements that are linear near a pose (3,) in `field`.
 
     A point on a line tells the distance across the line, a landmark its place along and across
     the line of sight.
-
-    Args:
-        evidence: The image; not empty.
-        pose: (3,) base_footprint in `field`.
-        field: The map.
     """
     count, landmarks = len(evidence.points), evidence.landmarks
     places, stated = evidence.points, evidence.covariances

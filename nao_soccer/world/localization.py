@@ -87,10 +87,6 @@ def mirrored(poses: FloatArray) -> FloatArray:
 class Localization:
     """The own pose by particles.
 
-    Args:
-        field: The map.
-        settings: Number of particles and seed.
-
     Attributes:
         particles: (n, 3) base_footprint in `field`.
         weights: (n,) their sum is 1.
@@ -117,13 +113,7 @@ class Localization:
     # -- starts ------------------------------------------------------------------------------------
 
     def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
-        """Begin near known poses.
-
-        Args:
-            poses: One or more; each gets its share of the particles.
-            place: Deviation [m] from them.
-            heading: Deviation [rad].
-        """
+        """Begin near known poses, with deviations of place [m] and heading [rad]."""
         base = np.array([poses[i % len(poses)] for i in range(self._count)])
         noise = self._random.standard_normal((self._count, 3)) * (place, place, heading)
         self._begin(base + noise)
@@ -136,14 +126,11 @@ class Localization:
         self._odds, self._lost = 0.0, True
 
     def disturb(self, place: float, heading: float) -> None:
-        """The robot was moved: it fell, was carried, or its odometry jumped.
+        """The robot was moved by at most `place` [m] in x and y and `heading` [rad].
 
-        The last valid pose stays what decides between mirror poses: particles of a robot that was
-        lost before, because it was shoved until it fell, may be in the wrong half.
-
-        Args:
-            place: Largest change of x and y [m].
-            heading: Largest change of the heading [rad].
+        It fell, was carried, or its odometry jumped. The last valid pose stays what decides between
+        mirror poses: particles of a robot that was lost before, because it was shoved until it
+        fell, may be in the wrong half.
         """
         limit = np.array((place, place, heading))
         here = self._on_our_side(self.particles) if self._lost else self.particles
@@ -164,12 +151,7 @@ class Localization:
     # -- filter ------------------------------------------------------------------------------------
 
     def move(self, motion: Displacement, seconds: float) -> None:
-        """Move all particles by odometry and its noise.
-
-        Args:
-            motion: Since the last call.
-            seconds: Time [s] since then.
-        """
+        """Move all particles by odometry since the last call, `seconds` [s] ago, and its noise."""
         # The root of the covariance by its eigenvectors: it may be singular, for a robot at rest.
         values, vectors = np.linalg.eigh(motion.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))

@@ -62,11 +62,7 @@ BALL_RADIUS = 0.05
 
 
 class Looking:
-    """Chooses what the head looks at.
-
-    Args:
-        field: The landmarks.
-    """
+    """Chooses what the head looks at."""
 
     def __init__(self, field: FieldMap) -> None:
         self._landmarks = np.unique(
@@ -133,15 +129,10 @@ class Looking:
 
 
 def gains(places: FloatArray, prior: FloatArray) -> FloatArray:
-    """By how much the pose improves if the head looks at each landmark.
+    """Decrease [m^2] (n,) of the pose's variance by all in view, if looking at each landmark.
 
-    Args:
-        places: (n, 2) landmarks [m] in base_footprint.
-        prior: (3, 3) covariance of the pose, in its own axes.
-
-    Returns:
-        (n,) decrease [m^2] of the pose's variance by all landmarks in the view; 0 for landmarks
-        that cannot be seen.
+    Landmarks (n, 2) [m] are in base_footprint, the covariance (3, 3) of the pose in its own axes; 0
+    for landmarks that cannot be seen.
     """
     distance, bearing = np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])
     seen = (distance > RANGE[0]) & (distance < RANGE[1]) & (np.abs(bearing) < PAN_MAX)

@@ -54,9 +54,6 @@ VARIANCE_MIN, VARIANCE_MAX = 1e-8, 1e4
 class WorldModel:
     """Percepts, odometry and team messages in; `WorldState` out.
 
-    Args:
-        settings: Field, goals, and how the filters are tuned.
-
     Attributes:
         localization: The particles.
     """

@@ -101,12 +101,7 @@ class ObstacleFilter:
         self._tracks = [each for each in self._tracks if each.age < FORGET]
 
     def see(self, percepts: tuple[Percept, ...], visible: FloatArray) -> None:
-        """Use the robots of one image.
-
-        Args:
-            percepts: The sightings; each is of another robot.
-            visible: (k, 2) part of the ground [m] that the image shows.
-        """
+        """Use the robots of one image; `visible` (k, 2) [m] is the ground that it shows."""
         left = list(self._tracks)
         for percept in percepts:
             distances = [each.distance(percept) for each in left]

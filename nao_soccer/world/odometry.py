@@ -35,12 +35,7 @@ class Displacement(NamedTuple):
 
 
 class OdometryHistory:
-    """Poses of base_footprint in odom by time, with the way until then.
-
-    Args:
-        way_noise: [m/m^0.5] Deviation of the place by the way.
-        heading_noise: [rad/m^0.5] Deviation of the heading by the way.
-    """
+    """Poses of base_footprint in odom by time; noise by the way until then, per m^0.5."""
 
     def __init__(self, way_noise: float, heading_noise: float) -> None:
         self._way_variance, self._heading_variance = way_noise**2, heading_noise**2
@@ -54,11 +49,7 @@ class OdometryHistory:
         return self._stamp
 
     def add(self, stamp: int, pose: Pose2) -> None:
-        """Append a pose.
-
-        Args:
-            stamp: Its time [ns].
-            pose: base_footprint in odom.
+        """Append a pose at a stamp [ns].
 
         Raises:
             NaoGaitError: The pose is not finite and was left out; or it jumps or its clock started

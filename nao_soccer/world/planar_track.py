@@ -10,12 +10,7 @@ from robot_core.types import FloatArray, Point2
 
 
 class PlanarTrack:
-    """Place and velocity over the ground, both in base_footprint at one time.
-
-    Args:
-        mean: (4,) x, y [m], vx, vy [m/s].
-        covariance: (4, 4)
-    """
+    """Place [m] and velocity [m/s] (4,) over the ground, in base_footprint at one time."""
 
     def __init__(self, mean: FloatArray, covariance: FloatArray) -> None:
         self.mean = mean
@@ -42,12 +37,10 @@ class PlanarTrack:
         self.covariance = full @ self.covariance @ full.T + noise @ motion.covariance @ noise.T
 
     def predict(self, dt: float, keep: float, acceleration: float) -> None:
-        """The place after a time; x F, F P F' + Q.
+        """The place after `dt` [s]; x F, F P F' + Q.
 
-        Args:
-            dt: Time [s].
-            keep: Share of the velocity that is left at the end.
-            acceleration: Deviation [m/s/s^0.5] of the velocity by what is not known.
+        `keep` is the share of the velocity that is left at the end, `acceleration` [m/s/s^0.5] its
+        deviation by what is not known.
         """
         f = np.eye(4)
         f[0, 2] = f[1, 3] = 0.5 * (1.0 + keep) * dt

@@ -72,13 +72,7 @@ class TeamKnowledge:
         return found
 
     def half_evidence(self, now: int, own: PoseEstimate, ball: BallEstimate | None) -> list[float]:
-        """Log-likelihood ratio of the own pose over its mirror pose, for each new message.
-
-        Args:
-            now: Time [ns].
-            own: The own pose.
-            ball: The ball as this robot sees it.
-        """
+        """Log-likelihood ratios of the own pose over its mirror pose, one for each new message."""
         spread = max(own.covariance.xx, own.covariance.yy)
         if ball is None or not ball.seen_recently or spread > PLACE_MAX**2:
             return []
@@ -94,16 +88,9 @@ class TeamKnowledge:
         return ratios
 
     def ball(self, now: int, own: PoseEstimate, seen: BallEstimate | None) -> BallEstimate | None:
-        """The ball by team mates, fused with what this robot remembers of it.
+        """The weighted mean of all balls that agree with the surest one, the own memory too.
 
-        Args:
-            now: Time [ns].
-            own: The own pose; None is returned while it is not valid.
-            seen: The ball as this robot saw it last.
-
-        Returns:
-            The weighted mean of all balls that agree with the most certain one; None if no team
-            mate knows of one.
+        None if no team mate knows of one, or the own pose is not valid.
         """
         told = self._balls(now)
         if not told or not own.valid:
