@@ -35,7 +35,7 @@ _DEMO = (
     _FAST,
     _REAL_TIME,
     argument("--out", type=Path, default=Path("out/demo"), metavar="DIR",
-             help="bag, table and pictures (out/demo)"),
+             help="bag, table and figures (out/demo)"),
     argument("--tour", default="full", metavar="NAME", help="full (default) or short"),
     argument("--robot-seed", type=int, default=0, metavar="S",
              help="the individual (0); -1 is the nominal robot"),

@@ -1,4 +1,4 @@
-"""`nao_gait demo`: both nodes as processes, a tour by `cmd_vel`, a bag, a table and pictures."""
+"""`nao_gait demo`: both nodes as processes, a tour by `cmd_vel`, a bag, a table and figures."""
 
 import json
 import math
@@ -13,12 +13,9 @@ from typing import Any
 
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.recorded_trace import read_trace
-from gait_lab.analysis.recorded_walk import read_walk
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.demo.tour import (
-    SETTLE,
     TOURS,
-    TourPhase,
     TourPhaseResult,
     duration,
     evaluate,
@@ -45,7 +42,7 @@ class DemoOptions:
     """Options of the demo.
 
     Attributes:
-        out: Folder for the bag, the table and the pictures.
+        out: Folder for the bag, the table and the figures.
         gui: Whether to open a window with the robot.
         real_time: Whether to run in real time instead of in lockstep.
         tour: Name of the tour.
@@ -54,7 +51,6 @@ class DemoOptions:
         robot_seed: Seed of the individual robot; -1 is the nominal robot.
         preset: Name or file of the gait preset.
         urdf: Name or file of the robot.
-        pictures: Whether to draw figures and the moving picture.
     """
 
     out: Path = Path("out/demo")
@@ -66,7 +62,6 @@ class DemoOptions:
     robot_seed: int = 0
     preset: str = "default"
     urdf: str = "nao_h21_v33"
-    pictures: bool = True
 
     @property
     def in_real_time(self) -> bool:
@@ -126,7 +121,7 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     if tour_began is not None:
         _print_table(result, options, walked, say)
     _write_json(result, options, out)
-    if options.pictures and tour_began is not None:
+    if tour_began is not None:
         _draw(out, options, tour_began, say)
     say(f"Everything is in {out} (bag: {out / 'bag'}); {time.monotonic() - began:.0f} s in all.")
     if result.succeeded:
@@ -182,7 +177,7 @@ def _empty_folder(out: Path) -> Path:
         out.mkdir(parents=True, exist_ok=True)
         if (out / "bag").is_dir():
             shutil.rmtree(out / "bag")
-        for pattern in ("*.png", "*.gif", "*.log", "result.json"):
+        for pattern in ("*.html", "*.png", "*.gif", "*.log", "result.json"):
             for old in out.glob(pattern):
                 old.unlink()
     except OSError as error:
@@ -281,22 +276,13 @@ def _write_json(result: DemoResult, options: DemoOptions, out: Path) -> None:
 
 
 def _draw(out: Path, options: DemoOptions, tour_began: float, say: Callable[[str], None]) -> None:
-    """Draw the figures, and the moving picture of the fastest phase forward."""
-    from gait_lab.demo.figures import draw_demo
-    from gait_lab.demo.picture import write_walk_gif
+    """Write the page with all figures, and pictures of the robot."""
+    from gait_lab.demo.pictures import write_pictures
+    from gait_lab.report.analysis import analyse
+    from gait_lab.report.command import report_page, write
 
-    walk, tour = read_walk(out / "bag"), TOURS[options.tour]
-    written = draw_demo(walk, tour, tour_began, out, options.urdf)
-    phase, begin = _forward_phase(tour)
-    start = tour_began + begin + SETTLE
-    end = tour_began + begin + phase.duration
-    picture = write_walk_gif(walk, options.urdf, start, end, out / "walk.gif")
-    if picture is not None:
-        written = [*written, picture]
-    say("Pictures: " + ", ".join(path.name for path in written))
-
-
-def _forward_phase(tour: tuple[TourPhase, ...]) -> tuple[TourPhase, float]:
-    """Return the fastest phase forward and its start [s since the tour began]."""
-    fastest = max(tour, key=lambda phase: phase.command.x)
-    return fastest, duration(tour[: tour.index(fastest)])
+    analysis = analyse(out / "bag")
+    write(out / "report.html", report_page(analysis))
+    pictures = write_pictures(analysis.walk, TOURS[options.tour], tour_began, out, options.urdf)
+    names = ", ".join(path.name for path in pictures)
+    say(f"Figures: {out / 'report.html'} (open it in a browser). Pictures: {names}")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gait_lab.analysis.render import TILE_PERIOD
-from gait_lab.demo.picture import LENGTH, SHORTEST, PoseTrace, loop_rows
+from gait_lab.demo.pictures import LENGTH, SHORTEST, PoseTrace, loop_rows
 from gait_lab.demo.tour import (
     FULL_TOUR,
     SHORT_TOUR,

@@ -1,5 +1,6 @@
-"""The moving picture of the demo: a short loop of the walking robot as an animated GIF."""
+"""Pictures of the robot in a recorded tour: a sheet of the whole tour, and a loop of its walk."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,11 +8,14 @@ import numpy as np
 
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from gait_lab.analysis.render import TILE_PERIOD, Camera, Renderer
+from gait_lab.demo.tour import SETTLE, TourPhase
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import FloatArray
-from sim_bridge.individual import draw_individual
+from sim_bridge.individual import NOMINAL, draw_individual
 from sim_bridge.plant import load_plant
 
+FRAMES, COLUMNS = 12, 6
+"""Pictures on the sheet, and in a row of it."""
 LENGTH = 4.0
 """Largest length of the loop [s]; it ends where the pose is most like the first one."""
 SHORTEST = 3.0
@@ -19,7 +23,7 @@ SHORTEST = 3.0
 FRAME_PERIOD = 0.08
 """Time between two frames [s]; GIF knows multiples of 10 ms."""
 WIDTH, HEIGHT = 360, 320
-"""Size of the picture [pixels]."""
+"""Size of the loop [pixels]."""
 COLOURS = 64
 CAMERA = Camera(distance=0.85, yaw=38.0, pitch=-12.0, height=0.24)
 
@@ -41,42 +45,74 @@ class PoseTrace:
     joints: FloatArray
 
 
-def write_walk_gif(
-    walk: RecordedWalk, urdf: str, start: float, end: float, path: Path
-) -> Path | None:
-    """Draw a loop of the robot walking straight on.
+def write_pictures(
+    walk: RecordedWalk, tour: Sequence[TourPhase], began: float, out: Path, urdf: str
+) -> list[Path]:
+    """Write `frames.png` and `walk.gif`, as far as the tour was walked; the files.
 
     Args:
         walk: The recorded tour.
+        tour: Its phases.
+        began: When it began [s of simulated time].
+        out: Folder of the files.
         urdf: Name or file of the robot.
-        start: Start of the walk at constant speed [s of simulated time].
-        end: End of that walk.
-        path: File to write.
-
-    Returns:
-        The file, or None if the recording holds too little of the walk for a loop.
     """
+    robot = load_robot(urdf)
+    begins = (began + np.cumsum([0.0, *(phase.duration for phase in tour)])).tolist()
+    fastest = max(range(len(tour)), key=lambda index: tour[index].command.x)
+    steady = motion_between(walk, robot, begins[fastest] + SETTLE, begins[fastest + 1])
+    rows = loop_rows(steady)
+    with Renderer(robot, draw_individual(load_plant("ideal"), robot, NOMINAL)) as renderer:
+        files = []
+        whole = motion_between(walk, robot, begins[1], begins[-1])
+        if len(whole.time):
+            files.append(_write_sheet(renderer, whole, tour, begins, out / "frames.png"))
+        if rows is not None:
+            files.append(_write_loop(renderer, steady, rows, out / "walk.gif"))
+    return files
+
+
+def _write_sheet(
+    renderer: Renderer,
+    motion: PoseTrace,
+    tour: Sequence[TourPhase],
+    begins: Sequence[float],
+    path: Path,
+) -> Path:
+    """The robot at even times of the tour, with the name of the phase."""
+    from PIL import Image, ImageDraw
+
+    pictures = []
+    for time in np.linspace(begins[1] + 1.0, begins[-1] - 0.5, FRAMES):
+        row = min(int(np.searchsorted(motion.time, time)), len(motion.time) - 1)
+        position = motion.position[row]
+        renderer.lay_floor(position.tolist())
+        renderer.pose(position, motion.quaternion[row], motion.joints[row])
+        picture = Image.fromarray(renderer.photograph(position.tolist()))
+        phase = tour[int(np.searchsorted(begins, motion.time[row], side="right")) - 1]
+        words = f"{motion.time[row] - begins[0]:.0f} s, {phase.name}"
+        ImageDraw.Draw(picture).text((8, 6), words, fill="black")
+        pictures.append(np.asarray(picture))
+    lines = [np.hstack(pictures[first : first + COLUMNS]) for first in range(0, FRAMES, COLUMNS)]
+    Image.fromarray(np.vstack(lines)).save(path)
+    return path
+
+
+def _write_loop(renderer: Renderer, motion: PoseTrace, rows: list[int], path: Path) -> Path:
     from PIL import Image
 
-    robot = load_robot(urdf)
-    motion = motion_between(walk, robot, start, end)
-    rows = loop_rows(motion)
-    if rows is None:
-        return None
     # The camera moves on a straight line at constant speed: the robot sways, the picture does not.
     line = np.polynomial.polynomial.polyfit(motion.time[rows], motion.position[rows, :2], 1)
-    individual = draw_individual(load_plant("ideal"), robot, -1)
     pictures = []
-    with Renderer(robot, individual) as renderer:
-        renderer.lay_floor((0.0, 0.0))
-        for row in rows:
-            centre = line[0] + line[1] * motion.time[row]
-            # Near the origin, where the renderer draws shadows; the pattern of the floor repeats.
-            shift = TILE_PERIOD * np.round(centre / TILE_PERIOD)
-            position = motion.position[row] - np.array([*shift, 0.0])
-            renderer.pose(position, motion.quaternion[row], motion.joints[row])
-            image = renderer.photograph(centre - shift, WIDTH, HEIGHT, CAMERA)
-            pictures.append(Image.fromarray(image))
+    renderer.lay_floor((0.0, 0.0))
+    for row in rows:
+        centre = line[0] + line[1] * motion.time[row]
+        # Near the origin, where the renderer draws shadows; the pattern of the floor repeats.
+        shift = TILE_PERIOD * np.round(centre / TILE_PERIOD)
+        position = motion.position[row] - np.array([*shift, 0.0])
+        renderer.pose(position, motion.quaternion[row], motion.joints[row])
+        image = renderer.photograph(centre - shift, WIDTH, HEIGHT, CAMERA)
+        pictures.append(Image.fromarray(image))
     # One palette for all frames, and no dithering, or the floor flickers.
     palette = pictures[0].quantize(COLOURS)
     frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
