@@ -258,10 +258,8 @@ class Gait:
 
         # Targets of CoM, soles and torso.
         targets = self._limited(planned, walking)
-        if self._pending is not None and (
-            self._walk.predicted.support != support_before or state not in ON_THE_WAY
-        ):
-            self._apply_parameters(self._pending)
+        if self._walk.predicted.support != support_before or state not in ON_THE_WAY:
+            self._apply_pending()
 
         # Compensation of the torso's tilt by the feet.
         p, support = self._parameters, self._walk.predicted.support
@@ -493,14 +491,16 @@ class Gait:
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Change the parameters; a walk applies them at its next support change.
 
-        `NEEDS_RESET` ones take effect at the next reset.
+        `NEEDS_RESET` ones take effect at the next reset; so do all with another walk engine.
         """
-        if self._modes.state in ON_THE_WAY:
-            self._pending = parameters
-        else:
-            self._apply_parameters(parameters)
+        self._pending = parameters
+        if self._modes.state not in ON_THE_WAY:
+            self._apply_pending()
 
-    def _apply_parameters(self, parameters: GaitParameters) -> None:
+    def _apply_pending(self) -> None:
+        parameters = self._pending
+        if parameters is None or parameters.walk != self._parameters.walk:
+            return
         self._pending = None
         self._parameters = parameters
         self._walk.set_parameters(self._walk_parameters(parameters))

@@ -1,29 +1,48 @@
-"""The parameters of the gait: the one place where a parameter is defined.
+"""The parameters of the gait: one table, from which everything else about them is made.
 
-Presets, ROS parameters and their descriptors, and docs/parameters.md are made from the fields of
-`GaitParameters`. To add a parameter, add one field here and use it; then run
-`nao_gait write parameters`.
+`GaitParameters` holds what every walk engine has. Each engine adds its own in `parameters.py` of
+its folder, as a subclass; a parameter that an engine does not have is refused. Names are flat:
+presets, ROS parameters and Python use the same ones. To add a parameter, add one field and use it;
+then run `nao_gait write parameters`.
 """
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, Self, cast
 
 import attrs
 
-from nao_lipm_gait.walk_engines import WALKS
+from nao_lipm_gait.walk_engines import WALKS, load_class
 from robot_core import schema
+from robot_core.errors import NaoGaitError
 from robot_core.resources import find
 from robot_core.schema import Settings, choice, number, switch
 
 
 @attrs.frozen
 class GaitParameters(Settings):
-    """Everything that can be tuned, in SI units. Each field holds its unit, range and meaning."""
+    """Everything that can be tuned, in SI units. Each field holds its unit, range and meaning.
+
+    `GaitParameters(walk="zmp")` makes the parameters of that engine, an instance of a subclass.
+    """
 
     walk: str = choice(
         tuple(WALKS),
         f"Walk engine: {', '.join(f'{name} = {each.meaning}' for name, each in WALKS.items())}.",
         section="Walk engine",
+    )
+
+    com_height: float = number(
+        0.24, 0.15, 0.4, "m", "Height of the whole-body CoM above the soles.",
+        section="Stance",
+    )
+    foot_spacing: float = number(0.12, 0.08, 0.2, "m", "Lateral distance between the ankles.")
+    foot_reference_x: float = number(
+        0.0205, -0.03, 0.06, "m",
+        "Preferred distance of the pendulum origin ahead of the ankle (where r_x = 0).",
+    )
+    torso_pitch: float = number(
+        0.04, -0.3, 0.3, "rad", "Forward lean of the torso while walking."
     )
 
     pendulum_height: float = number(
@@ -38,78 +57,10 @@ class GaitParameters(Settings):
     pendulum_offset_y: float = number(
         0.05, 0.02, 0.12, "m", "r_y: lateral distance of the pendulum origin from Q."
     )
-    pendulum_shift_max: float = number(
-        0.045, 0.0, 0.08, "m",
-        "Largest shift r_x of the pendulum origin towards the toes; beyond it the step size "
-        "changes.",
-    )
-    pendulum_shift_back_max: float = number(
-        0.036, 0.0, 0.08, "m", "Largest shift r_x of the pendulum origin towards the heel."
-    )
-    pendulum_hold_time: float = number(
-        0.06, 0.0, 0.1, "s",
-        "Last time of a step in which r_x is held and the step size follows instead; 0 = never, as "
-        "in the paper.",
-    )
-    pendulum_shift_side_max: float = number(
-        0.055, 0.0, 0.06, "m",
-        "Largest outward shift of the pendulum origin inside the sole if the CoM returns too late.",
-    )
-    step_duration_min: float = number(
-        0.12, 0.05, 0.5, "s", "Shortest time between two support changes."
-    )
-
-    zmp_step_duration: float = number(
-        0.35, 0.1, 2.0, "s", "T/2: duration of one step (half a stride).",
-        section="ZMP walk and preview control",
-    )
-    zmp_offset_y: float = number(
-        0.05, 0.0, 0.12, "m", "y_ZMP: lateral distance of the desired ZMP from Q."
-    )
-    zmp_double_support: float = number(
-        0.268, 0.0, 0.9, "",
-        "Share of a step with both feet on the ground, 1 - cos(c_3); the paper has c_3 = 0.75.",
-    )
-    zmp_foot_roll: float = number(
-        0.0, -0.3, 0.3, "rad", "Outward roll of the swing foot at its highest point."
-    )
-    zmp_stop_pause: float = number(
-        0.0, 0.0, 3.0, "s",
-        "Pause at rest after a stop until the robot no longer rocks; a new walk or a motion begins "
-        "after it.",
-    )
-    preview_time: float = number(0.8, 0.1, 3.0, "s", "Preview horizon of the desired ZMP.")
-
-    com_height: float = number(
-        0.24, 0.15, 0.4, "m", "Height of the whole-body CoM above the soles.", section="Stance"
-    )
-    foot_spacing: float = number(0.12, 0.08, 0.2, "m", "Lateral distance between the ankles.")
-    foot_reference_x: float = number(
-        0.0205, -0.03, 0.06, "m",
-        "Preferred distance of the pendulum origin ahead of the ankle (where r_x = 0).",
-    )
-    torso_pitch: float = number(
-        0.04, -0.3, 0.3, "rad", "Forward lean of the torso while walking."
-    )
-
-    swing_lift: float = number(
-        0.03, 0.0, 0.06, "m", "Greatest height of the swing foot.", section="Swing foot"
-    )
-    swing_rise: float = number(
-        0.46, 0.1, 0.5, "",
-        "Share of the step for lifting the foot, and again for lowering it; the foot stays up in "
-        "between.",
-    )
-    swing_travel_end: float = number(
-        0.97, 0.5, 1.0, "", "Share of the step after which the foot no longer moves in x and y."
-    )
-    swing_toe_lift: float = number(
-        0.5, 0.0, 2.0, "rad/m",
-        "Toe lift in mid-swing per metre that the foot moves forward; compensates for joint lag.",
-    )
 
     step_forward_max: float = number(
-        0.131, 0.0, 0.2, "m", "Largest forward step size.", section="Step sizes"
+        0.131, 0.0, 0.2, "m", "Largest forward step size.",
+        section="Step sizes",
     )
     step_backward_max: float = number(0.118, 0.0, 0.2, "m", "Largest backward step size.")
     step_side_max: float = number(
@@ -117,16 +68,6 @@ class GaitParameters(Settings):
     )
     step_turn_max: float = number(
         1.5, 0.0, 2.0, "rad", "Largest sum of the turns of both feet (one double step)."
-    )
-    step_limit_norm: float = number(
-        1.0, 1.0, 4.0, "",
-        "Exponent that combines the limits of mixed directions: 1 = sum of the shares, 2 = "
-        "ellipsoid.",
-    )
-    step_mixed_weight: float = number(
-        1.7, 1.0, 4.0, "",
-        "Weight of the smaller shares in that combination; a larger value shortens the steps of "
-        "curves and diagonals.",
     )
     step_side_share: float = number(
         0.8, 0.5, 1.0, "",
@@ -145,68 +86,20 @@ class GaitParameters(Settings):
     step_turn_rate: float = number(
         0.2, 0.01, 1.5, "rad", "Largest change of the turn from step to step."
     )
-    step_stretch_max: float = number(
-        0.065, 0.0, 0.2, "m",
-        "Distance by which feedback may move the next foot beyond the step limits in x.",
-    )
-    step_travel_max: float = number(
-        0.21, 0.05, 0.4, "m",
-        "Longest path of a swing foot in x, that is the sum of two successive steps.",
-    )
-    step_capture: float = number(
-        0.5, 0.0, 1.0, "",
-        "Step size while r_x is at its limit: 0 = the step that keeps the CoM velocity, 1 = the "
-        "step that corrects it.",
-    )
-    step_capture_back: float = number(
-        0.15, 0.0, 1.0, "", "As step_capture, for a step that must reach further back."
-    )
-    step_catch_out: float = number(
-        0.06, 0.0, 0.15, "m", "Distance by which feedback may move the next foot outwards."
-    )
-    step_catch_in: float = number(
-        0.03, 0.0, 0.05, "m", "Distance by which feedback may move the next foot inwards."
-    )
-    step_hurry: float = number(
-        0.09, 0.0, 1.0, "m",
-        "Shorten the step's duration if the CoM needs a step this much longer than commanded; 1 = "
-        "never.",
+
+    swing_lift: float = number(
+        0.03, 0.0, 0.06, "m", "Greatest height of the swing foot.",
+        section="Swing foot",
     )
 
     feedback: bool = switch(
         True,
         "Correct the pendulum with the observed CoM and the posture with the gyro; false = open "
         "loop.",
-        section="CoM observer",
+        section="Feedback",
     )
     feedback_delay: float = number(
         0.06, 0.0, 0.2, "s", "Sensor delay plus motor lag that the prediction bridges."
-    )
-    position_sigma: float = number(
-        0.0001, 0.0, 0.1, "m", "Standard deviation of the CoM position's process noise per tick."
-    )
-    velocity_sigma: float = number(
-        0.004, 0.0, 1.0, "m/s", "Standard deviation of the CoM velocity's process noise per tick."
-    )
-    measurement_sigma: float = number(
-        0.02, 0.0001, 1.0, "m",
-        "Standard deviation of the measured CoM; a smaller value trusts the measurement more.",
-    )
-    offset_time: float = number(
-        3.0, 0.0, 60.0, "s",
-        "Time constant for learning constant errors of the measured CoM; 0 = off.",
-    )
-    push_velocity: float = number(
-        0.14, 0.0, 1.0, "m/s",
-        "Detect a push if the measured CoM moves this much faster than expected; 0 = off.",
-    )
-    push_acceleration: bool = switch(
-        True, "Detect pushes with the accelerometer too, before the CoM has moved."
-    )
-    sway_limit: float = number(
-        0.0022, 0.0, 0.05, "m",
-        "Strides become shorter if the measured CoM sways more than this (standard deviation to "
-        "the side, beyond what is expected); 0 = off.",
     )
 
     heading_gain: float = number(
@@ -236,17 +129,15 @@ class GaitParameters(Settings):
     tilt_accelerometer_time: float = number(
         4.0, 0.05, 60.0, "s",
         "Time constant of the correction of the torso's tilt by the accelerometer.",
-        section="Torso orientation",
+        section="Torso orientation and soles",
     )
     tilt_stance_time: float = number(
         4.0, 0.05, 60.0, "s",
         "Time constant of the correction of the torso's tilt by the flat stance sole.",
     )
-
     level_soles: bool = switch(
         True,
         "Learn by how much the soles are not parallel (encoder offsets) and correct both ankles.",
-        section="Sole levelling",
     )
 
     gyro_pitch_gain: float = number(
@@ -313,9 +204,72 @@ class GaitParameters(Settings):
         False, "Get up automatically after a fall; false = stay relaxed until `~/get_up`."
     )
 
+    def __new__(cls, **values: Any) -> "GaitParameters":
+        """An instance of the subclass of the walk engine."""
+        kind = cls
+        if cls is GaitParameters:
+            kind = _of_walk(values.get("walk", _DEFAULT_WALK))
+        return object.__new__(kind)
 
-PARAMETERS: tuple[schema.Field, ...] = schema.fields(GaitParameters)
-BY_NAME: Mapping[str, schema.Field] = {parameter.name: parameter for parameter in PARAMETERS}
+    @classmethod
+    def checked(cls, values: Any, where: str = "", *, partial: bool = False) -> dict[str, Any]:
+        """Check a mapping; with `partial` and without `walk`, for any engine that has its keys."""
+        if not isinstance(values, Mapping):
+            return super().checked(values, where, partial=partial)
+        if cls is GaitParameters:
+            if partial and "walk" not in values:
+                kinds = map(_of_walk, WALKS)
+                having = (kind for kind in kinds if all(key in _names(kind) for key in values))
+                kind = next(having, _of_walk(_DEFAULT_WALK))
+            else:
+                kind = _of_walk(values.get("walk", _DEFAULT_WALK), where)
+            return kind.checked(values, where, partial=partial)
+        for key, value in values.items():
+            if key in BY_NAME and key not in _names(cls):
+                walks = [walk for walk in WALKS if key in _names(_of_walk(walk))]
+                allowed = f"only with walk: {' or '.join(walks)}"
+                raise NaoGaitError(schema.join(where, key), value, allowed)
+        return super().checked(values, where, partial=partial)
+
+    def replace(self, **changes: Any) -> Self:
+        """A copy with some parameters changed; NaoGaitError for an unknown name or bad value.
+
+        Another `walk` keeps what both engines have; the rest gets the defaults of the new engine.
+        """
+        return cast(Self, GaitParameters.from_mapping({**self._kept(changes), **changes}))
+
+    def _kept(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """The values that these changes leave as they are."""
+        kind = _of_walk(changes.get("walk", self.walk))
+        return {name: value for name, value in self.as_dict().items() if name in _names(kind)}
+
+
+_DEFAULT_WALK = next(iter(WALKS))
+
+
+def _of_walk(walk: object, where: str = "") -> type[GaitParameters]:
+    """The parameters of a walk engine; NaoGaitError if there is no such engine."""
+    if not isinstance(walk, str) or walk not in WALKS:
+        raise NaoGaitError(schema.join(where, "walk"), walk, f"one of {', '.join(WALKS)}")
+    kind: type[GaitParameters] = load_class(WALKS[walk].parameters)
+    return kind
+
+
+def _names(kind: type[GaitParameters]) -> set[str]:
+    return {field.name for field in schema.fields(kind)}
+
+
+def _table() -> dict[str, schema.Field]:
+    table = {field.name: field for field in schema.fields(GaitParameters)}
+    for walk in WALKS:
+        for field in schema.fields(_of_walk(walk)):
+            table.setdefault(field.name, field)
+    return table
+
+
+BY_NAME: Mapping[str, schema.Field] = _table()
+"""The parameters of all walk engines."""
+PARAMETERS: tuple[schema.Field, ...] = tuple(BY_NAME.values())
 
 NEEDS_RESET = ("walk", "feedback_delay")
 """Parameters that a gait reads only when it restarts; they cannot change while it walks."""
@@ -325,7 +279,8 @@ def load_preset(name_or_path: str | Path) -> GaitParameters:
     """Load a shipped preset (`default`, `paper`) or a YAML file.
 
     A preset names only what differs from the defaults. Raises NaoGaitError for a file that cannot
-    be read, an unknown parameter or a value that is not allowed.
+    be read, an unknown parameter, one that its walk engine does not have, or a value that is not
+    allowed.
     """
     path = find("gait", str(name_or_path))
     values = schema.read_yaml(path, "preset")

@@ -4,35 +4,48 @@ The parameter `walk` takes its choices from here, so this module imports no engi
 `nao_lipm_gait.walks.base` loads the requested one.
 """
 
-from typing import NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple
 
 
 class WalkKind(NamedTuple):
     """Where a walk engine is.
 
     Attributes:
-        module: Its module.
-        name: Its class in the module, called as `name(parameters, control_period)`; a
+        engine: Its class with its module, called as `engine(parameters, control_period)`; a
             `nao_lipm_gait.walks.base.Walk`.
+        parameters: The class of its parameters with its module.
         meaning: One phrase for the documentation of the parameter `walk`.
         flat_stance: The stance sole of an undisturbed walk stays flat on the ground, so that it
             shows the vertical; it then reveals a jump of the gyro's bias.
     """
 
-    module: str
-    name: str
+    engine: str
+    parameters: str
     meaning: str
     flat_stance: bool = False
 
 
+def load_class(path: str) -> Any:
+    """The class of a path `module.Class`."""
+    module, _, name = path.rpartition(".")
+    return getattr(import_module(module), name)
+
+
 _WALKS = "nao_lipm_gait.walks"
+_LIPM_PARAMETERS = f"{_WALKS}.lipm.parameters.LipmParameters"
+_ZMP_PARAMETERS = f"{_WALKS}.zmp.parameters.ZmpParameters"
 
 # The first one is the default.
 WALKS = {
     "lipm": WalkKind(
-        f"{_WALKS}.lipm.walk", "LipmWalk", "observed linear inverted pendulum of the first paper",
-        flat_stance=True,
+        f"{_WALKS}.lipm.walk.LipmWalk", _LIPM_PARAMETERS,
+        "observed linear inverted pendulum of the first paper", flat_stance=True,
     ),
-    "zmp": WalkKind(f"{_WALKS}.zmp.walk", "ZmpWalk", "ZMP trajectories of the second paper"),
-    "preview": WalkKind(f"{_WALKS}.preview.walk", "PreviewWalk", "ZMP preview control"),
+    "zmp": WalkKind(
+        f"{_WALKS}.zmp.walk.ZmpWalk", _ZMP_PARAMETERS, "ZMP trajectories of the second paper"
+    ),
+    "preview": WalkKind(
+        f"{_WALKS}.preview.walk.PreviewWalk", _ZMP_PARAMETERS, "ZMP preview control"
+    ),
 }

@@ -10,7 +10,9 @@ import numpy as np
 
 from gait_lab.analysis.plots import BLACK, BLUE, GREY, RED, pyplot, save
 from gait_lab.bench.options import BenchOptions
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.steps import home_sole
+from robot_core.errors import NaoGaitError
 from robot_core.geometry import compose
 from robot_core.types import LEFT, RIGHT, GaitStatus, Pose2
 from sim_bridge.trials.metrics import measure
@@ -50,6 +52,8 @@ def paper_figures(options: BenchOptions, folder: Path) -> list[Path]:
 def draw_origins(panel: Any, options: BenchOptions) -> None:
     """Figure 4: soles, pendulum origins and step sizes of successive steps, seen from above."""
     p = options.parameters
+    if not isinstance(p, LipmParameters):
+        raise NaoGaitError("walk", p.walk, "lipm")
     outline = np.array(loaded_robot(options.urdf).sole_outline)
     steps = [list(step) for _, step in groupby(_walk_forward(options), lambda s: s.step_count)]
     q: Pose2 = (0.0, 0.0, 0.0)

@@ -72,8 +72,7 @@ class StateEstimator:
         orientation: Orientation of the torso relative to gravity.
         odometry: Pose of the robot on the ground.
         com_in_q: Measured CoM [m].
-        acceleration_in_q: Measured acceleration [m/s^2] of the torso along x and y; None unless
-            push detection uses it.
+        acceleration_in_q: Measured acceleration [m/s^2] of the torso along x and y.
         angular_velocity: Gyro [rad/s] in the torso frame.
         lying_side: Side on which a robot that is down or in a motion has come to rest.
     """
@@ -92,7 +91,7 @@ class StateEstimator:
         )
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
-        self.acceleration_in_q: tuple[float, float] | None = None
+        self.acceleration_in_q = (0.0, 0.0)
         self.angular_velocity: Point3 = (0.0, 0.0, 0.0)
         self.lying_side: Posture | None = None
         self._body = body
@@ -172,11 +171,7 @@ class StateEstimator:
         level = level_frame(sole, self.orientation.up_in_torso)
         com_in_sole, force_in_sole = level.coordinates(com), level.components(force)
         self.com_in_q = measured_com_in_q(com_in_sole, expected.sole_in_q)
-        self.acceleration_in_q = (
-            measured_acceleration_in_q(force_in_sole, expected.sole_in_q)
-            if self._p.push_acceleration
-            else None
-        )
+        self.acceleration_in_q = measured_acceleration_in_q(force_in_sole, expected.sole_in_q)
         if settled:
             left, right = self._soles
             self._alignment.update(rate, force, left.normal, right.normal, gyro_dt)

@@ -158,15 +158,16 @@ class GaitNode(Node):
     # -- making ------------------------------------------------------------------------------------
 
     def _declare_gait_parameters(self, preset: GaitParameters) -> GaitParameters:
-        defaults = preset.as_dict()
-        values = {
-            parameter.name: declare(self, parameter, defaults[parameter.name], read_only=False)
-            for parameter in PARAMETERS
-        }
+        given = filter(self.has_parameter, BY_NAME)
+        parameters = preset.replace(**{name: self.get_parameter(name).value for name in given})
+        for parameter in PARAMETERS:  # those of other walk engines have their defaults
+            value = getattr(parameters, parameter.name, parameter.default)
+            declare(self, parameter, value, read_only=False)
         keep_types(self, PARAMETERS)
+        self.add_pre_set_parameters_callback(self._with_implied)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
-        return GaitParameters.from_mapping(values)
+        return parameters
 
     def _make_publishers(self) -> None:
         self._command = publisher(self, self._command_writer.message_type, "joint_command")
@@ -317,6 +318,19 @@ class GaitNode(Node):
                 self._footsteps.publish(footsteps(status))
 
     # -- parameters and diagnostics ----------------------------------------------------------------
+
+    def _with_implied(self, parameters: list[RosParameter]) -> list[RosParameter]:
+        """Another walk engine, or no extensions, changes other parameters too."""
+        asked = as_mapping(parameters)
+        try:
+            changed = self._controller.with_changes(asked).as_dict()
+        except NaoGaitError:
+            return parameters  # refused by `_check_parameters`
+        implied = [
+            RosParameter(name, value=value) for name, value in changed.items()
+            if name not in asked and value != self.get_parameter(name).value
+        ]  # fmt: skip
+        return parameters + implied
 
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
         """All or none: the reason names parameter, value and what is allowed."""

@@ -1,11 +1,10 @@
 """The interface of a walk engine: what the gait calls, and what it gets back."""
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Protocol, final
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.walk_engines import WALKS
+from nao_lipm_gait.walk_engines import WALKS, load_class
 from nao_lipm_gait.walks.lipm.com_observer import ComObserver
 from robot_core.errors import NaoGaitError
 from robot_core.types import LEFT, Point3, Pose2, VelocityCommand
@@ -249,12 +248,10 @@ def make_walk(
     """
     if parameters.walk not in WALKS:
         raise NaoGaitError("walk", parameters.walk, f"one of {', '.join(WALKS)}")
-    engine = WALKS[parameters.walk]
     if make_observer is not None and parameters.walk != "lipm":
         raise NaoGaitError("make_observer", parameters.walk, "an observer only with walk: lipm")
     given = () if make_observer is None else (make_observer,)
-    make = getattr(import_module(engine.module), engine.name)
-    walk: Walk = make(parameters, control_period, *given)
+    walk: Walk = load_class(WALKS[parameters.walk].engine)(parameters, control_period, *given)
     return walk
 
 

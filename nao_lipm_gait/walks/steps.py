@@ -5,7 +5,6 @@ foot (on the side of the motion) opens, the trailing foot closes, and only the s
 what the command asks for.
 """
 
-from collections.abc import Callable
 from math import hypot, sqrt, tan
 from typing import NamedTuple
 
@@ -14,7 +13,7 @@ from robot_core.rate_limiter import limited_step
 from robot_core.types import LEFT, RIGHT, Pose2, VelocityCommand
 
 SHARE_MAX = 1e75
-"""Cap on the used share of one step limit, so that its power by `step_limit_norm` is finite."""
+"""Cap on the used share of one step limit, so that a power of it is finite."""
 
 
 class Stride(NamedTuple):
@@ -88,46 +87,21 @@ def _share(value: float, limit: float) -> float:
 # -- limits ----------------------------------------------------------------------------------------
 
 
-def limit_share(stride: Stride, parameters: GaitParameters) -> float:
-    """Share of the step limits that a stride uses; 1 = all.
-
-    It is the norm of the shares by `step_limit_norm`, where all but the largest share count
-    `step_mixed_weight` times.
-    """
-    norm, weight = parameters.step_limit_norm, parameters.step_mixed_weight
-    x, y, yaw = stride.used_shares(parameters)
-    least, middle, largest = sorted((x, y, yaw))
-    mixed = weight**norm * (least**norm + middle**norm)
-    return (mixed + largest**norm) ** (1.0 / norm)
-
-
 def ellipsoid_share(stride: Stride, parameters: GaitParameters) -> float:
-    """The same for limits that form an ellipsoid, as in the second paper."""
+    """Share of the step limits that a stride uses if they form an ellipsoid; 1 = all."""
     return hypot(*stride.used_shares(parameters))
 
 
-def limited_stride(
-    command: VelocityCommand,
-    double_step: float,
-    parameters: GaitParameters,
-    used_share: Callable[[Stride, GaitParameters], float],
+def asked_stride(
+    command: VelocityCommand, double_step: float, parameters: GaitParameters
 ) -> Stride:
-    """The stride that walks the commanded velocity, scaled into the step limits.
-
-    All three components are scaled together, so a command beyond the limits keeps its direction.
-
-    Args:
-        command: Commanded velocity.
-        double_step: Duration of a double step [s].
-        parameters: Parameters of the gait.
-        used_share: Share of the limits that a stride uses.
-
-    Returns:
-        The stride.
-    """
+    """The stride that walks the commanded velocity in double steps of this duration [s]."""
     asked = Stride(0.5 * command.x, command.y, command.yaw).scaled(double_step)
-    stride = asked.open_part(parameters)
-    share = used_share(stride, parameters)
+    return asked.open_part(parameters)
+
+
+def within_limits(stride: Stride, share: float) -> Stride:
+    """A stride that uses `share` of the step limits, scaled into them with its direction kept."""
     return stride if share <= 1.0 else stride.scaled(1.0 / share)
 
 

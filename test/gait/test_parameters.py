@@ -1,21 +1,28 @@
 """Gait parameters: documented, checked, and read from presets."""
 
 import math
+import pickle
 from pathlib import Path
 
 import pytest
 
 from gait_lab import cli
 from nao_lipm_gait.parameters import PARAMETERS, GaitParameters, load_preset
+from nao_lipm_gait.walk_engines import WALKS
+from nao_lipm_gait.walks.lipm.parameters import EXTENSIONS_OFF
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
 from robot_core.schema import Field
+
+ENGINES = {walk: GaitParameters(walk=walk) for walk in WALKS}
 
 
 @pytest.mark.parametrize("parameter", PARAMETERS, ids=lambda parameter: parameter.name)
 def test_every_parameter_is_documented_and_checked(parameter: Field) -> None:
     assert parameter.meaning[0].isupper() or "_" in parameter.meaning.split()[0]
     assert parameter.meaning.endswith(".")
+    having = [p for p in ENGINES.values() if hasattr(p, parameter.name)]
+    assert having, "an engine uses it"
     wrong: list[object] = ["1", None, [1.0]]
     if parameter.is_switch:
         wrong += [1, 0.0]
@@ -24,9 +31,30 @@ def test_every_parameter_is_documented_and_checked(parameter: Field) -> None:
         wrong += [parameter.maximum + 1.0, parameter.minimum - 1.0]
     for value in wrong:
         with pytest.raises(NaoGaitError) as refused:
-            GaitParameters.from_mapping({parameter.name: value})
+            having[0].replace(**{parameter.name: value})
         assert refused.value.field == parameter.name
         assert refused.value.allowed == parameter.allowed
+
+
+@pytest.mark.parametrize("walk", WALKS)
+def test_an_engine_refuses_the_parameters_of_the_others(walk: str) -> None:
+    p = ENGINES[walk]
+    assert p.walk == walk
+    for parameter in PARAMETERS:
+        if not hasattr(p, parameter.name):
+            with pytest.raises(NaoGaitError, match=f"{parameter.name}: .*only with walk: "):
+                p.replace(**{parameter.name: parameter.default})
+            values = {"walk": walk, parameter.name: parameter.default}
+            with pytest.raises(NaoGaitError, match=f"a: {parameter.name}: .*only with walk: "):
+                GaitParameters.from_mapping(values, "a: ")
+
+
+def test_another_engine_keeps_what_both_have() -> None:
+    lipm = GaitParameters(swing_lift=0.01, step_duration_min=0.1)
+    zmp = lipm.replace(walk="zmp", zmp_offset_y=0.06)
+    assert zmp == GaitParameters(walk="zmp", swing_lift=0.01, zmp_offset_y=0.06)
+    assert zmp.replace(walk="lipm") == GaitParameters(swing_lift=0.01)
+    assert pickle.loads(pickle.dumps(zmp)) == zmp
 
 
 def test_replace_checks_as_well() -> None:
@@ -49,24 +77,27 @@ def test_default_preset_is_the_defaults_and_every_shipped_preset_loads() -> None
 def test_paper_is_the_method_without_extensions() -> None:
     paper = load_preset("paper")
     assert paper.pendulum_shift_max == paper.pendulum_shift_back_max  # one cap on |r_x|
-    off = (
-        "offset_time", "push_velocity", "pendulum_shift_side_max", "step_stretch_max",
-        "step_capture", "step_capture_back", "step_catch_out", "step_catch_in", "stand_catch",
-        "tilt_pitch_gain", "tilt_roll_gain", "tilt_com_gain", "gyro_pitch_gain", "gyro_roll_gain",
-        "gyro_pitch_rate_gain", "gyro_roll_rate_gain", "heading_gain", "heading_lean",
-        "speed_time", "arm_swing", "swing_toe_lift",
-    )  # fmt: skip
-    assert {name: getattr(paper, name) for name in off} == dict.fromkeys(off, 0.0)
-    for switch in (paper.push_acceleration, paper.yaw_from_lean, paper.level_soles):
-        assert not switch
-    assert paper.step_hurry == 1.0
+    assert {name: getattr(paper, name) for name in EXTENSIONS_OFF} == EXTENSIONS_OFF
+
+
+def test_without_extensions_those_are_on_that_are_named() -> None:
+    default, off = GaitParameters(), GaitParameters(extensions=False)
+    assert default.replace(extensions=False) == off
+    assert off.replace(extensions=True) == default
+    one = off.replace(offset_time=2.0)
+    assert one == GaitParameters(extensions=False, offset_time=2.0)
+    assert one.offset_time == 2.0
+    assert one.arm_swing == 0.0
+    assert default.replace(offset_time=2.0).replace(extensions=False) == off
+    for name, value in EXTENSIONS_OFF.items():
+        assert getattr(default, name) != value, "an extension is on by default"
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
         ("swing_lift: high", r"bad\.yaml: swing_lift: got 'high'; allowed: a number from 0 to"),
-        ("swing_lfit: 0.02", r"bad\.yaml: swing_lfit: got 0.02; allowed: one of the keys walk"),
+        ("swing_lfit: 0.02", r"bad\.yaml: swing_lfit: got 0.02; allowed: one of the keys com_"),
         ("- 1\n- 2", r"bad\.yaml: got \[1, 2\]; allowed: a mapping"),
         ("a: [unclosed", "readable YAML"),
         ("!!python/object/apply:os.getcwd []", "readable YAML"),

@@ -17,7 +17,7 @@ from nao_lipm_gait.walks.preview.preview_control import (
     preview_gains,
     riccati,
 )
-from nao_lipm_gait.walks.preview.walk import PreviewWalk
+from nao_lipm_gait.walks.preview.walk import PREVIEW_TIME, PreviewWalk
 from robot_core.geometry import compose
 from robot_core.robot import load_robot
 from robot_core.types import GRAVITY, STANDSTILL, GaitState, SensorFrame, VelocityCommand
@@ -189,7 +189,7 @@ def test_it_starts_walks_and_stops_without_a_jump(command: VelocityCommand) -> N
 
 def test_the_weight_first_goes_to_the_foot_that_does_not_step() -> None:
     walk = started(VelocityCommand(0.0, 0.08, 0.0))
-    ticks = round(PREVIEW.preview_time / DT)
+    ticks = round(PREVIEW_TIME / DT)
     shift = [t.com_in_q[1] for t in walked(walk, VelocityCommand(0.0, 0.08, 0.0), ticks * DT)]
     assert min(shift) < -0.01, "to the right: the left foot leads"
     assert walk.predicted.support == 1 or walk.predicted.phase.name == "SHIFT"
@@ -234,7 +234,7 @@ def test_new_parameters_apply_from_the_next_half_stride_on() -> None:
     changed, same = started(FORWARD), started(FORWARD)
     for walk in (changed, same):
         walked(walk, FORWARD, 2.0)
-    changed.set_parameters(PREVIEW.replace(preview_time=1.2, pendulum_height=0.26))
+    changed.set_parameters(PREVIEW.replace(pendulum_height=0.26))
     rest = changed.time_left
     until = walked(changed, FORWARD, rest), walked(same, FORWARD, rest)
     assert np.array_equal(coms(until[0]), coms(until[1]))

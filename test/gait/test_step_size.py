@@ -10,6 +10,7 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.lipm.steady_walk import (
     Pace,
     double_step_duration,
+    limit_share,
     passing_speed,
     stride_for,
 )
@@ -18,15 +19,20 @@ from nao_lipm_gait.walks.steps import (
     STEP_IN_PLACE,
     Stride,
     approach,
+    asked_stride,
     ellipsoid_share,
     exchange_distances,
-    limit_share,
-    limited_stride,
+    within_limits,
 )
 from robot_core.geometry import compose
 from robot_core.types import LEFT, RIGHT, VelocityCommand
 
 P = GaitParameters()
+
+
+def zmp_stride(command: VelocityCommand, double_step: float, p: GaitParameters = P) -> Stride:
+    asked = asked_stride(command, double_step, p)
+    return within_limits(asked, ellipsoid_share(asked, p))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -99,7 +105,7 @@ def test_a_closed_axis_does_not_close_the_others(closed: str) -> None:
     names = ("step_forward_max", "step_side_max", "step_turn_max")
     for name, value in zip(names, stride, strict=True):
         assert (value == 0.0) == (name == closed)
-    walked = limited_stride(command, 0.5, P.replace(**{closed: 0.0}), ellipsoid_share)
+    walked = zmp_stride(command, 0.5, P.replace(**{closed: 0.0}))
     assert [v == 0.0 for v in walked] == [name == closed for name in names]
 
 
@@ -114,14 +120,14 @@ def test_a_command_beyond_the_limits_keeps_its_direction(
 
 
 def test_the_limits_of_the_second_paper_form_an_ellipsoid() -> None:
-    stride = limited_stride(VelocityCommand(0.2, 0.0, 0.0), 0.7, P, ellipsoid_share)
+    stride = zmp_stride(VelocityCommand(0.2, 0.0, 0.0), 0.7)
     assert stride == Stride(pytest.approx(0.07), 0.0, 0.0)
-    fast = limited_stride(VelocityCommand(9.0, 9.0, 9.0), 0.7, P, ellipsoid_share)
+    fast = zmp_stride(VelocityCommand(9.0, 9.0, 9.0), 0.7)
     limits = P.step_forward_max, P.step_side_max, P.step_turn_max
     assert math.hypot(*(v / limit for v, limit in zip(fast, limits, strict=True))) == (
         pytest.approx(1.0)
     )
-    back = limited_stride(VelocityCommand(-9.0), 0.7, P, ellipsoid_share)
+    back = zmp_stride(VelocityCommand(-9.0), 0.7)
     assert back.x == pytest.approx(-P.step_backward_max)
 
 

@@ -323,7 +323,9 @@ def test_preset_override_and_change_of_parameters(probe: Probe):
     robot.tick(2)
     names = [parameter.name for parameter in PARAMETERS]
     got = probe.call(GetParameters, "gait/get_parameters", GetParameters.Request(names=names))
-    expected = load_preset("paper").as_dict() | {"com_height": 0.25, "swing_lift": 0.0}
+    of_other_walks = {parameter.name: parameter.default for parameter in PARAMETERS}
+    paper = load_preset("paper").as_dict()
+    expected = of_other_walks | paper | {"com_height": 0.25, "swing_lift": 0.0}
     for name, value in zip(names, got.values, strict=True):
         kinds = {
             ParameterType.PARAMETER_BOOL: value.bool_value,
@@ -355,6 +357,7 @@ def test_preset_override_and_change_of_parameters(probe: Probe):
         (set_to("swing_lift", type=double, double_value=math.nan), ("swing_lift", "nan", "0.06")),
         (set_to("swing_lift", type=text, string_value="high"), ("swing_lift", "high", "0.06")),
         (set_to("urdf", type=text, string_value="x"), ("urdf",)),
+        (set_to("zmp_offset_y", type=double, double_value=0.06), ("zmp_offset_y", "walk: zmp")),
     ):
         assert not refused.successful
         assert all(word in refused.reason for word in evidence), refused.reason
@@ -362,6 +365,11 @@ def test_preset_override_and_change_of_parameters(probe: Probe):
     got = probe.call(GetParameters, "gait/get_parameters", GetParameters.Request(names=names))
     assert got.values[0].double_value == 0.03
     assert (got.values[1].type, got.values[1].double_value) == (double, 0.0), "a float stays one"
+    switch = ParameterType.PARAMETER_BOOL
+    assert set_to("extensions", type=switch, bool_value=True).successful
+    names = ["arm_swing"]
+    got = probe.call(GetParameters, "gait/get_parameters", GetParameters.Request(names=names))
+    assert got.values[0].double_value > 0.0, "the parameters of the extensions follow"
     robot.tick(5)
     robot.check_answers()
 

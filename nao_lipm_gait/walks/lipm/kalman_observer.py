@@ -5,8 +5,8 @@ is the state of the pendulum, so only the covariance is kept here. Both axes use
 deviations, so one covariance serves both; the paper leaves open whether they differ.
 """
 
-from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.lipm.com_observer import ComCorrection
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.lipm.state import WalkState
 
 
@@ -44,7 +44,7 @@ class KalmanObserver:
         return ComCorrection(k_position * dx, k_position * dy, k_velocity * dx, k_velocity * dy)
 
 
-def kalman_observer(parameters: GaitParameters) -> KalmanObserver:
+def kalman_observer(parameters: LipmParameters) -> KalmanObserver:
     """The observer with the deviations of the parameters."""
     p = parameters
     return KalmanObserver(p.position_sigma, p.velocity_sigma, p.measurement_sigma)

@@ -11,7 +11,6 @@ pendulum origin and the next foot are, eqs (7)-(9). Extensions answer a CoM that
 
 from typing import final
 
-from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.lipm.extensions.recovery import (
     capture_shift,
     catching_stride,
@@ -24,6 +23,7 @@ from nao_lipm_gait.walks.lipm.extensions.turning import (
     longer_step,
     turn_of_view,
 )
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.lipm.pendulum_origin import plan_pendulum_origin
 from nao_lipm_gait.walks.lipm.state import WalkState
 from nao_lipm_gait.walks.lipm.support_change import SupportChange, plan_support_change
@@ -141,7 +141,7 @@ class SingleSupport:
         k: Natural frequency of the pendulum [1/s].
     """
 
-    def __init__(self, parameters: GaitParameters, k: float):
+    def __init__(self, parameters: LipmParameters, k: float):
         self._p = parameters
         self._k = k
         self._straight_lead, _ = exchange_leads(0.0, parameters)

@@ -1,13 +1,13 @@
 """The undisturbed walk on pendulums: durations and sizes of its steps for a velocity command."""
 
-from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.pendulum import half_step_duration, natural_frequency
 from nao_lipm_gait.walks.steps import (
     Stride,
+    asked_stride,
     exchange_distances,
     exchange_leads,
-    limit_share,
-    limited_stride,
+    within_limits,
 )
 from robot_core.types import VelocityCommand
 
@@ -15,7 +15,7 @@ DURATION_MIN = 1e-3
 """Shortest nominal double step [s]; a pendulum as wide as its offset would need no time."""
 
 
-def double_step_duration(side: float, parameters: GaitParameters) -> float:
+def double_step_duration(side: float, parameters: LipmParameters) -> float:
     """Duration of an undisturbed double step [s], from eq (3).
 
     The CoM moves to each of the two exchange distances and back from it.
@@ -33,8 +33,21 @@ def double_step_duration(side: float, parameters: GaitParameters) -> float:
     return 2.0 * (half_step_duration(width, opening, k) + half_step_duration(width, closing, k))
 
 
+def limit_share(stride: Stride, parameters: LipmParameters) -> float:
+    """Share of the step limits that a stride uses; 1 = all.
+
+    It is the norm of the shares by `step_limit_norm`, where all but the largest share count
+    `step_mixed_weight` times.
+    """
+    norm, weight = parameters.step_limit_norm, parameters.step_mixed_weight
+    x, y, yaw = stride.used_shares(parameters)
+    least, middle, largest = sorted((x, y, yaw))
+    mixed = weight**norm * (least**norm + middle**norm)
+    return (mixed + largest**norm) ** (1.0 / norm)
+
+
 def stride_for(
-    command: VelocityCommand, parameters: GaitParameters, pace: float = 1.0
+    command: VelocityCommand, parameters: LipmParameters, pace: float = 1.0
 ) -> Stride:
     """The stride that walks the commanded velocity, scaled into the step limits.
 
@@ -53,10 +66,11 @@ def stride_for(
         # A wider side step takes longer, which makes it wider still.
         side = min(abs(command.y) * double_step, side_limit)
         double_step = pace * double_step_duration(side, parameters)
-    return limited_stride(command, double_step, parameters, limit_share)
+    stride = asked_stride(command, double_step, parameters)
+    return within_limits(stride, limit_share(stride, parameters))
 
 
-def passing_speed(stride: Stride, parameters: GaitParameters) -> float:
+def passing_speed(stride: Stride, parameters: LipmParameters) -> float:
     """v_0 / k [m]: forward speed of the CoM over a pendulum origin in the undisturbed walk."""
     opening, closing = exchange_leads(abs(stride.y), parameters)
     leads = opening + closing
@@ -80,7 +94,7 @@ class Pace:
         self.share = 1.0
         self._last: float | None = None
 
-    def add(self, duration: float, stride: Stride, parameters: GaitParameters) -> None:
+    def add(self, duration: float, stride: Stride, parameters: LipmParameters) -> None:
         """Add the measured duration [s] of a step of this stride."""
         if self._last is not None:
             nominal = max(double_step_duration(abs(stride.y), parameters), DURATION_MIN)

@@ -13,7 +13,6 @@ from collections import deque
 from collections.abc import Callable
 from itertools import chain, islice
 
-from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget, body_targets
 from nao_lipm_gait.walks.lipm.com_observer import ComObserver
 from nao_lipm_gait.walks.lipm.extensions.disturbances import (
@@ -24,16 +23,16 @@ from nao_lipm_gait.walks.lipm.extensions.disturbances import (
 from nao_lipm_gait.walks.lipm.extensions.stopping import can_stop, is_at_rest, stopping_origin
 from nao_lipm_gait.walks.lipm.extensions.sway_limit import SwayLimit
 from nao_lipm_gait.walks.lipm.kalman_observer import kalman_observer
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.lipm.single_support import TIME_MIN, SingleSupport, StepRequest
 from nao_lipm_gait.walks.lipm.state import NextSupport, Segment, WalkState, follow
-from nao_lipm_gait.walks.lipm.steady_walk import Pace, passing_speed, stride_for
+from nao_lipm_gait.walks.lipm.steady_walk import Pace, limit_share, passing_speed, stride_for
 from nao_lipm_gait.walks.pendulum import divergent_component, natural_frequency
 from nao_lipm_gait.walks.steps import (
     STEP_IN_PLACE,
     approach,
     first_support,
     home_sole,
-    limit_share,
 )
 from nao_lipm_gait.walks.swing_foot import SwingFoot
 from robot_core.geometry import compose, relative
@@ -60,9 +59,9 @@ class LipmWalk:
 
     def __init__(
         self,
-        parameters: GaitParameters,
+        parameters: LipmParameters,
         control_period: float,
-        make_observer: Callable[[GaitParameters], ComObserver] = kalman_observer,
+        make_observer: Callable[[LipmParameters], ComObserver] = kalman_observer,
     ):
         self._dt = control_period
         self._make_observer = make_observer
@@ -72,7 +71,7 @@ class LipmWalk:
         self.set_parameters(parameters)
         self.stand_at((0.0, 0.0, 0.0))
 
-    def set_parameters(self, parameters: GaitParameters) -> None:
+    def set_parameters(self, parameters: LipmParameters) -> None:
         """Use new parameters from the next plan on; `delay_ticks` stays."""
         self._p = p = parameters
         self._wanted_step: Pose2 | None = None
@@ -181,6 +180,8 @@ class LipmWalk:
         self._sway.update(dy, dt)
         self._observer.predict(expected, dt)  # (12)
         correction = self._observer.correct(dx, dy)  # (13), (14)
+        if not self._p.push_acceleration:
+            acceleration = None
         if acceleration is not None:
             acceleration = unexplained_acceleration(self._before, expected, acceleration, dt)
         push_x, push_y = self._push_detector.update(

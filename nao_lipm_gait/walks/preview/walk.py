@@ -8,15 +8,17 @@ ZMP walk, this walk does not use the measured CoM.
 
 import numpy as np
 
-from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.base import BodyTargets
 from nao_lipm_gait.walks.preview.preview_control import PreviewAxis, PreviewGains, preview_gains
+from nao_lipm_gait.walks.zmp.parameters import ZmpParameters
 from nao_lipm_gait.walks.zmp.walk import HalfStride, Phase, ZmpWalk
 from robot_core.geometry import compose, relative
 from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
 
 Point = tuple[float, float]
 
+PREVIEW_TIME = 0.8
+"""[s] Preview horizon of the desired ZMP."""
 JERK_WEIGHT = 10000.0
 """[1/s^3] CoM jerk that costs as much as one metre of ZMP error."""
 
@@ -32,7 +34,7 @@ class PreviewWalk(ZmpWalk):
     _gains: PreviewGains
     _desired: FloatArray  # (2, n) ZMP in odom [m], from the first tick of this half stride on
 
-    def __init__(self, parameters: GaitParameters, control_period: float):
+    def __init__(self, parameters: ZmpParameters, control_period: float):
         self._axes = (PreviewAxis(), PreviewAxis())
         super().__init__(parameters, control_period)
 
@@ -81,7 +83,7 @@ class PreviewWalk(ZmpWalk):
     @property
     def _horizon(self) -> int:
         """Number of preview periods N."""
-        return max(1, round(self._p.preview_time / self._dt))
+        return max(1, round(PREVIEW_TIME / self._dt))
 
     @property
     def _standing_ticks(self) -> int:

@@ -12,19 +12,20 @@ from enum import Enum
 from math import cos, sin
 from typing import NamedTuple
 
-from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.base import BodyTargets, Expectation, SoleTarget, body_targets
 from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.walks.steps import (
     STEP_IN_PLACE,
     Stride,
     approach,
+    asked_stride,
     ellipsoid_share,
     first_support,
     home_sole,
-    limited_stride,
+    within_limits,
 )
 from nao_lipm_gait.walks.swing_foot import raised_cosine
+from nao_lipm_gait.walks.zmp.parameters import ZmpParameters
 from nao_lipm_gait.walks.zmp.trajectories import (
     entry_speed,
     lift,
@@ -94,7 +95,7 @@ class HalfStride(NamedTuple):
     standing: Pose2
     swing_start: Pose2
     swing_end: Pose2
-    parameters: GaitParameters
+    parameters: ZmpParameters
 
 
 class ZmpWalk:
@@ -105,14 +106,14 @@ class ZmpWalk:
         control_period: Time between two ticks [s].
     """
 
-    def __init__(self, parameters: GaitParameters, control_period: float):
+    def __init__(self, parameters: ZmpParameters, control_period: float):
         self._dt = control_period
         self._half_stride: HalfStride
         self.delay_ticks = max(0, round(parameters.feedback_delay / control_period))
         self._p = parameters
         self.stand_at(NOWHERE)
 
-    def set_parameters(self, parameters: GaitParameters) -> None:
+    def set_parameters(self, parameters: ZmpParameters) -> None:
         """Use new parameters from the next half stride on; `delay_ticks` stays."""
         self._p = parameters
 
@@ -204,7 +205,8 @@ class ZmpWalk:
         # The CoM is half-way between the last Q and this one.
         x, y, _ = relative((0.5 * s[0], 0.5 * s[1], 0.0), s)
         double_step = 2.0 * self._ticks * self._dt
-        wanted = limited_stride(command, double_step, self._p, ellipsoid_share)
+        asked = asked_stride(command, double_step, self._p)
+        wanted = within_limits(asked, ellipsoid_share(asked, self._p))
         stride = approach(stride, wanted, self._p)
         step_size = stride.of_step(-support, self._p)
         landing = compose(step_size, home_sole(-support, self._p))
@@ -287,7 +289,7 @@ class ZmpWalk:
             phase=half.phase,
         )
 
-    def _swing_sole(self, half: HalfStride, p: GaitParameters) -> SoleTarget:
+    def _swing_sole(self, half: HalfStride, p: ZmpParameters) -> SoleTarget:
         x, y, yaw = half.swing_start
         if half.phase is not Phase.STEP:
             return SoleTarget(x, y, 0.0, yaw)

@@ -1,0 +1,160 @@
+"""The parameters of the walk `lipm` beside those of every walk."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+
+from nao_lipm_gait.parameters import GaitParameters
+from robot_core.schema import choice, number, switch
+
+EXTENSIONS_OFF: Mapping[str, float | bool] = {
+    "pendulum_hold_time": 0.0,
+    "pendulum_shift_side_max": 0.0,
+    "swing_toe_lift": 0.0,
+    "step_mixed_weight": 1.0,
+    "step_stretch_max": 0.0,
+    "step_capture": 0.0,
+    "step_capture_back": 0.0,
+    "step_catch_out": 0.0,
+    "step_catch_in": 0.0,
+    "step_hurry": 1.0,
+    "offset_time": 0.0,
+    "push_velocity": 0.0,
+    "push_acceleration": False,
+    "sway_limit": 0.0,
+    "heading_gain": 0.0,
+    "yaw_from_lean": False,
+    "heading_lean": 0.0,
+    "speed_time": 0.0,
+    "level_soles": False,
+    "gyro_pitch_gain": 0.0,
+    "gyro_roll_gain": 0.0,
+    "tilt_pitch_gain": 0.0,
+    "tilt_roll_gain": 0.0,
+    "tilt_com_gain": 0.0,
+    "arm_swing": 0.0,
+    "stand_catch": 0.0,
+}
+"""The extensions of the first paper, and the values with which they do nothing."""
+
+
+@attrs.frozen(init=False)
+class LipmParameters(GaitParameters):
+    """Parameters of the observed pendulum of the first paper."""
+
+    walk: str = choice(("lipm",))
+    extensions: bool = switch(
+        True,
+        "Extensions of the paper; false turns each of them off whose parameters are not named.",
+        section="Walk `lipm`: extensions",
+    )
+
+    pendulum_shift_max: float = number(
+        0.045, 0.0, 0.08, "m",
+        "Largest shift r_x of the pendulum origin towards the toes; beyond it the step size "
+        "changes.",
+        section="Walk `lipm`: the step",
+    )
+    pendulum_shift_back_max: float = number(
+        0.036, 0.0, 0.08, "m", "Largest shift r_x of the pendulum origin towards the heel."
+    )
+    pendulum_hold_time: float = number(
+        0.06, 0.0, 0.1, "s",
+        "Last time of a step in which r_x is held and the step size follows instead; 0 = never, as "
+        "in the paper.",
+    )
+    pendulum_shift_side_max: float = number(
+        0.055, 0.0, 0.06, "m",
+        "Largest outward shift of the pendulum origin inside the sole if the CoM returns too late.",
+    )
+    step_duration_min: float = number(
+        0.12, 0.05, 0.5, "s", "Shortest time between two support changes."
+    )
+    swing_rise: float = number(
+        0.46, 0.1, 0.5, "",
+        "Share of the step for lifting the foot, and again for lowering it; the foot stays up in "
+        "between.",
+    )
+    swing_travel_end: float = number(
+        0.97, 0.5, 1.0, "", "Share of the step after which the foot no longer moves in x and y."
+    )
+    swing_toe_lift: float = number(
+        0.5, 0.0, 2.0, "rad/m",
+        "Toe lift in mid-swing per metre that the foot moves forward; compensates for joint lag.",
+    )
+    step_limit_norm: float = number(
+        1.0, 1.0, 4.0, "",
+        "Exponent that combines the limits of mixed directions: 1 = sum of the shares, 2 = "
+        "ellipsoid.",
+    )
+    step_mixed_weight: float = number(
+        1.7, 1.0, 4.0, "",
+        "Weight of the smaller shares in that combination; a larger value shortens the steps of "
+        "curves and diagonals.",
+    )
+    step_stretch_max: float = number(
+        0.065, 0.0, 0.2, "m",
+        "Distance by which feedback may move the next foot beyond the step limits in x.",
+    )
+    step_travel_max: float = number(
+        0.21, 0.05, 0.4, "m",
+        "Longest path of a swing foot in x, that is the sum of two successive steps.",
+    )
+    step_capture: float = number(
+        0.5, 0.0, 1.0, "",
+        "Step size while r_x is at its limit: 0 = the step that keeps the CoM velocity, 1 = the "
+        "step that corrects it.",
+    )
+    step_capture_back: float = number(
+        0.15, 0.0, 1.0, "", "As step_capture, for a step that must reach further back."
+    )
+    step_catch_out: float = number(
+        0.06, 0.0, 0.15, "m", "Distance by which feedback may move the next foot outwards."
+    )
+    step_catch_in: float = number(
+        0.03, 0.0, 0.05, "m", "Distance by which feedback may move the next foot inwards."
+    )
+    step_hurry: float = number(
+        0.09, 0.0, 1.0, "m",
+        "Shorten the step's duration if the CoM needs a step this much longer than commanded; 1 = "
+        "never.",
+    )
+
+    position_sigma: float = number(
+        0.0001, 0.0, 0.1, "m", "Standard deviation of the CoM position's process noise per tick.",
+        section="Walk `lipm`: CoM observer",
+    )
+    velocity_sigma: float = number(
+        0.004, 0.0, 1.0, "m/s", "Standard deviation of the CoM velocity's process noise per tick."
+    )
+    measurement_sigma: float = number(
+        0.02, 0.0001, 1.0, "m",
+        "Standard deviation of the measured CoM; a smaller value trusts the measurement more.",
+    )
+    offset_time: float = number(
+        3.0, 0.0, 60.0, "s",
+        "Time constant for learning constant errors of the measured CoM; 0 = off.",
+    )
+    push_velocity: float = number(
+        0.14, 0.0, 1.0, "m/s",
+        "Detect a push if the measured CoM moves this much faster than expected; 0 = off.",
+    )
+    push_acceleration: bool = switch(
+        True, "Detect pushes with the accelerometer too, before the CoM has moved."
+    )
+    sway_limit: float = number(
+        0.0022, 0.0, 0.05, "m",
+        "Strides become shorter if the measured CoM sways more than this (standard deviation to "
+        "the side, beyond what is expected); 0 = off.",
+    )
+
+    def __init__(self, **values: Any) -> None:
+        off = EXTENSIONS_OFF if values.get("extensions") is False else {}
+        self.__attrs_init__(**{**off, **values})
+
+    def _kept(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        kept = super()._kept(changes)
+        if changes.get("extensions", self.extensions) == self.extensions:
+            return kept
+        return {name: value for name, value in kept.items() if name not in EXTENSIONS_OFF}
