@@ -29,8 +29,9 @@ def record(file: Path, seconds: int) -> None:
                 targets = gait.step(obs.frame, command)
                 rows.append((*obs.frame[:4], command, truths[obs.frame.stamp]))
     names = "stamp", "joint_position", "angular_velocity", "linear_acceleration"
-    columns = map(np.array, zip(*rows, strict=True))
-    np.savez(file, **dict(zip((*names, "command", "truth"), columns, strict=True)))
+    columns = zip((*names, "command", "truth"), zip(*rows, strict=True), strict=True)
+    with file.open("wb") as out:
+        np.savez(out, allow_pickle=False, **{name: np.array(column) for name, column in columns})
 
 
 def estimate(file: Path) -> tuple[float, float, float]:

@@ -28,6 +28,7 @@ def main(args: Sequence[str] | None = None) -> tuple[float, bool]:
             if tick == 150:
                 gait.request_motion(options.kick)
         ball = sim.world.ball
+    assert ball is not None
     x, y = (ball.position[:2] - (spot.x, spot.y)).tolist()
     way, stands = math.hypot(x, y), gait.state is GaitState.STAND and not obs.fallen
     angle = math.degrees(math.atan2(y, x))

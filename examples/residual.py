@@ -33,7 +33,7 @@ def main(args: Sequence[str] | None = None) -> tuple[float, float]:
     iterations, steps = (2, 300) if options.quick else (options.iterations, 1000)
     env = gymnasium.make(nao_lipm_gait.gym.WALK, velocity=(0.3, 0.0, 0.0), residual=0.03)
     random = np.random.default_rng(0)
-    best = np.zeros((env.action_space.shape[0], 3))
+    best = np.zeros((len(env.action_space.sample()), 3))
     alone = score = episode(env, best, 0, steps)
     print(f"the gait alone: {alone:.3f}")
     for iteration in range(iterations):

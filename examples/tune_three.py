@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 import optuna
 
-from nao_lipm_gait import Gait, Simulation, Velocity
+from nao_lipm_gait import Gait, GaitParameters, Simulation, Velocity, load_preset
 
 
-def speed(seed: int, seconds: int, **parameters: float) -> float:
+def speed(seed: int, seconds: int, parameters: GaitParameters) -> float:
     """Mean speed [m/s] of a robot after it has stood 1 s; 0 after a fall."""
-    gait = Gait("nao_h21_v33", **parameters)
+    gait = Gait("nao_h21_v33", parameters)
     with Simulation("nao_h21_v33", seed=seed) as sim:
         obs, targets = sim.reset(), None
         for tick in range(100 * (seconds + 1)):
@@ -34,12 +34,12 @@ def main(args: Sequence[str] | None = None) -> optuna.Study:
         trials, robots, seconds = 3, 1, 4
 
     def objective(trial: optuna.Trial) -> float:
-        parameters = {
-            "swing_lift": trial.suggest_float("swing_lift", 0.02, 0.05),
-            "torso_pitch": trial.suggest_float("torso_pitch", 0.0, 0.1),
-            "arm_swing": trial.suggest_float("arm_swing", 0.0, 1.0),
-        }
-        return min(speed(seed, seconds, **parameters) for seed in range(robots))
+        parameters = load_preset("default").replace(
+            swing_lift=trial.suggest_float("swing_lift", 0.02, 0.05),
+            torso_pitch=trial.suggest_float("torso_pitch", 0.0, 0.1),
+            arm_swing=trial.suggest_float("arm_swing", 0.0, 1.0),
+        )
+        return min(speed(seed, seconds, parameters) for seed in range(robots))
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(direction="maximize", sampler=optuna.samplers.TPESampler(seed=0))

@@ -69,5 +69,9 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
 if "gymnasium" in sys.modules:
     import_module("nao_lipm_gait.gym")

@@ -106,6 +106,8 @@ class Gait:
             parameters = parameters.replace(**changes)
         if not (is_number(control_period) and control_period > 0.0):
             raise NaoGaitError("control_period", control_period, "more than 0 s")
+        if not (make_observer is None or callable(make_observer)):
+            raise NaoGaitError("make_observer", make_observer, "a function of the parameters")
         self.robot = robot
         self._make_observer = make_observer
         self._library = motions

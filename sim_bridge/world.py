@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from robot_core.errors import NaoGaitError
+from robot_core.errors import NaoGaitError, is_number
 from robot_core.field import BallPlace
 from robot_core.robot import RobotDescription
 from robot_core.robot.camera import CameraView, RgbImage
@@ -73,7 +73,7 @@ class World:
                 the plant or render images.
         """
         step = round(plant.physics.step * _SECOND)
-        period = round(control_period * _SECOND) if math.isfinite(control_period) else 0
+        period = round(control_period * _SECOND) if is_number(control_period) else 0
         if period <= 0 or period % step:
             allowed = f"a multiple of {plant.physics.step} s"
             raise NaoGaitError("control_period", control_period, allowed)

@@ -184,6 +184,7 @@ def test_the_public_names_load_no_simulator():
         "import sys, nao_lipm_gait as api\n"
         "heavy = {'sim_bridge', 'pybullet', 'mujoco', 'pinocchio', 'rclpy'}\n"
         "assert not heavy & sys.modules.keys(), heavy & sys.modules.keys()\n"
+        "assert set(api.__all__) <= set(dir(api))\n"
         "missing = [name for name in api.__all__ if getattr(api, name, None) is None]\n"
         "assert not missing, missing\n"
         "assert 'pybullet' not in sys.modules and 'mujoco' not in sys.modules\n"

@@ -144,6 +144,8 @@ REFUSED: dict[str, Callable[[], object]] = {
     "seed: got -2": lambda: Simulation(seed=-2),
     "seed: got 0.5": lambda: Simulation(seed=0.5),  # type: ignore[arg-type]
     "noise_seed: got -1": lambda: Simulation(noise_seed=-1),
+    "make_observer: got 3": lambda: Gait(ROBOT, make_observer=3),  # type: ignore[arg-type]
+    "control_period: got 'x'": lambda: Simulation(control_period="x"),  # type: ignore[arg-type]
     "control_period: got nan": lambda: Simulation(control_period=math.nan),
     "ball: got 1": lambda: Simulation(ball=1),  # type: ignore[arg-type]
 }
