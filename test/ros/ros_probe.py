@@ -29,8 +29,10 @@ MODULES = {
     "lola_bridge": "lola_bridge.ros.main",
     "lola_server": "sim_bridge.lola.main",
 }
-TIMEOUT = 120.0
-"""[s] for any single thing to happen, on a busy machine."""
+TIMEOUT = 600.0
+"""[s] for any single thing to happen, on a busy machine; it only ends a hang."""
+LOST = 10.0
+"""[s] after which a message that is not answered is sent again: best effort may lose it."""
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # read when the probe joins its domain
 
@@ -76,7 +78,7 @@ class Process:
         if self._process.poll() is None:
             self.signal(signal.SIGINT)
             try:
-                self._process.wait(5.0)
+                self._process.wait(60.0)
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
@@ -161,13 +163,14 @@ class Probe:
         what: str,
         timeout: float = TIMEOUT,
         every: Callable[[], None] | None = None,
+        pause: float = 0.25,
     ) -> None:
-        """Serve callbacks until the predicate holds; call `every` now and each 0.25 s."""
+        """Serve callbacks until the predicate holds; call `every` now and after each pause [s]."""
         end = time.monotonic() + timeout
         again = 0.0
         while not predicate():
             if every is not None and time.monotonic() > again:
-                again = time.monotonic() + 0.25
+                again = time.monotonic() + pause
                 every()
             dead = [process for process in self.processes if process.status not in (None, 0)]
             if dead or time.monotonic() > end:

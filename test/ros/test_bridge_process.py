@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from robot_core.robot import load_robot
-from ros_probe import Probe, bits, set_stamp, stamp
+from ros_probe import LOST, Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()
 PERIOD = 10_000_000
@@ -38,8 +38,10 @@ class Controller:
         # What was published before both ends knew of each other is lost: begin when all arrives.
         while not self.odometry:
             last = stamp(self.joints[-1])
-            self.answer()
-            probe.wait(lambda n=last: stamp(self.joints[-1]) > n, "the next joint_states")
+            probe.wait(
+                lambda n=last: stamp(self.joints[-1]) > n, "the next joint_states",
+                every=self.answer, pause=LOST,
+            )  # fmt: skip
         # The reading is sent again when it is not answered; by then nothing else is under way.
         count = len(self.joints)
         probe.wait(lambda: len(self.joints) > count, "the same joint_states again")

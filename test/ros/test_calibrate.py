@@ -121,7 +121,7 @@ def test_without_a_gait_or_a_robot_it_says_so(probe: Probe, tmp_path: Path) -> N
     with DomainClaim() as empty:
         alone, without_robot = calibrate(empty, out), calibrate(probe.domain, out)
         for tool, reason in ((alone, "a running gait"), (without_robot, "a running robot")):
-            _, errors = tool.communicate(timeout=60)
+            _, errors = tool.communicate(timeout=TIMEOUT)
             assert tool.returncode == 2
             assert reason in errors
             assert len(errors.splitlines()) == 1

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-ROOT = Path(__file__).resolve().parents[2]
+from ros_probe import ROOT, TIMEOUT
 
 
 def start(out: Path, *arguments: str) -> subprocess.Popen[str]:
@@ -45,8 +45,8 @@ def alive(pid: int) -> bool:
     return state != "Z"
 
 
-def wait_until(predicate: object, timeout: float) -> bool:
-    deadline = time.monotonic() + timeout
+def wait_until(predicate: object) -> bool:
+    deadline = time.monotonic() + TIMEOUT
     while time.monotonic() < deadline:
         if predicate():  # type: ignore[operator]
             return True
@@ -56,7 +56,7 @@ def wait_until(predicate: object, timeout: float) -> bool:
 
 def test_short_tour_is_walked_recorded_and_drawn(tmp_path: Path) -> None:
     process = start(tmp_path / "demo", "--tour", "short")
-    text, _ = process.communicate(timeout=180)
+    text, _ = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 0, text
     assert "The tour was completed upright." in text
     result = json.loads((tmp_path / "demo" / "result.json").read_text())
@@ -77,17 +77,17 @@ def test_short_tour_is_walked_recorded_and_drawn(tmp_path: Path) -> None:
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_an_interrupted_demo_leaves_no_process_behind(tmp_path: Path, how: int) -> None:
     process = start(tmp_path / "demo", "--tour", "short")
-    assert wait_until(lambda: len(children(process.pid)) >= 2, 60)
+    assert wait_until(lambda: len(children(process.pid)) >= 2)
     nodes = children(process.pid)
     os.kill(process.pid, how)
-    process.communicate(timeout=60)
+    process.communicate(timeout=TIMEOUT)
     assert process.returncode != 0
-    assert wait_until(lambda: not any(map(alive, nodes)), 30)
+    assert wait_until(lambda: not any(map(alive, nodes)))
 
 
 def test_a_node_that_does_not_start_fails_the_demo_with_its_reason(tmp_path: Path) -> None:
     process = start(tmp_path / "demo", "--tour", "short", "--engine", "no_such_engine")
-    text, _ = process.communicate(timeout=120)
+    text, _ = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 1
     assert "no_such_engine" in text
     assert "Falls: none" not in text
@@ -97,7 +97,7 @@ def test_a_node_that_does_not_start_fails_the_demo_with_its_reason(tmp_path: Pat
 @pytest.mark.parametrize("what", ["plant", "preset", "robot"])
 def test_an_unknown_name_is_refused_before_anything_starts(tmp_path: Path, what: str) -> None:
     process = start(tmp_path / "demo", f"--{what}", "no_such_name")
-    text, _ = process.communicate(timeout=120)
+    text, _ = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 2
     assert len(text.splitlines()) == 1
     assert "got 'no_such_name'" in text

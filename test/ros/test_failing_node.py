@@ -3,11 +3,10 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 from robot_core.ros.process import FAILED, DomainClaim
+from ros_probe import ROOT, TIMEOUT
 
-ROOT = Path(__file__).resolve().parents[2]
 FAILING = """
 import sys
 from rclpy.node import Node
@@ -32,7 +31,7 @@ def run(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", program, *arguments],
             cwd=ROOT, env=os.environ | domain.environment(), capture_output=True, text=True,
-            timeout=120,
+            timeout=TIMEOUT,
         )  # fmt: skip
 
 

@@ -1,7 +1,6 @@
 """`gait` as a process; the test is the robot: a perfect one that stands still."""
 
 import math
-import time
 from typing import Any
 
 import numpy as np
@@ -19,13 +18,11 @@ from trajectory_msgs.msg import JointTrajectory
 from nao_lipm_gait.parameters import PARAMETERS, load_preset
 from robot_core.robot import load_robot
 from robot_core.ros.topics import LATCHED
-from ros_probe import Probe, bits, set_stamp, stamp
+from ros_probe import LOST, Probe, bits, set_stamp, stamp
 
 ROBOT = load_robot()
 NAMES = list(ROBOT.joint_names)
 PERIOD = 10_000_000
-LOST = 5.0
-"""[s] without an answer after which best effort has lost the frame or its answer."""
 
 
 class StandingRobot:
@@ -68,20 +65,16 @@ class StandingRobot:
         for _ in range(count):
             self.now += PERIOD
             answered = len(self.commands)
-            self._ask()
-            self.probe.wait(lambda n=answered: self._is_answered(n), "a joint_command")
+            self.probe.wait(
+                lambda n=answered: self._is_answered(n), "a joint_command", every=self.send,
+                pause=LOST,
+            )  # fmt: skip
             if isinstance(self.commands[-1], JointState):
                 self.pose = list(self.commands[-1].position)
-
-    def _ask(self) -> None:
-        self._asked = time.monotonic()
-        self.send()
 
     def _is_answered(self, before: int) -> bool:
         """The frame of now, and not one that was still on its way."""
         if len(self.commands) <= before:
-            if time.monotonic() > self._asked + LOST:
-                self._ask()
             return False
         last = self.commands[-1]
         return not isinstance(last, JointState) or stamp(last) == self.now

@@ -21,6 +21,8 @@ ROBOT = load_robot()
 SECOND = 1_000_000_000
 SLOW = {"real_time_factor": 0.2, "engine": "mujoco"}
 """By the wall clock, but slow enough for a machine that does other things too."""
+LOCKSTEP = {"real_time_factor": 1.0, "engine": "mujoco", "lockstep": True}
+"""The robot waits for a gait that the machine holds up."""
 
 
 def drive(probe: Probe, truth: list[Any], until: Any, what: str) -> None:
@@ -32,13 +34,13 @@ def drive(probe: Probe, truth: list[Any], until: Any, what: str) -> None:
     probe.node.destroy_publisher(publisher)
 
 
-def walking(probe: Probe) -> tuple[Any, list[Any], list[Any], list[Any]]:
+def walking(probe: Probe, **parameters: object) -> tuple[Any, list[Any], list[Any], list[Any]]:
     """A gait whose robot walks; it, the truth, the states and the commands."""
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     support = probe.subscribe(String, "gait/support", LATCHED)
     commands = probe.subscribe(JointState, "joint_command")
     gait = probe.start("gait", bias_wait=0.0)
-    probe.start("sim_bridge", **SLOW)
+    probe.start("sim_bridge", **parameters)
     probe.wait(lambda: truth and stamp(truth[-1]) > 2 * SECOND, "2 s of simulated time")
 
     def fast() -> bool:
@@ -59,7 +61,7 @@ def check(commands: list[Any]) -> None:
 
 
 def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe) -> None:
-    gait, truth, support, commands = walking(probe)
+    gait, truth, support, commands = walking(probe, **SLOW)
     gait.signal(signal.SIGKILL)
     gait.wait()
     probe.processes.remove(gait)
@@ -79,13 +81,13 @@ def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe
 
 
 def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
-    gait, truth, support, commands = walking(probe)
+    gait, truth, support, commands = walking(probe, **LOCKSTEP)
     bridge = next(process for process in probe.processes if process.name == "sim_bridge")
     bridge.signal(signal.SIGKILL)
     bridge.wait()
     probe.processes.remove(bridge)
     truth.clear()
-    probe.start("sim_bridge", **SLOW)
+    probe.start("sim_bridge", **LOCKSTEP)
     probe.wait(lambda: truth, "the truth about a new robot")
     probe.wait(
         lambda: gait.says("joint_states header.stamp: backwards"),
@@ -104,7 +106,7 @@ def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
 
 
 def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
-    gait, truth, _, commands = walking(probe)
+    gait, truth, _, commands = walking(probe, **LOCKSTEP)
     reports = probe.subscribe(DiagnosticArray, "/diagnostics")
     second = probe.start("gait")
 

@@ -67,16 +67,21 @@ def test_a_robot_that_is_not_heard_is_an_error_and_its_temperatures_end(
         robot, _ = listener.accept()
         with robot:
             frames = 10 * encode_sensors(sensors())
+            sent = 0.0
+
+            def send() -> None:
+                nonlocal sent
+                sent = time.monotonic()
+                robot.sendall(frames)
 
             def heard() -> bool:
                 return states[-1].startswith("1 limp") and len(temperatures) > 0
 
-            probe.wait(heard, "sensors", every=lambda: robot.sendall(frames))
-            silent = time.monotonic()
+            probe.wait(heard, "sensors", every=send)
             probe.wait(lambda: states[-1].startswith("2 no frame of LoLA for "), "an error")
             temperatures.clear()
             probe.wait(lambda: "for 3 s" in states[-1], "two more reports")
-            assert time.monotonic() > silent + 2.0
+            assert time.monotonic() > sent + 2.0
             assert not temperatures
 
 

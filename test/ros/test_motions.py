@@ -11,7 +11,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from robot_core.ros.topics import LATCHED
-from ros_probe import Probe
+from ros_probe import TIMEOUT, Probe
 
 FAST = {"lockstep": True, "real_time_factor": 0.0, "engine": "mujoco"}
 
@@ -81,12 +81,12 @@ def test_poses_are_taught_and_played_on_the_running_robot(probe: Probe, tmp_path
     tool = [sys.executable, "-m", "gait_lab.cli", "teach"]
     recorded = subprocess.run(
         [*tool, "record", str(file), "--stiff"], input="first\nfirst 0.5\nq\n", text=True,
-        capture_output=True, timeout=60, env=environment,
+        capture_output=True, timeout=TIMEOUT, env=environment,
     )  # fmt: skip
     assert recorded.returncode == 0, recorded.stderr
     assert "2 poses" in recorded.stdout
     played = subprocess.run(
-        [*tool, "play", str(file)], text=True, capture_output=True, timeout=60, env=environment
+        [*tool, "play", str(file)], text=True, capture_output=True, timeout=TIMEOUT, env=environment
     )
     assert played.returncode == 0, played.stderr
     assert "done, the gait is in stand" in played.stdout

@@ -7,7 +7,9 @@ from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
 from robot_core.robot import load_robot
 from robot_core.types import GRAVITY
 
-TICKS = 40
+TICKS = 12
+APART = 0.25
+"""[s] of wall time between two ticks; a busy machine answers within that."""
 
 
 def standing(tick: int) -> list[Message]:
@@ -27,7 +29,7 @@ def standing(tick: int) -> list[Message]:
 
 
 def test_the_node_answers_every_joint_state_of_a_script() -> None:
-    found = replay_over_ros([standing(tick) for tick in range(TICKS)], PERIOD, {})
+    found = replay_over_ros([standing(tick) for tick in range(TICKS)], APART, {})
     assert found.count == TICKS
     assert len(found.latency) == TICKS
     assert found.latency[0] > 0.0

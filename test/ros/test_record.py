@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 
 from gait_lab.analysis.bag import open_bag
 from robot_core.errors import NaoGaitError
-from ros_probe import ROOT, Probe
+from ros_probe import ROOT, TIMEOUT, Probe
 
 TOPICS = ("/clock", "/joint_states", "/ground_truth/odom")
 SECOND = 1_000_000_000
@@ -83,10 +83,10 @@ def test_a_killed_recording_has_all_up_to_its_last_second(
 
 def test_a_recording_ends_whole_and_in_order(probe: Probe, tmp_path: Path) -> None:
     # The bridge keeps ten messages for a late reader: a busy machine needs time.
-    start_nodes(probe, real_time_factor=0.2)
+    start_nodes(probe, real_time_factor=0.1)
     recorder = record(probe, tmp_path / "bag", "--topics", "/joint_states", "/robot_description",
                       "--duration", "6")  # fmt: skip
-    text, _ = recorder.communicate(timeout=60)
+    text, _ = recorder.communicate(timeout=TIMEOUT)
     assert recorder.returncode == 0, text
     assert re.search(r"\d+ messages of 3 topics", text)
     bag = open_bag(tmp_path / "bag")

@@ -26,7 +26,7 @@ from nao_soccer.ros import player_messages
 from nao_soccer.world.state import PoseEstimate
 from robot_core.errors import NaoGaitError
 from robot_core.types import PoseCovariance
-from ros_probe import ROOT, Probe
+from ros_probe import ROOT, TIMEOUT, Probe
 from sim_bridge.scene import load_scene
 
 
@@ -181,13 +181,13 @@ def test_the_tool_serves_on_this_machine_alone(probe: Probe, tmp_path: Path) -> 
         address = re.search(r"http://\S+", process.stdout.readline())
         assert address is not None
         assert address[0] == f"http://{HOST}:{port}"
-        with urllib.request.urlopen(address[0], timeout=20) as answer:
+        with urllib.request.urlopen(address[0], timeout=TIMEOUT) as answer:
             assert answer.status == 200
             assert b"<html" in answer.read(4000).lower()
         assert _listening(port) == {"0100007F"}, "127.0.0.1 and nothing else"
         _look(probe, address[0])
         process.send_signal(signal.SIGINT)
-        assert process.wait(20) == 0
+        assert process.wait(TIMEOUT) == 0
     finally:
         if process.poll() is None:
             process.kill()

@@ -15,7 +15,7 @@ sys.exit(main(sys.argv[1:]))
 
 def nao_gait(*arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", WITHOUT, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
 
 
 def test_rollouts_run_on_pybullet() -> None:
