@@ -1,5 +1,6 @@
 """`nao_gait tune`: one study from its file to a preset and a report."""
 
+import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,7 +109,10 @@ def run(options: TuneOptions, say: Callable[[str], None]) -> Result | None:
         raise NaoGaitError("out", str(out), allowed)
     url = options.storage or f"sqlite:///{database}"
     about = {"study": f"{study.name} {study.digest()}", "method": method, "seed": options.seed}
-    with one_line_storage_errors(options.storage or str(out)):
+    if options.storage and not options.join:
+        # The lock on the folder guards the storage only if there is one folder.
+        about["leader"] = f"{platform.node()}:{out.resolve()}"
+    with one_line_storage_errors("the storage" if options.storage else str(out)):
         if options.join:
             kept = Kept(study, url)
             kept.open(about, existing=True)

@@ -15,6 +15,7 @@ import optuna
 from optuna.distributions import FloatDistribution
 from optuna.storages import RDBStorage
 from optuna.trial import FrozenTrial, TrialState
+from sqlalchemy.engine import make_url
 from sqlalchemy.exc import SQLAlchemyError
 
 from gait_lab.tune.protocols import Measures
@@ -62,16 +63,6 @@ def walk_robots(
     return found
 
 
-def measures_of(trial: FrozenTrial) -> list[Measures]:
-    """The measures of each robot of a trial; empty if it failed."""
-    return [Measures(*each) for each in trial.user_attrs["measures"]]
-
-
-def went_wrong(trial: FrozenTrial) -> bool:
-    """Whether a robot fell or the trial failed."""
-    return trial.user_attrs["error"] is not None or any(m.fell for m in measures_of(trial))
-
-
 def best_of(trials: Sequence[FrozenTrial]) -> FrozenTrial:
     """The trial with the best score, the earliest of equal ones."""
     return max(trials, key=lambda trial: (trial.value, -trial.number))
@@ -114,13 +105,14 @@ class Kept:
 
     def __init__(self, study: Study, url: str) -> None:
         optuna.logging.set_verbosity(optuna.logging.WARNING)
-        self.url = url
+        self.url = make_url(url).render_as_string(hide_password=True)
         self._study = study
         try:
             self._storage = RDBStorage(url)
-        except ImportError as error:
-            allowed = "a database whose Python driver is installed"
-            raise NaoGaitError("storage", url, allowed) from error
+        except (ImportError, RuntimeError) as error:
+            reason = str(error).split(".")[0]
+            allowed = "a database whose driver and Optuna version are the installed ones"
+            raise NaoGaitError(f"storage {self.url}", reason, allowed) from error
         ranges = study.file.parameters
         self._space = {name: FloatDistribution(*ends) for name, ends in ranges.items()}
 

@@ -17,7 +17,7 @@ from optuna.trial import TrialState
 from test_tune_study import GOOD
 
 from gait_lab.tune.protocols import Measures
-from gait_lab.tune.search import Kept, best_of, leading, measures_of, search
+from gait_lab.tune.search import Kept, best_of, leading, search
 from gait_lab.tune.study import METHODS, Place, Study, parse_study
 from gait_lab.tune.workers import ATTEMPTS, Outcome, Workers
 from nao_lipm_gait.parameters import GaitParameters
@@ -94,7 +94,7 @@ def test_a_helper_leaves_what_the_leading_tuner_has_begun(tmp_path: Path) -> Non
     assert leader.ran == [3, 7, 8, 9]  # trial 6 is the helper's
     assert len(trials) == STUDY.file.trials
     assert best_of(trials).value == max(trial.value for trial in trials)
-    assert measures_of(trials[0])[0].robot == 0
+    assert trials[0].user_attrs["measures"][0][0] == STUDY.file.robots[0]
 
 
 def test_one_tuner_leads_a_folder(tmp_path: Path) -> None:
