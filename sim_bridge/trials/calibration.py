@@ -56,13 +56,9 @@ class _Calibrating(Policy):
 
 
 def calibrate(spec: TrialSpec) -> Calibration | None:
-    """Calibrate the robot of a trial with the preset `default`, as `nao_gait calibrate` does.
+    """What a robot's gait measures with the preset `default`, as `nao_gait calibrate` does.
 
-    Args:
-        spec: The robot; its parameters and calibration are not used.
-
-    Returns:
-        What the gait has measured; None if the calibration failed.
+    Parameters and calibration of the specification are not used. None if the calibration failed.
     """
     spec = TrialSpec(**{name: getattr(spec, name) for name in TrialSpec.__dataclass_fields__})
     return _calibrate(replace(spec, parameters=load_preset("default"), calibration=NOT_CALIBRATED))
@@ -121,16 +117,10 @@ class Levelled(NamedTuple):
 def levelling(
     spec: TrialSpec, command: VelocityCommand, seconds: float, pushes: tuple[Push, ...] = ()
 ) -> Iterator[Levelled]:
-    """Walk a robot and compare its soles with the truth.
+    """Walk a robot and compare its soles with the truth, every control period.
 
-    Args:
-        spec: The robot.
-        command: What it is commanded after a stand of `STAND_TIME`.
-        seconds: Duration [s] of the walk.
-        pushes: Pushes on the way; times count from the start of the trial.
-
-    Yields:
-        The state at the end of each control period, the first one before the walk.
+    It is commanded after a stand of `STAND_TIME`, for a duration [s]; the times of pushes count
+    from the start of the trial.
     """
 
     def command_at(time: float) -> VelocityCommand:

@@ -50,13 +50,8 @@ class CrossingRobot:
     def command_at(self, time: float, heading: float, y: float = 0.0) -> VelocityCommand:
         """The command that keeps it on the field.
 
-        Args:
-            time: [s] since the start.
-            heading: [rad] of the robot, 0 along the field.
-            y: [m] of the robot to the left of the middle of the field.
-
-        Returns:
-            The command.
+        By the time [s] since the start, the robot's heading [rad], 0 along the field, and its
+        place y [m] to the left of the field's middle.
         """
         walking = time - STAND_TIME
         if walking < 0.0:

@@ -21,16 +21,7 @@ FAR_AWAY = (-50.0, 50.0)
 
 
 def spot_in_world(truth: GroundTruth, x: float, y: float) -> FloatArray:
-    """The place of a ball in front of a standing robot.
-
-    Args:
-        truth: Ground truth of the robot.
-        x: [m] along the heading of the torso, from the middle between the soles.
-        y: [m] to the left.
-
-    Returns:
-        (2,) [m] in the world.
-    """
+    """(2,) [m] in the world: x ahead, y left [m] of the middle between the soles of a robot."""
     heading = float(yaw_of(truth.torso_quaternion))
     middle = 0.5 * (truth.soles[0].position + truth.soles[1].position)[:2]
     cos, sin = math.cos(heading), math.sin(heading)

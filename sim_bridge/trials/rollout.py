@@ -54,11 +54,11 @@ class RolloutSpec(TrialSpec):
 
 @dataclass(frozen=True, slots=True)
 class RolloutResult:
-    """Result of a rollout.
+    """What came of a rollout.
 
     Attributes:
         spec: The specification.
-        metrics: Metrics of the task's window.
+        metrics: Of the task's window.
         trace: If the specification keeps it.
         motions: What became of the motions of the task that were due.
         calibration_failed: The robot should have been calibrated and walked without.
@@ -131,17 +131,7 @@ def run_all(
     show: bool = True,
     label: str = "rollouts",
 ) -> list[RolloutResult]:
-    """All rollouts, over all cores.
-
-    Args:
-        specs: The rollouts.
-        jobs: Number of processes; None for all cores.
-        show: Show a progress bar on a terminal.
-        label: Label of the progress bar.
-
-    Returns:
-        The results in the order of the specs.
-    """
+    """All rollouts with a progress bar; see `parallel_map`."""
     return parallel_map(rollout, specs, jobs=jobs, label=label, show=show, note=_note)
 
 

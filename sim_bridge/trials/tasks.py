@@ -117,18 +117,9 @@ def walk(
     axis: str | None = None,
     window: float = WINDOW,
 ) -> Task:
-    """Stand, ramp up to a velocity, settle, and walk at it.
+    """A task: stand, ramp up to x, y, yaw [m/s, m/s, rad/s], settle, walk at it for a window [s].
 
-    Args:
-        name: Name of the task.
-        x: [m/s] forward.
-        y: [m/s] to the left.
-        yaw: [rad/s] counter-clockwise.
-        axis: Whose speed is the result.
-        window: [s] of walking that are measured.
-
-    Returns:
-        The task.
+    The speed along `axis` is the result.
     """
     up = STAND_TIME + RAMP_TIME
     start = up + SETTLE_TIME

@@ -101,16 +101,13 @@ def make_world(
     ball: Ball | None = None,
     plant: Plant | None = None,
 ) -> World:
-    """The simulated robot of a trial; the caller closes it.
+    """The robot of a trial at rest, at time 0; the caller closes the world.
 
     Args:
         spec: The trial.
         start_state: One of `sim_bridge.robot.START_STATES`.
         ball: A ball on the floor; None for none.
-        plant: Plant to use in place of that of the specification.
-
-    Returns:
-        The robot at rest, at time 0.
+        plant: In place of that of the specification.
     """
     robot = loaded_robot(spec.urdf)
     return World.single(
@@ -138,12 +135,7 @@ def make_scene_world(
 ) -> World:
     """The robots of a scene at rest, at time 0; the caller closes the world.
 
-    Args:
-        scene: Field and robots.
-        plant: The plant, or its name or file.
-        engine: `pybullet` or `mujoco`.
-        noise_seed: Seed of the first robot's sensor noise; the next ones have the seeds after it.
-        cameras: Of all robots; None = none.
+    `noise_seed` is that of the first robot's sensors; the next ones have the seeds after it.
     """
     return World.of_scene(
         scene,
@@ -218,15 +210,10 @@ class Policy:
         """Act on the world at the beginning of a control period; `tick` ended the last one."""
 
     def command(self, time: float, tick: Tick | None) -> Action:
-        """What is commanded.
+        """What is commanded at increasing times [s] since the start; None ends the trial.
 
-        Args:
-            time: [s] since the start, at increasing times.
-            tick: The last complete control period, of `time` - T; None at the start, and always
-                None if the policy is `looks_ahead`.
-
-        Returns:
-            The command; None ends the trial.
+        `tick` is the last complete control period, of `time` - T; None at the start, and always
+        None if the policy is `looks_ahead`.
         """
         return STANDSTILL
 
@@ -317,11 +304,7 @@ class Responder(Protocol):
     def respond(self, tick: Tick) -> bool:
         """Renew command, targets and status after the world has advanced.
 
-        Args:
-            tick: The last complete control period, before the advance.
-
-        Returns:
-            False if the trial ends here.
+        `tick` is the period before the advance. False ends the trial.
         """
         ...
 
@@ -329,17 +312,11 @@ class Responder(Protocol):
 def run(
     world: World, walker: Walker, policy: Policy, *, past_falls: bool = False
 ) -> Iterator[Tick]:
-    """Step a world and its walker by control periods.
-
-    Args:
-        world: The robot; time counts from now.
-        walker: Answers its sensor frames.
-        policy: Commands the walker and disturbs the world.
-        past_falls: Go on after a fall.
+    """Step a world with one robot, and its walker, by control periods; time counts from now.
 
     Yields:
-        The state at rest, then one tick per control period, up to and with a fall, or until the
-        policy ends it. Endless otherwise.
+        The state at rest, then one tick per control period, up to and with a fall (`past_falls`:
+        beyond it), or until the policy ends it. Endless otherwise.
     """
     responder = WalkerResponder(world, world.robot, walker, policy)
     return run_responder(world, responder, policy.disturb, past_falls=past_falls)
@@ -352,17 +329,7 @@ def run_responder(
     *,
     past_falls: bool = False,
 ) -> Iterator[Tick]:
-    """The loop of `run` with any responder; see there.
-
-    Args:
-        world: The robot.
-        responder: Drives it.
-        disturb: Called at the beginning of each control period with the last tick.
-        past_falls: Go on after a fall.
-
-    Yields:
-        As `run`.
-    """
+    """The loop of `run` with any responder; `disturb` as that of a policy."""
     for (tick,) in run_responders(
         world, [responder], lambda world, ticks: disturb(world, ticks[0]), past_falls=past_falls
     ):
@@ -376,16 +343,11 @@ def run_responders(
     *,
     past_falls: bool = False,
 ) -> Iterator[tuple[Tick, ...]]:
-    """The loop behind every trial, with one responder for each robot of the world.
-
-    Args:
-        world: The robots.
-        responders: Drive the robots, in their order.
-        disturb: Called at the beginning of each control period with the last ticks.
-        past_falls: Go on after all robots have fallen.
+    """The loop behind every trial, with one responder for each robot of the world, in their order.
 
     Yields:
-        The ticks of all robots, until one responder ends the trial.
+        The ticks of all robots, until one responder ends the trial or all robots have fallen
+        (`past_falls`: beyond that).
     """
     robots = world.robots
     truths = [robot.truth() for robot in robots]
@@ -413,16 +375,9 @@ def run_several(
     policies: Sequence[Policy],
     disturb: Callable[[World, Sequence[Tick]], None] = lambda world, ticks: None,
 ) -> Iterator[tuple[Tick, ...]]:
-    """Step a world and the walkers of all its robots by control periods, past falls.
+    """Step a world and the walkers of all its robots, past falls, until a policy ends the trial.
 
-    Args:
-        world: The robots; time counts from now.
-        walkers: Answer the robots' sensor frames, in the order of the robots.
-        policies: Command the walkers, in the same order. Their `disturb` is not called.
-        disturb: Acts on the world at the beginning of each control period; it gets the last ticks.
-
-    Yields:
-        The ticks of all robots, as `run_responders`, until a policy ends the trial.
+    Walkers and policies are in the order of the robots; the policies' own `disturb` is not called.
     """
     robots = zip(world.robots, walkers, policies, strict=True)
     responders = [WalkerResponder(world, *each) for each in robots]
@@ -453,14 +408,7 @@ class WalkerResponder:
     """
 
     def __init__(self, world: World, robot: SimulatedRobot, walker: Walker, policy: Policy) -> None:
-        """Ask for the first command.
-
-        Args:
-            world: Its time counts from now.
-            robot: One of its robots.
-            walker: Answers the robot's frames.
-            policy: Commands the walker.
-        """
+        """Ask for the first command; time counts from now."""
         self._world = world
         self._robot = robot
         self._walker = walker

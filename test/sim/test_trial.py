@@ -15,6 +15,7 @@ from sim_bridge.trials.trial import (
     Push,
     Tick,
     TimedCommands,
+    Trial,
     TrialSpec,
     make_gait,
     make_world,
@@ -95,3 +96,16 @@ def test_a_push_acts_at_its_time_relative_to_the_heading(world: World, ahead: bo
 def test_a_refused_specification_names_its_field() -> None:
     with pytest.raises(NaoGaitError, match="engine"):
         make_world(TrialSpec(engine="bullet"))
+
+
+def test_a_trial_is_commanded_step_by_step_and_remembers_a_fall() -> None:
+    with Trial(SPEC) as trial, make_world(SPEC) as world:
+        *_, same = ticks_of(world, HeldCommand(), 21)
+        assert trial.advance(0.2).truth.stamp == 200_000_000
+        assert np.array_equal(trial.tick.truth.joint_position, same.truth.joint_position)
+        trial.action = FORWARD
+        assert trial.step().command == FORWARD
+        trial.action = JointTargets(0, np.array(trial.gait.robot.stand_pose), 0.0)
+        assert sum(1 for _ in trial.steps(2.5)) == 250
+        assert trial.tick.fallen
+        assert not trial.stood
