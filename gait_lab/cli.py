@@ -148,6 +148,11 @@ _WRITE = {
             argument("--out", type=Path, required=True, metavar="FILE", help="file to write"),
         ),
     ),
+    "guide": Command("the figures of docs/tune.md", "gait_lab.tune.guide:write", (
+        argument("parameters", nargs="*", metavar="PARAMETER", help="parameters to vary (all)"),
+        argument("--out", type=Path, default=Path("docs/images"), metavar="DIR",
+                 help="where (docs/images)"),
+    )),
     "picture": Command(
         "a picture of a report; needs the extra browser and a Chromium",
         "gait_lab.report.picture:picture", (

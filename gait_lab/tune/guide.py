@@ -1,7 +1,5 @@
-"""The figures of docs/tune.md: `python -m gait_lab.tune.guide [PARAMETER ...] [--out DIR]`."""
+"""The figures of docs/tune.md: one parameter varied at a time, `nao_gait write guide`."""
 
-import argparse
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,21 +104,13 @@ def _mark(axes: Any, x: list[float], symbol: str, colour: str, height: float) ->
     axes.plot(x, [height] * len(x), symbol, color=colour, transform=transform)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run sweeps and draw their figures; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m gait_lab.tune.guide", description=__doc__)
-    parser.add_argument("parameters", nargs="*", help=f"{', '.join(SWEEPS)} (all)")
-    parser.add_argument("--out", type=Path, default=Path("docs/images"))
-    given = parser.parse_args(arguments)
-    for name in given.parameters:
+def write(parameters: Sequence[str], out: Path, say: Callable[[str], None]) -> None:
+    """Run the sweeps of parameters, or all of them, and draw their figures."""
+    for name in parameters:
         if name not in SWEEPS:
-            sys.stderr.write(f"{NaoGaitError('parameter', name, ', '.join(SWEEPS))}\n")
-            return 2
-    for name in given.parameters or SWEEPS:
+            raise NaoGaitError("parameter", name, ", ".join(SWEEPS))
+    for name in parameters or SWEEPS:
         calls = [(name, value, robot, SPEED) for value in SWEEPS[name] for robot in ROBOTS]
-        draw(name, parallel_map(sample, calls, label=name), given.out / f"tune_{name}.png")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        path = out / f"tune_{name}.png"
+        draw(name, parallel_map(sample, calls, label=name), path)
+        say(f"written: {path}")

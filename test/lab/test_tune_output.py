@@ -18,6 +18,7 @@ from optuna.distributions import FloatDistribution
 from optuna.trial import FrozenTrial, create_trial
 from test_tune_study import GOOD
 
+from gait_lab.cli import EXIT_USAGE, main
 from gait_lab.tune import guide
 from gait_lab.tune.confirm import Comparison, candidates, rows
 from gait_lab.tune.guide import sample, step_duration
@@ -136,7 +137,7 @@ def test_step_duration_is_the_time_between_support_changes() -> None:
 
 
 def test_the_guide_refuses_what_it_does_not_sweep(capsys: pytest.CaptureFixture[str]) -> None:
-    assert guide.main(["beauty"]) == 2
+    assert main(["write", "guide", "beauty"]) == EXIT_USAGE
     assert capsys.readouterr().err.count("\n") == 1
 
 
