@@ -80,9 +80,6 @@ class GaitParameters(Settings):
     step_forward_rate: float = number(
         0.02, 0.001, 0.2, "m", "Largest change of the forward step size from step to step."
     )
-    step_side_rate: float = number(
-        0.03, 0.001, 0.2, "m", "Largest change of the side step size from step to step."
-    )
     step_turn_rate: float = number(
         0.2, 0.01, 1.5, "rad", "Largest change of the turn from step to step."
     )
@@ -126,14 +123,10 @@ class GaitParameters(Settings):
         "Time constant for learning a constant error of the walking speed; 0 = off.",
     )
 
-    tilt_accelerometer_time: float = number(
-        4.0, 0.05, 60.0, "s",
-        "Time constant of the correction of the torso's tilt by the accelerometer.",
-        section="Torso orientation and soles",
-    )
     tilt_stance_time: float = number(
         4.0, 0.05, 60.0, "s",
         "Time constant of the correction of the torso's tilt by the flat stance sole.",
+        section="Torso orientation and soles",
     )
     level_soles: bool = switch(
         True,

@@ -45,6 +45,8 @@ from robot_core.types import (
     SensorFrame,
 )
 
+ACCELEROMETER_TIME = 4.0
+"""Time constant [s] of the correction of the torso's tilt by the accelerometer."""
 LYING_TILT = 1.0
 """Tilt [rad] of a torso at rest beyond which the robot lies."""
 GET_UP_TILT = 0.4
@@ -86,9 +88,7 @@ class StateEstimator:
         alignment: StandAlignment,
     ) -> None:
         p = parameters
-        self.orientation = TorsoOrientation(
-            p.tilt_accelerometer_time, p.tilt_stance_time, STANCE_TILT_MAX
-        )
+        self.orientation = TorsoOrientation(ACCELEROMETER_TIME, p.tilt_stance_time, STANCE_TILT_MAX)
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
         self.acceleration_in_q = (0.0, 0.0)
@@ -122,7 +122,7 @@ class StateEstimator:
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Change the parameters between two ticks."""
         p = self._p = parameters
-        self.orientation.set_times(p.tilt_accelerometer_time, p.tilt_stance_time, STANCE_TILT_MAX)
+        self.orientation.set_stance_time(p.tilt_stance_time)
 
     def begin(self, frame: SensorFrame) -> bool:
         """Initialise the orientation with the first frame; returns whether the robot lies."""

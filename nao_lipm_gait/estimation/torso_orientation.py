@@ -30,15 +30,15 @@ class TorsoOrientation:
     """
 
     def __init__(self, accelerometer_time: float, stance_time: float, stance_limit: float) -> None:
-        self.set_times(accelerometer_time, stance_time, stance_limit)
-        self.up_in_torso = UPRIGHT
-        self._age = 0.0
-
-    def set_times(self, accelerometer_time: float, stance_time: float, stance_limit: float) -> None:
-        """Change the constants of the filter; see the class."""
         self._accelerometer_time = accelerometer_time
         self._stance_time = stance_time
         self._stance_up_min = cos(stance_limit)
+        self.up_in_torso = UPRIGHT
+        self._age = 0.0
+
+    def set_stance_time(self, stance_time: float) -> None:
+        """Change the time constant [s] of the correction by the support sole."""
+        self._stance_time = stance_time
 
     @property
     def roll(self) -> float:

@@ -14,6 +14,8 @@ from robot_core.types import LEFT, RIGHT, Pose2, VelocityCommand
 
 SHARE_MAX = 1e75
 """Cap on the used share of one step limit, so that a power of it is finite."""
+SIDE_RATE = 0.03
+"""Largest change of the side step size from step to step [m]."""
 
 
 class Stride(NamedTuple):
@@ -109,7 +111,7 @@ def approach(current: Stride, wanted: Stride, parameters: GaitParameters) -> Str
     """The stride one step after `current` on the way to `wanted`, within the rate limits."""
     return Stride(
         limited_step(current.x, wanted.x, parameters.step_forward_rate),
-        limited_step(current.y, wanted.y, parameters.step_side_rate),
+        limited_step(current.y, wanted.y, SIDE_RATE),
         limited_step(current.yaw, wanted.yaw, parameters.step_turn_rate),
     )
 

@@ -150,7 +150,7 @@ def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -
 def test_the_gyro_bridges_a_gap(
     robot: RobotDescription, lost: int, before: float, after: float, turned: float
 ) -> None:
-    nao = ObedientRobot(robot, P.replace(tilt_stance_time=10.0, tilt_accelerometer_time=10.0))
+    nao = ObedientRobot(robot, P.replace(tilt_stance_time=10.0))
     nao.run(3.0)
     nao.rate = (0.0, before, 0.0)
     nao.tick()

@@ -16,6 +16,7 @@ from nao_lipm_gait.walks.lipm.steady_walk import (
 )
 from nao_lipm_gait.walks.pendulum import advance, half_step_duration, natural_frequency
 from nao_lipm_gait.walks.steps import (
+    SIDE_RATE,
     STEP_IN_PLACE,
     Stride,
     approach,
@@ -133,7 +134,7 @@ def test_the_limits_of_the_second_paper_form_an_ellipsoid() -> None:
 
 def test_changes_are_rate_limited() -> None:
     stride = approach(STEP_IN_PLACE, Stride(0.09, -0.06, 0.5), P)
-    assert stride == Stride(P.step_forward_rate, -P.step_side_rate, P.step_turn_rate)
+    assert stride == Stride(P.step_forward_rate, -SIDE_RATE, P.step_turn_rate)
 
 
 def test_steps_are_smaller_if_they_are_shorter_in_time() -> None:

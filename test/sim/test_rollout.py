@@ -66,7 +66,7 @@ def test_a_fall_ends_the_rollout() -> None:
     # Far beyond what the robot can do, at once and without feedback.
     parameters = GaitParameters(
         feedback=False, step_limit_norm=4.0, step_mixed_weight=1.0, step_side_max=0.2,
-        step_side_rate=0.2, step_turn_max=1.5, step_turn_rate=1.5,
+        step_turn_max=1.5, step_turn_rate=1.5,
     )  # fmt: skip
     command = VelocityCommand(0.6, 0.6, 6.0)
     task = Task("tumble", ((1.0, STANDSTILL), (1.1, command)), 1.0, 30.0)

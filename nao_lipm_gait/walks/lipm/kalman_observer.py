@@ -9,6 +9,9 @@ from nao_lipm_gait.walks.lipm.com_observer import ComCorrection
 from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.lipm.state import WalkState
 
+MEASUREMENT_SIGMA = 0.02
+"""Deviation of the measured CoM [m]. No parameter: the gain (13) depends on ratios only."""
+
 
 class KalmanObserver:
     """Kalman filter with covariance P = [[p, c], [c, v]] and measurement matrix C = [1, 0].
@@ -47,4 +50,4 @@ class KalmanObserver:
 def kalman_observer(parameters: LipmParameters) -> KalmanObserver:
     """The observer with the deviations of the parameters."""
     p = parameters
-    return KalmanObserver(p.position_sigma, p.velocity_sigma, p.measurement_sigma)
+    return KalmanObserver(p.position_sigma, p.velocity_sigma, MEASUREMENT_SIGMA)

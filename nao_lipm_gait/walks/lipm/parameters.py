@@ -128,10 +128,6 @@ class LipmParameters(GaitParameters):
     velocity_sigma: float = number(
         0.004, 0.0, 1.0, "m/s", "Standard deviation of the CoM velocity's process noise per tick."
     )
-    measurement_sigma: float = number(
-        0.02, 0.0001, 1.0, "m",
-        "Standard deviation of the measured CoM; a smaller value trusts the measurement more.",
-    )
     offset_time: float = number(
         3.0, 0.0, 60.0, "s",
         "Time constant for learning constant errors of the measured CoM; 0 = off.",

@@ -78,9 +78,7 @@ class LipmWalk:
         self._k = natural_frequency(p.pendulum_height)
         self._single_support = SingleSupport(p, self._k)
         self._sway.set_limit(p.sway_limit)
-        settings = (
-            p.position_sigma, p.velocity_sigma, p.measurement_sigma, p.offset_time, p.push_velocity,
-        )  # fmt: skip
+        settings = (p.position_sigma, p.velocity_sigma, p.offset_time, p.push_velocity)
         if settings != self._observer_settings:
             # Other changes keep what has been learned about the robot.
             self._observer_settings = settings
