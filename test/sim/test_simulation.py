@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import nao_lipm_gait
 from nao_lipm_gait import (
     Gait,
     JointTargets,
@@ -20,13 +21,22 @@ from nao_lipm_gait import (
 )
 from sim_bridge.trials.trial import TimedCommands, TrialSpec, make_gait, make_world, run
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+ROOT = Path(__file__).resolve().parents[2]
+README = ROOT / "README.md"
 ROBOT = "nao_h21_v33"
 STAND_TICKS = 100
 
 
 def ten_lines() -> str:
     return re.findall(r"```python\n(from nao_lipm_gait import .*?)```", README.read_text(), re.S)[0]
+
+
+def test_the_page_and_the_docstring_show_the_same_lines() -> None:
+    lines = ten_lines()
+    assert len(lines.splitlines()) == 9
+    assert lines in (ROOT / "docs" / "python.md").read_text()
+    shown = [line.strip() for line in nao_lipm_gait.__doc__.splitlines()]  # type: ignore[union-attr]
+    assert all(line.strip() in shown for line in lines.splitlines())
 
 
 @pytest.fixture

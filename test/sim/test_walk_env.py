@@ -1,8 +1,10 @@
 """The Gymnasium environment: its contract, and that a zero action is the gait itself."""
 
+import re
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,6 +52,15 @@ def test_a_zero_action_walks_as_the_gait_does() -> None:
     assert total > 0.3, "it walked"
     assert seen.frame is not None
     assert np.array_equal(obs[:JOINTS], seen.frame.joint_position), "sensors, not the truth"
+
+
+def test_the_lines_of_the_page_run() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "python.md").read_text()
+    (lines,) = re.findall(r"```python\n(import gymnasium.*?)```", page, re.S)
+    names: dict = {}
+    exec(lines, names)
+    assert names["obs"].shape == (2 * JOINTS + 9,)
+    assert names["info"] == {"individual": names["env"].reset(seed=1)[1]["individual"]}
 
 
 def test_the_seed_draws_the_individual() -> None:
