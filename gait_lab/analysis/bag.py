@@ -9,7 +9,7 @@ is read from its beginning as far as possible. Reading never writes to a bag. Th
 import sqlite3
 import tempfile
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -43,6 +43,8 @@ _PADDING = (0, 4, 8, 12)
 
 Raw = tuple[str, str, int, bytes]
 """Topic, message type, log time [ns], serialised message."""
+Wanted = Callable[[str, str], bool]
+"""Whether messages of a topic and a type are read."""
 
 
 class BagWriter:
@@ -173,24 +175,23 @@ class BagContents:
             a topic that the bag lacks.
         topics: All topics of the bag.
         remarks: What was wrong with the bag, in words; empty for a whole one.
-        start: [ns] log time of the first message; 0 without any.
-        end: [ns] log time of the last message.
     """
 
     path: Path
     messages: Mapping[str, list[tuple[int, Any]]]
     topics: Mapping[str, TopicSummary]
     remarks: tuple[str, ...]
-    start: int
-    end: int
 
 
-def open_bag(path: Path, topics: Iterable[str] | None = None) -> BagContents:
-    """Read a bag.
+def open_bag(
+    path: Path, topics: Iterable[str] | None = None, types: Iterable[str] | None = None
+) -> BagContents:
+    """Read a bag; only messages that are wanted are kept in memory.
 
     Args:
         path: A rosbag2 folder, or one .mcap or .db3 file.
-        topics: The topics to deserialise; None for all.
+        topics: The wanted topics; None for all.
+        types: The wanted message types; None for all.
 
     Returns:
         The contents; of a damaged bag what is left, with remarks.
@@ -200,13 +201,28 @@ def open_bag(path: Path, topics: Iterable[str] | None = None) -> BagContents:
     """
     files = _files(path)
     remarks: list[str] = []
+    names, kinds = (None if each is None else frozenset(each) for each in (topics, types))
+
+    def wanted(topic: str, kind: str) -> bool:
+        return (names is None or topic in names) and (kinds is None or kind in kinds)
+
     try:
         # An index can be broken in any way, and the reader then raises any exception.
-        types, raw = _whole(path)
+        found, raw = _whole(path, wanted)
     except Exception as error:
-        types = {}
-        raw = _salvaged(path, files, error, remarks)
-    return _decoded(path, types, raw, None if topics is None else set(topics), remarks)
+        found, raw = _salvaged(path, files, wanted, error, remarks)
+    messages: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in (*found, *(names or ()))}
+    unreadable: dict[str, int] = {}
+    for topic, kind, stamp, data in raw:
+        message = _message(kind, data)
+        if message is None:
+            unreadable[topic] = unreadable.get(topic, 0) + 1
+        else:
+            messages[topic].append((stamp, message))
+    for topic, count in unreadable.items():
+        each = found[topic]
+        remarks.append(f"{topic}: {count} of {each.count} messages ({each.type}) unreadable")
+    return BagContents(path, messages, dict(sorted(found.items())), tuple(remarks))
 
 
 def _files(path: Path) -> list[Path]:
@@ -252,18 +268,24 @@ def _no_bag(path: Path, found: str) -> NaoGaitError:
     )
 
 
-def _whole(path: Path) -> tuple[dict[str, str], list[Raw]]:
-    """Type by topic, and all messages."""
+def _whole(path: Path, wanted: Wanted) -> tuple[dict[str, TopicSummary], list[Raw]]:
+    """All topics, and the wanted messages."""
     with Reader(path) as reader:
-        types = {connection.topic: connection.msgtype for connection in reader.connections}
+        topics: dict[str, TopicSummary] = {}
+        for each in reader.connections:
+            before = topics[each.topic].count if each.topic in topics else 0
+            topics[each.topic] = TopicSummary(each.msgtype, before + each.msgcount)
+        chosen = [each for each in reader.connections if wanted(each.topic, each.msgtype)]
         raw = [
             (connection.topic, connection.msgtype, stamp, bytes(data))
-            for connection, stamp, data in reader.messages()
+            for connection, stamp, data in (reader.messages(chosen) if chosen else ())
         ]
-    return types, raw
+    return topics, raw
 
 
-def _salvaged(path: Path, files: list[Path], error: Exception, remarks: list[str]) -> list[Raw]:
+def _salvaged(
+    path: Path, files: list[Path], wanted: Wanted, error: Exception, remarks: list[str]
+) -> tuple[dict[str, TopicSummary], list[Raw]]:
     reason = " ".join(str(error).split()) or type(error).__name__
     if path.is_dir() and not (path / "metadata.yaml").is_file():
         remarks.append(
@@ -272,30 +294,28 @@ def _salvaged(path: Path, files: list[Path], error: Exception, remarks: list[str
         )
     else:
         remarks.append(f"the bag is damaged ({reason}); read from the data alone")
+    topics: dict[str, TopicSummary] = {}
     raw: list[Raw] = []
     for file in files:
         if not file.stat().st_size:
             remarks.append(f"{file.name} is empty")
             continue
-        before = len(raw)
+        count = 0
         with tempfile.TemporaryDirectory() as folder:
-            end = _salvage_file(_unpacked(file, Path(folder)), raw)
-        if end is not None:
-            count = len(raw) - before
-            remarks.append(f"{file.name} breaks off after {count} messages ({end})")
+            plain = _unpacked(file, Path(folder))
+            try:
+                read = _mcap_messages if plain.suffix == ".mcap" else _sqlite_messages
+                for topic, kind, stamp, data in read(plain):
+                    count += 1
+                    before = topics[topic].count if topic in topics else 0
+                    topics[topic] = TopicSummary(kind, before + 1)
+                    if wanted(topic, kind):
+                        raw.append((topic, kind, stamp, data))
+            except Exception as broken:
+                end = " ".join(str(broken).split()) or type(broken).__name__
+                remarks.append(f"{file.name} breaks off after {count} messages ({end})")
     raw.sort(key=lambda each: each[2])
-    return raw
-
-
-def _salvage_file(file: Path, into: list[Raw]) -> str | None:
-    """Append what can be read; return why it ended early, or None."""
-    read = _mcap_messages if file.suffix == ".mcap" else _sqlite_messages
-    try:
-        for each in read(file):
-            into.append(each)
-    except Exception as error:
-        return " ".join(str(error).split()) or type(error).__name__
-    return None
+    return topics, raw
 
 
 def _unpacked(file: Path, folder: Path) -> Path:
@@ -363,42 +383,6 @@ def _fill_up(database: Path) -> None:
         length = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
         if file.seek(0, 2) < length:
             file.truncate(length)
-
-
-def _decoded(
-    path: Path,
-    types: dict[str, str],
-    raw: list[Raw],
-    wanted: set[str] | None,
-    remarks: list[str],
-) -> BagContents:
-    messages: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in wanted or ()}
-    counts = dict.fromkeys(types, 0)
-    unreadable: dict[str, int] = {}
-    for topic, kind, stamp, data in raw:
-        counts[topic] = counts.get(topic, 0) + 1
-        types[topic] = kind
-        if wanted is not None and topic not in wanted:
-            continue
-        message = _message(kind, data)
-        if message is None:
-            unreadable[topic] = unreadable.get(topic, 0) + 1
-        else:
-            messages.setdefault(topic, []).append((stamp, message))
-    for topic, count in unreadable.items():
-        remarks.append(f"{topic}: {count} of {counts[topic]} messages ({types[topic]}) unreadable")
-    if wanted is None:
-        for topic in counts:
-            messages.setdefault(topic, [])
-    stamps = [each[2] for each in raw]
-    return BagContents(
-        path=path,
-        messages=messages,
-        topics={topic: TopicSummary(types[topic], counts[topic]) for topic in sorted(counts)},
-        remarks=tuple(remarks),
-        start=min(stamps, default=0),
-        end=max(stamps, default=0),
-    )
 
 
 def _message(kind: str, data: bytes) -> Any | None:

@@ -307,7 +307,7 @@ def read_walk(path: Path, robot: str = "") -> RecordedWalk:
         NaoGaitError: The path is no bag, or the bag has no such robot.
     """
     # The topics are only known once the bag is open.
-    bag = open_bag(path)
+    bag = open_bag(path, types={kind for part in PARTS.values() for kind in part.types})
     prefix, topics = topics_of(bag.topics, robot)
     parts = find_parts(topics)
 

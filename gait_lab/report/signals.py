@@ -223,7 +223,7 @@ class Timing:
         period: Median time between two joint states.
         missed: Joint states that were never recorded.
         unanswered: Joint states without a joint_command of the same stamp.
-        age: Median age of a joint state when it was recorded.
+        age: Median age of a joint state when it was recorded; NaN if none has a stamp.
         answer: (t,) from a joint state's recording to that of its answer.
         interval_time: (t,) on the report's axis.
         interval: (t,) between two joint states.
@@ -269,7 +269,7 @@ def find_timing(walk: RecordedWalk) -> Timing | None:
         period=walk.period * 1e-9,
         missed=int((ticks - 1).sum()),
         unanswered=unanswered,
-        age=float(np.median(age)),
+        age=float(np.median(age)) if age.any() else float("nan"),
         answer=answer,
         interval_time=walk.seconds(joints.stamp[1:]),
         interval=gaps * 1e-9,

@@ -270,7 +270,8 @@ def _speeds(analysis: Analysis) -> list[Finding]:
 def _gait(analysis: Analysis) -> list[Finding]:
     found = []
     metrics = analysis.walking
-    if metrics is not None and np.isfinite(metrics.flight_share):
+    walked = analysis.walked is not None
+    if walked and metrics is not None and np.isfinite(metrics.flight_share):
         share = 100 * metrics.flight_share
         if metrics.flight_share > FLIGHT_LIMIT:
             found.append(Finding(BAD, f"It hops: no sole is loaded {share:.1f} % of the time."))
@@ -341,8 +342,8 @@ def _timing(analysis: Analysis) -> list[Finding]:
     timing = analysis.timing
     if timing is None:
         return []
-    text = (f"{1 / timing.period:.0f} Hz, sensors {1e3 * timing.age:.0f} ms old, "
-            f"{timing.missed} joint states missing")  # fmt: skip
+    old = f"sensors {1e3 * timing.age:.0f} ms old, " if math.isfinite(timing.age) else ""
+    text = f"{1 / timing.period:.0f} Hz, {old}{timing.missed} joint states missing"
     if len(analysis.walk.targets):
         text += f", {timing.unanswered} unanswered"
     ticks = max(1, len(analysis.walk.position))

@@ -138,10 +138,9 @@ def turn_rate(stamp: IntArray, quaternion: FloatArray) -> float:
 
 
 def flight_share(sole_force: FloatArray) -> float:
-    """Share of ticks with less than `LOADED` under both soles; forces (t, 2) [N]."""
-    if not len(sole_force):
-        return math.nan
-    return float(np.mean(np.all(sole_force < LOADED, axis=1)))
+    """Share of the ticks of known forces (t, 2) [N] with less than `LOADED` under both soles."""
+    known = sole_force[np.isfinite(sole_force).all(axis=1)]
+    return float(np.mean(np.all(known < LOADED, axis=1))) if len(known) else math.nan
 
 
 def slip_speed(sole_force: FloatArray, sole_slip: FloatArray) -> float:

@@ -1,5 +1,6 @@
 """Bags that lack something: a clear word about what is missing, and a report of what is there."""
 
+import dataclasses
 import json
 import os
 import re
@@ -19,6 +20,7 @@ from gait_lab import cli
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.recorded_walk import PARTS, find_parts, missing_parts
 from gait_lab.report.analysis import analyse
+from gait_lab.report.command import report_page
 from gait_lab.report.verdict import findings, headline
 from sim_bridge.trials.rollout import RolloutSpec
 from sim_bridge.trials.tasks import TASKS
@@ -112,6 +114,23 @@ def test_without_ground_truth_speeds_come_from_odometry(whole: Path, tmp_path: P
     height = own.body.torso[:, 2, 3]
     assert true.body is not None
     assert np.nanmedian(height) == pytest.approx(np.nanmedian(true.body.torso[:, 2, 3]), abs=0.01)
+
+
+def test_no_finding_without_its_data(whole: Path, tmp_path: Path) -> None:
+    write_walk(tmp_path / "bag", SPEC, without={"/l_sole/wrench", "/r_sole/wrench"})
+    hops = [[each for each in findings(analyse(bag)) if "hop" in each.text]
+            for bag in (whole, tmp_path / "bag")]  # fmt: skip
+    assert len(hops[0]) == 1
+    assert hops[1] == []
+    stood = dataclasses.replace(analyse(whole), phases=())
+    assert not any("hop" in each.text for each in findings(stood))
+
+
+def test_words_of_a_bag_are_no_markup(whole: Path) -> None:
+    broken = dataclasses.replace(analyse(whole), robot=None, robot_remark="<img src=x>")
+    page = report_page(broken)
+    assert "<img src=x>" not in page
+    assert "&lt;img src=x&gt;" in page
 
 
 def test_a_namespace_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
