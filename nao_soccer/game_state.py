@@ -1,4 +1,4 @@
-"""The state of the game as one player sees it."""
+"""The state of the game as one player sees it, and its role in it."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -31,6 +31,20 @@ class SetPlay(StrEnum):
     CORNER_KICK = "corner_kick"
     FREE_KICK = "free_kick"
     PENALTY_KICK = "penalty_kick"
+
+
+class Role(StrEnum):
+    """Role of a player.
+
+    Attributes:
+        STRIKER: Goes to the ball.
+        SUPPORTER: Keeps out of the striker's way, between ball and own goal.
+        KEEPER: Guards the goal.
+    """
+
+    STRIKER = "striker"
+    SUPPORTER = "supporter"
+    KEEPER = "keeper"
 
 
 @dataclass(frozen=True, slots=True)

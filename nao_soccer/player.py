@@ -21,11 +21,10 @@ from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
 from nao_soccer.behavior.walking import WalkLimits
-from nao_soccer.game_state import GameState, Phase
+from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
 from nao_soccer.team.link import TeamLink
 from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
-from nao_soccer.team.role import Role
 from nao_soccer.team.roles import Claim, RoleChoice
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_lab.soccer.pitch import PitchSpec, RobotPlayer
-from nao_soccer.game_state import GameState, Phase
-from nao_soccer.team.role import Role
+from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from robot_core.field import BallPlace
 from robot_core.geometry import relative

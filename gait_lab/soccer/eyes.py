@@ -37,6 +37,14 @@ class Eyes(Protocol):
         """What is seen and known by `now` [ns]; ball [m] and others are in the world."""
 
 
+def cameras_of(robot: RobotDescription) -> list[CameraModel]:
+    """The cameras of a robot, with images of `IMAGE_SIZE`."""
+    return [
+        CameraModel(robot, name, Intrinsics.from_fov(*IMAGE_SIZE, camera.hfov))
+        for name, camera in robot.cameras.items()
+    ]
+
+
 class Arrival(NamedTuple):
     """Percepts on their way; `due` [ns] is when they arrive."""
 
@@ -59,10 +67,7 @@ class ModelEyes:
         self._team = team
         self._model = PerceptModel(errors, field, goals, seed)
         self._delay = round(errors.delay * 1e9)
-        self._cameras = [
-            CameraModel(robot, name, Intrinsics.from_fov(*IMAGE_SIZE, camera.hfov))
-            for name, camera in robot.cameras.items()
-        ]
+        self._cameras = cameras_of(robot)
         self._period = round(IMAGE_PERIOD * 1e9) // len(self._cameras)
         self._next_image = 0
         self._camera = 0

@@ -16,9 +16,8 @@ from gait_lab.soccer.snapshots import (
     is_turned,
     wrong_half,
 )
-from nao_soccer.game_state import Phase
+from nao_soccer.game_state import Phase, Role
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
-from nao_soccer.team.role import Role
 from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
 from sim_bridge.scene import Scene, load_scene

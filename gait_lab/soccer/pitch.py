@@ -16,6 +16,7 @@ from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.situation import Body
 from nao_soccer.player import Identity, Player
 from nao_soccer.referee.rules import TEAM_NUMBERS
+from nao_soccer.vision.settings import VisionSettings
 from nao_soccer.world.settings import WorldSettings
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
@@ -170,6 +171,9 @@ class Pitch:
         self._teams = [robot.team for robot in scene.robots]
         self._poses: list[Pose2] = [robot.pose for robot in scene.robots]
         self._seen = [OtherRobot(KINDS[robot.team], robot.pose[:2]) for robot in scene.robots]
+        on_field = VisionSettings(
+            field=self.field, goals=self.goals, poles=scene.poles, ball_radius=ball.radius
+        )
         errors = load_percept_errors()
         self.players = []
         self._starts: list[tuple[Identity, RobotDescription, WorldSettings, Pose2]] = []
@@ -178,34 +182,24 @@ class Pitch:
         ):
             description = self.world.robots[index].description
             number = 1000 * first + index
-            eyes: Eyes = (
-                self._rendered(index, gait)
-                if rendered
-                else ModelEyes(description, robot.team, self.field, self.goals, errors, number)
-            )
-            settings = WorldSettings(
-                field=self.field, goals=self.goals, poles=scene.poles, seed=number
-            )
+            eyes: Eyes
+            if rendered:
+                # OpenCV is an extra, which the percept model does not need.
+                from gait_lab.soccer.rendered_eyes import RenderedEyes
+
+                deliver = partial(self.channels.image, index)
+                eyes = RenderedEyes(self.world.robots[index], gait, on_field, deliver)
+            else:
+                eyes = ModelEyes(description, robot.team, self.field, self.goals, errors, number)
+            eyes = self.channels.eyes(index, eyes)
+            settings = WorldSettings.on(on_field, number)
             start = identity(robot), description, settings, in_field(robot.pose, robot.team)
             self._starts.append(start)
-            eyes = self.channels.eyes(index, eyes)
             self.players.append(RobotPlayer(self, index, Player(*start), eyes, gait))
 
     def restart_player(self, index: int, kind: Callable[..., Player] = Player) -> None:
         """Start the process of a player anew; `kind` makes it of the arguments of `Player`."""
         self.players[index].start(kind(*self._starts[index]))
-
-    def _rendered(self, index: int, gait: Gait) -> Eyes:
-        """The cameras and vision of a robot."""
-        # OpenCV is an extra, which the percept model does not need.
-        from gait_lab.soccer.rendered_eyes import RenderedEyes
-        from nao_soccer.vision.settings import VisionSettings
-
-        settings = VisionSettings(
-            field=self.field, goals=self.goals, poles=self.scene.poles, ball_radius=self.ball_radius
-        )
-        deliver = partial(self.channels.image, index)
-        return RenderedEyes(self.world.robots[index], gait, settings, deliver)
 
     @property
     def ball(self) -> Point2:

@@ -29,11 +29,7 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
         robot = world.robot
         (gait,) = make_gaits(world)
         eyes = RenderedEyes(robot, gait, settings)
-        model = WorldModel(
-            WorldSettings(
-                field=settings.field, goals=settings.goals, poles=settings.poles, seed=spec.seed
-            )
-        )
+        model = WorldModel(WorldSettings.on(settings, spec.seed))
         looking = Looking(model.map)
         model.start((robot.truth().base_footprint,))
         half = half_of(scene)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
-from gait_lab.soccer.eyes import IMAGE_PERIOD, IMAGE_SIZE, Arrival
+from gait_lab.soccer.eyes import IMAGE_PERIOD, Arrival, cameras_of
 from gait_lab.soccer.field_walks import WalkSamples
 from gait_lab.soccer.percept_model import PerceptModel
 from gait_lab.soccer.pitch import PitchSpec
@@ -31,7 +31,7 @@ from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
 from robot_core.geometry import compose, relative, rotate_planar, rotation_from_rpy
 from robot_core.robot import RobotDescription, load_robot
-from robot_core.robot.camera import CameraModel, CameraView, Intrinsics
+from robot_core.robot.camera import CameraView
 from robot_core.types import FloatArray, Pose2
 
 MATE_PERIOD = 0.5
@@ -134,11 +134,7 @@ class Head:
     def __init__(self, robot: RobotDescription) -> None:
         self.control = HeadControl(robot)
         self.joints = np.array(robot.stand_pose, dtype=float)
-        pinhole = Intrinsics.from_fov
-        self._cameras = [
-            CameraModel(robot, name, pinhole(*IMAGE_SIZE, camera.hfov))
-            for name, camera in robot.cameras.items()
-        ]
+        self._cameras = cameras_of(robot)
         self._position = np.zeros(3)
         self._rotation = np.eye(3)
 
@@ -221,9 +217,7 @@ def run_trial(
     robot = load_robot(spec.urdf)
     errors = spec.errors or load_percept_errors()
     delay = round((errors.delay if spec.delay is None else spec.delay) * 1e9)
-    model = WorldModel(
-        WorldSettings(field=scene.field, goals=scene.goals, poles=scene.poles, seed=spec.seed)
-    )
+    model = WorldModel(WorldSettings.on(scene, spec.seed))
     looking = Looking(model.map)
     vision = PerceptModel(errors, scene.field, scene.goals, spec.seed, spec.scale)
     half = scene.field.length / 2.0 + 0.2, scene.field.width / 2.0 + 0.2

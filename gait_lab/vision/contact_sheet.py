@@ -7,15 +7,12 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from gait_lab.vision.evaluate import BRIGHTNESS
+from gait_lab.vision.evaluate import BRIGHTNESS, Viewer
 from gait_lab.vision.observations import Observation, observations
 from gait_lab.vision.viewing_walks import random_walk
-from nao_soccer.vision.colors import Image, load_color_table
+from nao_soccer.vision.colors import Image
 from nao_soccer.vision.debug_image import draw_debug_image
-from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.percepts import Percepts
-from nao_soccer.vision.settings import settings_of_scene
-from nao_soccer.vision.tilt_calibration import TiltCalibration
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 
@@ -54,19 +51,14 @@ TILES = (
 
 def draw(tile: Tile, seen: Iterable[Observation]) -> Image:
     """The image of a walk in which most kinds of objects are found, with all percepts."""
-    settings, table = settings_of_scene("pitch"), load_color_table("pitch")
-    calibration = TiltCalibration(settings.error)
-    visions: dict[str, Vision] = {}
+    viewer = Viewer(tile.brightness)
     best, picture = -1, np.zeros((TILE[1], TILE[0], 3), dtype=np.uint8)
     for each in seen:
-        vision = visions.setdefault(each.camera, Vision(table, settings, calibration))
-        image = np.clip(each.image * tile.brightness, 0, 255).astype(np.uint8)
-        percepts = vision.see(each.stamp, image, each.view)
+        percepts = viewer.see(each)
         value = _value(percepts)
-        if value > best and vision.frame is not None:
+        if value > best and viewer.frame is not None:
             # The image as it came, not as vision has balanced it.
-            frame = vision.frame
-            best, picture = value, draw_debug_image(frame, percepts, image=image)
+            best, picture = value, draw_debug_image(viewer.frame, percepts, image=viewer.image)
     picture = np.asarray(cv2.resize(picture, TILE, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     text = f"{tile.engine}, {tile.kind}, brightness x {tile.brightness:g}"
     place, white = (6, TILE[1] - 8), (255, 255, 255)

@@ -9,9 +9,11 @@ from gait_lab.vision.expected import View
 from gait_lab.vision.observations import Observation, observations
 from gait_lab.vision.score import Score, score_image
 from gait_lab.vision.viewing_walks import random_walk
-from nao_soccer.vision.colors import ColorTable, load_color_table
+from nao_soccer.vision.colors import Image, load_color_table
 from nao_soccer.vision.detector import Vision
-from nao_soccer.vision.settings import VisionSettings, settings_of_scene
+from nao_soccer.vision.frame import Frame
+from nao_soccer.vision.percepts import Percepts
+from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.vision.tilt_calibration import TiltCalibration
 from robot_core.robot import load_robot
 from sim_bridge.plant import PlantOption
@@ -62,32 +64,40 @@ class WalkScores:
     late: Score = field(default_factory=Score)
 
 
-class _Viewer:
-    """Vision with one brightness, over all images of a walk."""
+class Viewer:
+    """Vision with one brightness, over all images of a walk on the pitch."""
 
-    def __init__(
-        self, table: ColorTable, settings: VisionSettings, brightness: float, *, late: bool = False
-    ) -> None:
-        self._table, self._settings = table, settings
+    def __init__(self, brightness: float, *, late: bool = False) -> None:
+        self.settings, self._table = settings_of_scene("pitch"), load_color_table("pitch")
         self._brightness, self._late = brightness, late
-        self._calibration = TiltCalibration(settings.error)
+        self._calibration = TiltCalibration(self.settings.error)
         self._visions: dict[str, Vision] = {}
+        self.image: Image = np.zeros((0, 0, 3), dtype=np.uint8)
+        self.frame: Frame | None = None
+        self.seconds = 0.0
         self.score = Score()
 
-    def see(self, seen: Observation, truth: View) -> None:
-        """Look at one image, and score it after `SETTLE`."""
+    def see(self, seen: Observation) -> Percepts:
+        """Look at one image."""
         vision = self._visions.setdefault(
-            seen.camera, Vision(self._table, self._settings, self._calibration)
+            seen.camera, Vision(self._table, self.settings, self._calibration)
         )
-        image = seen.image
+        self.image = seen.image
         if self._brightness != 1.0:
-            image = np.clip(image * self._brightness, 0, 255).astype(np.uint8)
+            self.image = np.clip(seen.image * self._brightness, 0, 255).astype(np.uint8)
+        view = seen.late_view if self._late else seen.view
         began = time.thread_time()
-        percepts = vision.see(seen.stamp, image, seen.late_view if self._late else seen.view)
-        seconds = time.thread_time() - began
-        if vision.frame is not None and seen.stamp >= SETTLE * 1e9:
-            geometry = vision.frame.geometry
-            self.score.add(score_image(seen.truth, truth, percepts, geometry, seconds))
+        percepts = vision.see(seen.stamp, self.image, view)
+        self.seconds = time.thread_time() - began
+        self.frame = vision.frame
+        return percepts
+
+    def judge(self, seen: Observation, truth: View) -> None:
+        """Look at one image, and score it after `SETTLE`."""
+        percepts = self.see(seen)
+        if self.frame is not None and seen.stamp >= SETTLE * 1e9:
+            geometry = self.frame.geometry
+            self.score.add(score_image(seen.truth, truth, percepts, geometry, self.seconds))
 
 
 def evaluate_walk(walk: VisionWalk) -> WalkScores:
@@ -97,12 +107,11 @@ def evaluate_walk(walk: VisionWalk) -> WalkScores:
         walk.seed, walk.kind, walk.engine, seconds, walk.urdf, clutter=walk.clutter
     )
     spec = replace(spec, plant=walk.plant, plant_options=walk.plant_options)
-    settings, table = settings_of_scene("pitch"), load_color_table("pitch")
-    viewers = {factor: _Viewer(table, settings, factor) for factor in BRIGHTNESS}
-    late = _Viewer(table, settings, 1.0, late=True)
+    viewers = {factor: Viewer(factor) for factor in BRIGHTNESS}
+    late = Viewer(1.0, late=True)
     for seen in observations(spec, load_robot(walk.urdf)):
-        truth = View(seen.truth, settings, spec.teams)
+        truth = View(seen.truth, late.settings, spec.teams)
         for viewer in (*viewers.values(), late):
-            viewer.see(seen, truth)
+            viewer.judge(seen, truth)
     scores = {factor: viewer.score for factor, viewer in viewers.items()}
     return WalkScores(walk, scores, late.score)

@@ -11,8 +11,7 @@ from nao_soccer.behavior.option_tree import Activation, OptionTree
 from nao_soccer.behavior.options import PLAYER
 from nao_soccer.behavior.situation import Action, Body, Situation
 from nao_soccer.behavior.walking import WalkLimits, kept_apart
-from nao_soccer.game_state import GameState, Phase
-from nao_soccer.team.role import Role
+from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.world.looking import unseen_robot
 from nao_soccer.world.state import HeadMode, TeamMate, WorldState
 from robot_core.field import Field, Goals

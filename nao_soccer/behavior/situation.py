@@ -14,8 +14,7 @@ from nao_soccer.behavior.walking import (
     Round,
     WalkLimits,
 )
-from nao_soccer.game_state import GameState, Phase
-from nao_soccer.team.role import Role
+from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.world.settings import BALL_DECELERATION
 from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 from robot_core.field import Field, Goals

@@ -6,8 +6,7 @@ Thresholds come in pairs, so that decisions do not flicker.
 import math
 
 from nao_soccer.behavior.situation import Situation
-from nao_soccer.game_state import Phase
-from nao_soccer.team.role import Role
+from nao_soccer.game_state import Phase, Role
 from nao_soccer.world.settings import BALL_DECELERATION
 from robot_core.types import FALLEN, IN_MOTION, STAND
 

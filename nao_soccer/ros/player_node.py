@@ -88,10 +88,7 @@ class PlayerNode(Node):
             waits=of_type(declare(self, REFEREE), bool),
             roles=of_type(declare(self, ROLES), bool),
         )
-        settings = WorldSettings(
-            field=scene.field, goals=scene.goals, poles=scene.poles, seed=seed
-        )
-        self._player = Player(identity, robot, settings, start)
+        self._player = Player(identity, robot, WorldSettings.on(scene, seed), start)
         self._radius = scene.ball_radius
         address = of_type(declare(self, ADDRESS), str)
         team_port = of_type(declare(self, TEAM_PORT), int) or PORT_BASE + number

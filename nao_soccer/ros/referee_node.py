@@ -15,8 +15,7 @@ from rclpy.qos import qos_profile_sensor_data
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from nao_soccer.referee.match_clock import MatchClock
-from nao_soccer.referee.players import players_of_scene
+from nao_soccer.referee.attendance import MatchClock, RollCall, players_of_scene
 from nao_soccer.referee.protocol import (
     CONTROL_PORT,
     RETURN_PORT,
@@ -24,7 +23,6 @@ from nao_soccer.referee.protocol import (
     ControlMessage,
     decode_return,
 )
-from nao_soccer.referee.roll_call import RollCall
 from nao_soccer.referee.rules import (
     TEAM_NUMBERS,
     PutBall,

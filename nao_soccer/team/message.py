@@ -9,7 +9,7 @@ import math
 import struct
 from dataclasses import dataclass
 
-from nao_soccer.team.role import Role
+from nao_soccer.game_state import Role
 from robot_core.errors import NaoGaitError
 from robot_core.types import Point2, Pose2
 

@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from nao_soccer.game_state import Role
 from nao_soccer.team.message import NEVER
-from nao_soccer.team.role import Role
 from robot_core.types import Point2
 
 MARGIN = 1.5

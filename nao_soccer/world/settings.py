@@ -2,6 +2,7 @@
 
 import attrs
 
+from nao_soccer.vision.settings import VisionSettings
 from robot_core import schema
 from robot_core.field import Field, Goals, Pole
 from robot_core.schema import Settings, group, number
@@ -30,3 +31,8 @@ class WorldSettings(Settings):
     slowdown: float = number(
         BALL_DECELERATION, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball."
     )
+
+    @classmethod
+    def on(cls, scene: VisionSettings, seed: int) -> "WorldSettings":
+        """On the field of a scene."""
+        return cls(field=scene.field, goals=scene.goals, poles=scene.poles, seed=seed)

@@ -24,12 +24,11 @@ from nao_soccer.behavior.walking import (
     kept_apart,
     walk_to,
 )
-from nao_soccer.game_state import GameState, Phase
+from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.player import Identity, Player
 from nao_soccer.referee.protocol import ControlMessage, Penalty, PlayerInfo, TeamInfo
 from nao_soccer.referee.protocol import decode as decode_control
 from nao_soccer.team.message import NEVER, TeamMessage, decode
-from nao_soccer.team.role import Role
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import (

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 import pytest
 
 from nao_soccer.game_state import Phase, SetPlay
-from nao_soccer.referee.match_clock import MatchClock
+from nao_soccer.referee.attendance import SILENCE, MatchClock, RollCall
 from nao_soccer.referee.protocol import Penalty, decode, seen_by
-from nao_soccer.referee.roll_call import SILENCE, RollCall
 from nao_soccer.referee.rules import (
     Order,
     PutBall,

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nao_soccer.game_state import Role
 from nao_soccer.team.link import PERIOD, SILENCE, TeamLink
 from nao_soccer.team.message import NEVER, SIZE, SIZE_MAX, BallMessage, TeamMessage, decode
-from nao_soccer.team.role import Role
 from nao_soccer.team.roles import MARGIN, STALL, Claim, RoleChoice
 from nao_soccer.team.udp import UdpLink
 from robot_core.errors import NaoGaitError
