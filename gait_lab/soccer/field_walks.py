@@ -182,8 +182,7 @@ def half_of(scene: Scene) -> tuple[float, float]:
 
 
 def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> WalkSamples:
-    rows: list[tuple[float, ...]] = []
-    stamps: list[int] = []
+    rows = []
     truths: dict[int, Pose2] = {}
     with make_scene_world(
         scene, plant=spec.plant, engine=spec.engine, noise_seed=spec.seed
@@ -200,25 +199,17 @@ def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> WalkSamples
             truth = truths[status.stamp]
             for old in [stamp for stamp in truths if stamp < status.stamp]:
                 del truths[old]
-            stamps.append(status.stamp)
             rows.append(
                 (
-                    *status.base_footprint_in_odom,
-                    *status.pose_covariance,
-                    *gait.torso_pose,
-                    *truth,
-                    float(tick.fallen),
+                    status.stamp,
+                    status.base_footprint_in_odom,
+                    status.pose_covariance,
+                    gait.torso_pose,
+                    truth,
+                    tick.fallen,
                 )
             )
-    table = np.array(rows)
-    return WalkSamples(
-        np.array(stamps, dtype=np.int64),
-        table[:, :3],
-        table[:, 3:9],
-        table[:, 9:15],
-        table[:, 15:18],
-        table[:, 18] > 0.5,
-    )
+    return WalkSamples(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
 def walks(

@@ -5,7 +5,7 @@ import time as clock
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
 from gait_lab.soccer.field_walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.rendered_eyes import RenderedEyes
-from gait_lab.soccer.world_trial import TraceRows, WorldTrace
+from gait_lab.soccer.world_trial import WorldTrace, trace_row
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
@@ -37,7 +37,7 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
         policy = RandomWalk(half, spec.seed, gait, spec.seconds)
         controller = WalkerResponder(world, robot, gait, policy)
         truths: dict[int, tuple[Pose2, BallTruth]] = {}
-        rows = TraceRows()
+        rows = []
         stamp: int | None = None
         for tick in run_responder(world, controller, lambda *_: None, past_falls=True):
             place = tick.truth.base_footprint
@@ -57,7 +57,7 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
                 if state is not None and state.stamp in truths:
                     gait.request_look(looking.goal(head, state))
                     delay = (state.stamp - percepts.stamp) * 1e-9
-                    rows.add(state, *truths[state.stamp], delay, cost)
+                    rows.append(trace_row(state, *truths[state.stamp], delay, cost))
             for old in [each for each in truths if each < stamp]:
                 del truths[old]
-    return rows.trace()
+    return WorldTrace.of(rows)

@@ -8,8 +8,8 @@ state's own time.
 import math
 import time as clock
 from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,6 +108,11 @@ class WorldTrace:
     ball_recent: NDArray[np.bool_]
     cost: FloatArray
 
+    @classmethod
+    def of(cls, rows: Iterable[tuple[object, ...]]) -> "WorldTrace":
+        """Of rows by `trace_row`."""
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
+
     @property
     def place_error(self) -> FloatArray:
         """(n,) [m] Distance of the estimate from the truth."""
@@ -159,52 +164,28 @@ class Head:
         return len(self._cameras)
 
 
-@dataclass(slots=True)
-class TraceRows:
-    """What becomes a `WorldTrace`; one row for each image that was used."""
+def trace_row(
+    state: WorldState, truth: Pose2, ball: BallTruth, delay: float, cost: float
+) -> tuple[object, ...]:
+    """The fields of a `WorldTrace` after an image, with the truth at the time of the state.
 
-    rows: list[tuple[float, ...]] = field(default_factory=list)
-
-    def add(
-        self, state: WorldState, truth: Pose2, ball: BallTruth, delay: float, cost: float
-    ) -> None:
-        """Add the state after an image, with the truth at its time.
-
-        `delay` [s] is from the exposure of the image to the state, `cost` [s] that of computing.
-        """
-        x, y, _ = relative((*ball.position, 0.0), truth)
-        estimate: tuple[float, ...] = (math.nan,) * 8
-        if state.ball is not None:
-            known = state.ball
-            estimate = (
-                *known.position,
-                *known.velocity,
-                *known.position_covariance,
-                float(known.seen_recently),
-            )
-        self.rows.append(
-            (
-                state.stamp * 1e-9,
-                *state.own.pose,
-                *truth,
-                *state.own.covariance,
-                float(state.own.valid),
-                *estimate[:4],
-                *(x, y, *rotate_planar(*ball.velocity, -truth[2])),
-                *estimate[4:7],
-                ball.since - delay,
-                estimate[7],
-                cost,
-            )
-        )
-
-    def trace(self) -> WorldTrace:
-        """All rows."""
-        t = np.array(self.rows)
-        return WorldTrace(
-            t[:, 0], t[:, 1:4], t[:, 4:7], t[:, 7:13], t[:, 13] > 0.5, t[:, 14:18],
-            t[:, 18:22], t[:, 22:25], t[:, 25], t[:, 26] == 1.0, t[:, 27],
-        )  # fmt: skip
+    `delay` [s] is from the exposure of the image to the state, `cost` [s] that of computing.
+    """
+    x, y, _ = relative((*ball.position, 0.0), truth)
+    known = state.ball
+    return (
+        state.stamp * 1e-9,
+        state.own.pose,
+        truth,
+        state.own.covariance,
+        state.own.valid,
+        (math.nan,) * 4 if known is None else (*known.position, *known.velocity),
+        (x, y, *rotate_planar(*ball.velocity, -truth[2])),
+        (math.nan,) * 3 if known is None else known.position_covariance,
+        ball.since - delay,
+        known is not None and known.seen_recently,
+        cost,
+    )
 
 
 def run_trial(
@@ -226,7 +207,7 @@ def run_trial(
     head = Head(robot)
     arrivals: deque[Arrival] = deque()
     period = round(1e9 * IMAGE_PERIOD / head.camera_count)
-    rows, exposures, before, cost = TraceRows(), 0, int(walk.stamp[0]), 0.0
+    rows, exposures, before, cost = [], 0, int(walk.stamp[0]), 0.0
     model.start((_pose(walk.truth[0]),))
     table = zip(
         walk.stamp.tolist(), walk.odometry.tolist(), walk.torso.tolist(), walk.truth.tolist(),
@@ -263,11 +244,11 @@ def run_trial(
             if state is None:
                 continue
             head.control.ask(looking.goal(spec.head, state))
-            rows.add(state, truth, ball, (stamp - due + delay) * 1e-9, cost)
+            rows.append(trace_row(state, truth, ball, (stamp - due + delay) * 1e-9, cost))
             cost = 0.0
             if watch is not None:
                 watch(model, state)
-    return rows.trace()
+    return WorldTrace.of(rows)
 
 
 class _Mate:
