@@ -4,7 +4,7 @@ import argparse
 import math
 from collections.abc import Sequence
 
-from nao_lipm_gait import Gait, Simulation, Velocity
+from nao_lipm_gait import Gait, NaoGaitError, Simulation, Velocity
 
 TOUR = (
     ("stand", Velocity()),
@@ -38,4 +38,7 @@ def main(args: Sequence[str] | None = None) -> list[tuple[float, float, float]]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

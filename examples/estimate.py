@@ -63,4 +63,7 @@ def main(args: Sequence[str] | None = None) -> tuple[float, float, float]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except ValueError as error:
+        raise SystemExit(str(error)) from None

@@ -37,4 +37,7 @@ def main(args: Sequence[str] | None = None) -> tuple[float, bool]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

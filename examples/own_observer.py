@@ -5,16 +5,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from nao_lipm_gait import Gait, GaitParameters, Simulation, Velocity
+from nao_lipm_gait import Gait, NaoGaitError, Simulation, Velocity
 from nao_lipm_gait.walks.lipm.com_observer import ComCorrection, ComObserver
 from nao_lipm_gait.walks.lipm.kalman_observer import kalman_observer
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.lipm.state import WalkState
 
 
 class AlphaBeta:
     """Constant gains on the innovation: `alpha` for the position, `beta` / dt for the velocity."""
 
-    def __init__(self, parameters: GaitParameters, alpha: float = 0.1, beta: float = 0.005):
+    def __init__(self, parameters: LipmParameters, alpha: float = 0.1, beta: float = 0.005):
         self._alpha, self._beta, self._dt = alpha, beta, 0.01
 
     def predict(self, expected: WalkState, dt: float) -> None:
@@ -27,7 +28,7 @@ class AlphaBeta:
         return ComCorrection(self._alpha * dx, self._alpha * dy, velocity * dx, velocity * dy)
 
 
-def walk(make: Callable[[GaitParameters], ComObserver], seconds: int) -> tuple[float, float, bool]:
+def walk(make: Callable[[LipmParameters], ComObserver], seconds: int) -> tuple[float, float, bool]:
     """Forward distance [m], mean lateral |expected - measured| CoM [m], and whether it fell."""
     gait, errors = Gait("nao_h21_v33", make_observer=make), []
     with Simulation("nao_h21_v33", seed=40) as sim:
@@ -54,4 +55,7 @@ def main(args: Sequence[str] | None = None) -> dict[str, tuple[float, float, boo
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from nao_lipm_gait import Gait, Simulation, Velocity
+from nao_lipm_gait import Gait, NaoGaitError, Simulation, Velocity
 from sim_bridge.plant import Plant, load_plant, with_options
 
 SLOW_MOTORS = """
@@ -51,4 +51,7 @@ def main(args: Sequence[str] | None = None) -> dict[str, tuple[float, bool]]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 
 from gait_lab.soccer.match import Match, MatchSpec
+from nao_lipm_gait import NaoGaitError
 
 
 def main(args: Sequence[str] | None = None) -> tuple[dict[str, int], float]:
@@ -36,4 +37,7 @@ def main(args: Sequence[str] | None = None) -> tuple[dict[str, int], float]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

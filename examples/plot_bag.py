@@ -49,4 +49,7 @@ def main(args: Sequence[str] | None = None) -> Trace:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

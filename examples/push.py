@@ -4,7 +4,7 @@ import argparse
 import math
 from collections.abc import Sequence
 
-from nao_lipm_gait import Gait, Simulation, Velocity
+from nao_lipm_gait import Gait, NaoGaitError, Simulation, Velocity
 
 STEP_ON_THE_SPOT = Velocity(yaw=1e-3)  # zero would stand
 
@@ -41,4 +41,7 @@ def main(args: Sequence[str] | None = None) -> dict[float, bool]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 
 import nao_lipm_gait.gym  # registers the environment
+from nao_lipm_gait import NaoGaitError
 
 GYRO_SIDE = 0.05  # [rad/s] per unit of action; scales the gains to a size near 1
 
@@ -47,4 +48,7 @@ def main(args: Sequence[str] | None = None) -> tuple[float, float]:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import optuna
 
-from nao_lipm_gait import Gait, GaitParameters, Simulation, Velocity, load_preset
+from nao_lipm_gait import Gait, GaitParameters, NaoGaitError, Simulation, Velocity, load_preset
 
 
 def speed(seed: int, seconds: int, parameters: GaitParameters) -> float:
@@ -51,4 +51,7 @@ def main(args: Sequence[str] | None = None) -> optuna.Study:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except NaoGaitError as error:
+        raise SystemExit(str(error)) from None

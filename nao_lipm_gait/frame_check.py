@@ -45,8 +45,8 @@ def _check(field: str, value: object, shape: tuple[int, ...]) -> None:
         raise NaoGaitError(field, value, allowed)
     try:
         found = np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise NaoGaitError(field, value, allowed) from error
+    except (TypeError, ValueError):
+        raise NaoGaitError(field, value, allowed) from None
     if found.shape != shape:
         raise NaoGaitError(field, f"shape {found.shape}" if shape else value, allowed)
     for index, number in np.ndenumerate(found):

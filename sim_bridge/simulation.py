@@ -93,8 +93,8 @@ class Simulation:
         self._plant = plant if isinstance(plant, Plant) else load_plant(plant)
         try:
             self._ball = None if ball is None else Ball(*np.array(ball, dtype=float).tolist())
-        except (TypeError, ValueError) as error:
-            raise NaoGaitError("ball", ball, "x, y [m] or None") from error
+        except (TypeError, ValueError):
+            raise NaoGaitError("ball", ball, "x, y [m] or None") from None
         self._closed = False
         self._ticks: Iterator[Tick] | None = None
         self.world = self._make_world()
@@ -148,9 +148,9 @@ class Simulation:
             self.world.robot.command(targets)  # refuses bad ones before the loop sees them
         except NaoGaitError:
             raise
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError):
             allowed = "JointTargets, joint angles (n,) [rad] or None"
-            raise NaoGaitError("targets", targets, allowed) from error
+            raise NaoGaitError("targets", targets, allowed) from None
         self._given.targets = targets
         tick = next(self._ticks, None)
         if tick is None:

@@ -6,6 +6,7 @@ from typing import Protocol, final
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walk_engines import WALKS, load_class
 from nao_lipm_gait.walks.lipm.com_observer import ComObserver
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from robot_core.errors import NaoGaitError
 from robot_core.types import LEFT, Point3, Pose2, VelocityCommand
 
@@ -226,7 +227,7 @@ class Walk(Protocol):
         """Time until the next support change [s]; 0 in a stand."""
 
 
-MakeObserver = Callable[[GaitParameters], ComObserver]
+MakeObserver = Callable[[LipmParameters], ComObserver]
 """Makes a CoM observer from the parameters of the gait."""
 
 

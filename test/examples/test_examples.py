@@ -143,3 +143,21 @@ def test_there_are_ten_examples_and_the_page_names_each() -> None:
     assert len(SCRIPTS) == 10
     for file in (*SCRIPTS, EXAMPLES / "first_walk.ipynb"):
         assert f"../examples/{file.name}" in page
+
+
+@pytest.mark.parametrize(
+    ("command", "field"),
+    [("drive.py --robot hans", "urdf"), ("own_plant.py --quick --plant moon", "plant"),
+     ("kick.py --kick dance", "motion"), ("play_match.py --scene moon", "scene"),
+     ("plot_bag.py nowhere", "bag")],
+)  # fmt: skip
+def test_a_wrong_argument_ends_in_one_line(command: str, field: str) -> None:
+    script, *options = command.split()
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / script, *options], capture_output=True, text=True
+    )
+    if "ModuleNotFoundError" in done.stderr:
+        pytest.skip(done.stderr.splitlines()[-1])
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"{field}: got ")
