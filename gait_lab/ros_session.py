@@ -85,16 +85,7 @@ def ros_node(name: str, namespace: str = "", use_sim_time: bool = False) -> Iter
 
 
 class VelocityPublisher:
-    """Publishes velocity commands on `cmd_vel`, as Twist or as TwistStamped.
-
-    Args:
-        node: The node that publishes.
-        stamped: Whether to publish TwistStamped.
-        topic: Name of the topic.
-
-    Attributes:
-        message_type: Type of the messages.
-    """
+    """Publishes velocity commands on `cmd_vel`, as Twist or as TwistStamped."""
 
     def __init__(self, node: "Node", *, stamped: bool = False, topic: str = "cmd_vel") -> None:
         from geometry_msgs.msg import Twist, TwistStamped

@@ -81,9 +81,6 @@ def follow_body(
         robot: Its robot.
         links: Links whose poses are wanted.
         every: Use every n-th joint state.
-
-    Returns:
-        The track.
     """
     stamps = walk.position.stamp[::every]
     columns = [walk.joint_names.index(name) for name in robot.joint_names]

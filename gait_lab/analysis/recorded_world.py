@@ -41,12 +41,7 @@ class RecordedWorld:
 
 
 def find_world(walk: RecordedWalk, body: BodyTrack | None) -> RecordedWorld | None:
-    """The errors; None if no player was recorded, or without the truth.
-
-    Args:
-        walk: The recording.
-        body: True poses of the robot.
-    """
+    """The errors; None if no player was recorded, or without the truth."""
     own = walk.own_pose
     truth = footprints_at(body, own.stamp)
     if not len(own) or not np.isfinite(truth).any():

@@ -39,19 +39,7 @@ BIAS_WAIT = 5.0
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
-    """Options of the demo.
-
-    Attributes:
-        out: Folder for the bag, the table and the figures.
-        gui: Whether to open a window with the robot.
-        real_time: Whether to run in real time instead of in lockstep.
-        tour: Name of the tour.
-        engine: Physics engine.
-        plant: Name or file of the plant.
-        robot_seed: Seed of the individual robot; -1 is the nominal robot.
-        preset: Name or file of the gait preset.
-        urdf: Name or file of the robot.
-    """
+    """Options of the demo, as the command line explains them."""
 
     out: Path = Path("out/demo")
     gui: bool = False
@@ -101,15 +89,7 @@ def command(say: Callable[[str], None], **options: Any) -> int:
 
 
 def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
-    """Walk the tour and evaluate its bag.
-
-    Args:
-        options: Options of the demo.
-        say: Prints a line.
-
-    Returns:
-        The exit status: 0 only if the robot walked the whole tour upright.
-    """
+    """Walk the tour and evaluate its bag; status 0 only for the whole tour upright."""
     # Before anything is started: the ROS wheels restart the interpreter at their first import.
     import rclpy  # noqa: F401
 

@@ -59,12 +59,7 @@ def may_run_in_real_time() -> bool:
 
 
 class NodeProcesses:
-    """Nodes, with their output in log files.
-
-    Args:
-        environment: Environment of the nodes.
-        logs: Folder of the log files.
-    """
+    """Nodes, with their output in log files."""
 
     def __init__(self, environment: Mapping[str, str], logs: Path) -> None:
         self._environment = dict(environment)

@@ -40,13 +40,6 @@ class TourError(Exception):
 class TourDriver:
     """Publishes the velocity commands of a tour by simulated time, and records all topics.
 
-    Args:
-        node: The node that publishes and subscribes.
-        tour: Phases of the tour.
-        writer: The bag.
-        stop: Set when the user interrupts the demo.
-        nodes: The processes of the robot and of the gait.
-
     Attributes:
         tour_began: Simulated time [s] at which the tour began; None before.
     """

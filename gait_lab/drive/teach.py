@@ -66,9 +66,6 @@ class Lesson:
             line: Optional name and optional time [s], as typed.
             position: Joint angles (n,) [rad].
 
-        Returns:
-            A confirmation with name and time.
-
         Raises:
             NaoGaitError: If the line is not understood.
         """
@@ -86,11 +83,6 @@ class Lesson:
 
     def document(self, meaning: str, starts: Posture, ends: Posture) -> str:
         """Return the text of the motion file, with times long enough for every joint.
-
-        Args:
-            meaning: What the motion is for.
-            starts: Posture before the motion.
-            ends: Posture after the motion.
 
         Raises:
             NaoGaitError: If no pose was taught.

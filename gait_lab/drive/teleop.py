@@ -87,9 +87,6 @@ def raw_terminal(stream: TextIO) -> Iterator[int]:
 
     Ctrl-C still interrupts.
 
-    Args:
-        stream: The terminal.
-
     Yields:
         Its file descriptor.
 

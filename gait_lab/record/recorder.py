@@ -278,7 +278,7 @@ def record(
     images: bool = False,
     say: Callable[[str], None] = print,
 ) -> int:
-    """Record until Ctrl-C or for a duration: `nao_gait record`.
+    """Record until Ctrl-C or for a duration; the number of messages.
 
     Args:
         out: The new folder of the bag.
@@ -288,9 +288,6 @@ def record(
         storage: `mcap` or `sqlite3`.
         images: Images are recorded, too.
         say: Prints a line.
-
-    Returns:
-        The number of messages.
 
     Raises:
         NaoGaitError: A topic, the duration or the folder is refused.

@@ -35,17 +35,7 @@ def command(
 
 
 def write_report(bag: Path, out: Path, say: Callable[[str], None], robot: str = "") -> bool:
-    """Write the page of one bag.
-
-    Args:
-        bag: The bag.
-        out: The page.
-        say: Prints a line.
-        robot: Name of a robot out of several; "" for the only one.
-
-    Returns:
-        False if the bag holds no walk.
-    """
+    """Write the page of one bag; false if it holds no walk."""
     analysis = analyse(bag, robot)
     write(out, report_page(analysis))
     tell(analysis, say)
@@ -56,18 +46,7 @@ def write_report(bag: Path, out: Path, say: Callable[[str], None], robot: str = 
 def write_comparison(
     before: Path, after: Path, out: Path, say: Callable[[str], None], robot: str = ""
 ) -> bool:
-    """Write the page that compares two bags.
-
-    Args:
-        before: Bag A.
-        after: Bag B.
-        out: The page.
-        say: Prints a line.
-        robot: Name of a robot out of several in each bag; "" for the only one.
-
-    Returns:
-        False if one of the bags holds no walk.
-    """
+    """Write the page that compares bag A with bag B; false if one of them holds no walk."""
     analyses = analyse(before, robot), analyse(after, robot)
     write(out, compare_page(*analyses))
     head, found = summary(compared(*analyses), *analyses)
@@ -94,11 +73,7 @@ def tell(analysis: Analysis, say: Callable[[str], None]) -> None:
 
 
 def write(out: Path, text: str) -> None:
-    """Replace the page in one step, so that it is never incomplete.
-
-    Raises:
-        NaoGaitError: It cannot be written.
-    """
+    """Replace the page in one step, so that it is never incomplete."""
     part = out.with_name(out.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

@@ -112,16 +112,7 @@ def page(
     data: Mapping[str, Any],
     store: ArrayStore,
 ) -> str:
-    """The complete page, with script, style, plotly.js and all numbers inside.
-
-    Args:
-        title: Title of the page.
-        subtitle: Below the title.
-        top: HTML above the blocks.
-        blocks: Figures and tables in their order.
-        data: Passed to the page's script.
-        store: The numbers of the figures.
-    """
+    """The complete page, with script, style, plotly.js and all numbers inside."""
     from plotly.offline import get_plotlyjs
 
     figures = [block.figure for block in blocks if block.figure is not None]

@@ -20,10 +20,6 @@ NET_OPACITY = 0.25
 class PitchScene:
     """What surrounds the robots of a scene.
 
-    Args:
-        server: The viser server of the page.
-        scene: The scene.
-
     Attributes:
         ball: Sphere at the ball; None without one.
     """

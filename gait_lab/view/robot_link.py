@@ -57,10 +57,6 @@ class RobotLink:
         node: The node that subscribes and publishes.
         name: Of a robot out of several, below which its topics are; "" for the only one.
         stamped: Whether to publish TwistStamped.
-
-    Attributes:
-        state: The newest messages.
-        standstills: Number of standstill commands since the last movement.
     """
 
     def __init__(self, node: "Node", name: str = "", *, stamped: bool = False) -> None:

@@ -27,12 +27,7 @@ SIDES = (("left", LEFT_COLOR, 1.0), ("right", RIGHT_COLOR, -1.0))
 
 
 class LinkPoses:
-    """Forward kinematics of the links and soles of one robot.
-
-    Args:
-        robot: The robot.
-        links: Names of the links.
-    """
+    """Forward kinematics of the links and soles of one robot."""
 
     def __init__(self, robot: RobotDescription, links: tuple[str, ...]) -> None:
         self._model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())

@@ -46,9 +46,6 @@ class Panel:
 
     The callbacks run on threads of the server, so they only store what was clicked.
 
-    Args:
-        server: The viser server of the page.
-
     Attributes:
         x: Slider of the forward velocity [cm/s].
         y: Slider of the velocity to the left [cm/s].
@@ -194,11 +191,6 @@ class ShownRobot:
 
 class Viewer:
     """The world on one page: one robot, or the robots of a scene; call `step` often.
-
-    Args:
-        node: The node that subscribes and publishes.
-        server: The viser server of the page.
-        stamped: Whether to publish TwistStamped.
 
     Attributes:
         panel: Controls of the page.

@@ -18,7 +18,7 @@ from std_msgs.msg import String
 
 from gait_lab import cli
 from gait_lab.analysis.bag import BagWriter
-from gait_lab.analysis.recorded_walk import PARTS, find_parts, missing_parts
+from gait_lab.analysis.recorded_topics import PARTS, find_parts, missing_parts
 from gait_lab.report.analysis import analyse
 from gait_lab.report.command import report_page
 from gait_lab.report.verdict import findings, headline

@@ -10,7 +10,7 @@ import yaml
 
 pytest.importorskip("rclpy")
 
-from gait_lab.analysis.recorded_walk import PARTS
+from gait_lab.analysis.recorded_topics import PARTS
 from gait_lab.record.recorder import message_class
 from robot_core.resources import share
 from robot_core.robot import load_robot
