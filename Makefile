@@ -43,7 +43,7 @@ compiled: $(READY)  ## the gait as machine code in build/compiled, as bench uses
 	@$(BIN)/nao_gait compile $(COMPILED) || echo 'the gait runs as Python' >&2
 
 lint: $(READY)  ## ruff and mypy
-	@$(BIN)/ruff check . && $(BIN)/mypy
+	@$(BIN)/ruff check . && $(BIN)/mypy && $(BIN)/mypy examples
 
 urdf: $(READY)  ## write urdf/*.urdf again from the table of facts
 	@$(BIN)/nao_gait write urdf $(ARGS)
