@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.faults.catalogue import FAULTS
+from gait_lab.faults.campaign import FAULTS
 from gait_lab.faults.harness import Harness
 from gait_lab.soccer.pitch import practice
 from nao_lipm_gait.gait import Gait

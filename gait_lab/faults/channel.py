@@ -12,12 +12,7 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message to the gait.
-
-    Attributes:
-        topic: Name of the topic.
-        content: The fields that the gait reads.
-    """
+    """A message to the gait, with the fields that it reads."""
 
     topic: str
     content: Input
@@ -25,24 +20,14 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A joint command to the robot.
-
-    Attributes:
-        sender: Name of the gait that sent it.
-        targets: Joint targets.
-    """
+    """A joint command to the robot."""
 
     sender: str
     targets: JointTargets
 
 
 class Delivery(NamedTuple, Generic[Item]):
-    """An item that arrives after a delay.
-
-    Attributes:
-        delay: Control ticks until it arrives.
-        item: The message or command.
-    """
+    """A message or command that arrives after `delay` control ticks."""
 
     delay: int
     item: Item

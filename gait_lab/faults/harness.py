@@ -71,7 +71,7 @@ class Fault:
         self.begin = float(random.uniform(2.0, 3.0))
 
     def active(self, harness: Timed) -> bool:
-        """Whether the fault acts in this tick; by default from `begin` on."""
+        """By default from `begin` on."""
         return harness.seconds() >= self.begin
 
     def explained_by(self, warning: str) -> bool:
@@ -99,15 +99,10 @@ class Fault:
 
 
 class TemporaryFault(Fault):
-    """A fault that ends by itself, after a log-uniformly distributed duration.
-
-    Attributes:
-        shortest: Lower limit of the duration [s].
-        longest: Upper limit of the duration [s].
-        duration: Drawn duration [s].
-    """
+    """A fault that ends by itself, after a log-uniformly distributed duration."""
 
     shortest, longest = 0.05, 2.0
+    """[s] Limits of the duration."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -122,28 +117,14 @@ class TemporaryFault(Fault):
 class Harness:
     """Steps the robot, its gaits, the operator and a fault by one control period at a time.
 
-    It is the `Responder` of a trial: see `run_responder`.
-
-    Args:
-        world: The world with the robot. The caller closes it.
-        parameters: Parameters of each gait.
-        fault: The fault to inject.
-        command: Velocity that the operator commands.
-        walk_start: Time of the first velocity command [s].
+    It is the `Responder` of a trial: see `run_responder`. The caller closes the world.
 
     Attributes:
-        world: The world with the simulated robot.
-        robot: Description of the robot.
-        parameters: Parameters of each gait that starts.
-        fault: The injected fault.
-        command: Velocity that the operator commands; may be replaced at any time.
-        tick: Number of control periods so far.
+        command: Velocity that the operator commands from `walk_start` [s] on; may be replaced.
         truth: Ground truth after the last tick.
         gaits: Running gait processes, oldest first.
         publishers: Numbers of publishers that the gaits find on their topics.
-        fallen: Whether the robot lies.
         height: Height of the torso over the floor while standing [m].
-        invariants: Checks of what must never happen.
         obeyed: Name of the gait whose command the robot executed last.
         targets: Targets of the motors for the next tick; None holds the last ones.
         status: Status of the oldest gait; None without one.
@@ -310,16 +291,7 @@ class Harness:
 def sensor_messages(
     reading: Reading, joint_names: list[str], sole_frames: Sequence[str]
 ) -> Iterator[Message]:
-    """Convert a reading to the messages that the bridge publishes, the IMU first.
-
-    Args:
-        reading: A reading of all sensors.
-        joint_names: Names of the joints, in the order of the reading.
-        sole_frames: Soles whose load is published; empty for none.
-
-    Yields:
-        The messages to which a gait subscribes.
-    """
+    """The messages to which a gait subscribes, the IMU first, with the loads of `sole_frames`."""
     frame = reading.frame
     sec, nanosec = divmod(frame.stamp, _SECOND)
     wx, wy, wz = frame.angular_velocity.tolist()

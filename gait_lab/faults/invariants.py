@@ -30,11 +30,7 @@ _ROUNDING = 1e-9
 
 
 class CommandCheck:
-    """The contract of `joint_command`: finite, within the joint limits, and not too fast.
-
-    Args:
-        robot: The robot whose limits apply.
-    """
+    """The contract of `joint_command`: finite, within the joint limits, and not too fast."""
 
     def __init__(self, robot: RobotDescription) -> None:
         self._lower, self._upper = robot.lower, robot.upper
@@ -64,10 +60,6 @@ class CommandCheck:
 
 class Invariants:
     """Checks every command, every diagnostic and the ground truth of a run.
-
-    Args:
-        robot: The robot whose limits apply.
-        seconds: Returns the time since the start [s].
 
     Attributes:
         violations: The first evidence of each kind of violation.

@@ -25,13 +25,10 @@ SETTLED = 3.0
 
 @dataclass(frozen=True, slots=True)
 class LossWalk:
-    """A straight walk during which messages are lost at a constant rate.
+    """A straight walk of some seconds at a speed [m/s], of the robot with the seed of the run.
 
     Attributes:
-        run: Engine, plant and gait; its seed is the seed of the robot.
         share: Probability of the loss of a message, in both directions.
-        speed: Commanded speed [m/s].
-        seconds: Duration of the walk [s].
         wander: Up to this time [s] the age of the sensors wanders beyond the plant's delay.
         coast: The gait walks on for single control periods without sensors.
     """
@@ -70,14 +67,7 @@ class _LossAndAge(Loss):
 
 @dataclass(frozen=True, slots=True)
 class LossResult:
-    """Result of a walk with loss.
-
-    Attributes:
-        walk: The walk.
-        fell_at: Time of the fall [s]; None without one.
-        speed: Mean speed along the torso's heading [m/s]; NaN after a fall.
-        violations: Violated invariants as `kind: evidence`.
-    """
+    """Time of a fall [s], and the mean speed along the torso's heading [m/s]; NaN after a fall."""
 
     walk: LossWalk
     fell_at: float | None
@@ -106,16 +96,7 @@ def walk_with_loss(walk: LossWalk) -> LossResult:
 
 @dataclass(frozen=True, slots=True)
 class SoakSample:
-    """State of the process during a soak test.
-
-    Attributes:
-        seconds: Simulated time [s].
-        memory: Resident memory [bytes].
-        objects: Number of objects that the garbage collector tracks.
-        falls: Falls so far.
-        steps: Steps so far.
-        violations: Violated invariants as `kind: evidence`.
-    """
+    """The process after some simulated seconds: resident bytes, objects that Python tracks."""
 
     seconds: float
     memory: int
@@ -126,15 +107,9 @@ class SoakSample:
 
 
 def soak(run: FaultRun, minutes: float, every: float = 10.0) -> Iterator[SoakSample]:
-    """Walk with random commands in one process; reset the robot after each fall.
+    """Walk for simulated minutes with random commands; yield a sample `every` so many seconds.
 
-    Args:
-        run: Engine, plant and gait; its seed is the seed of the robot and of the commands.
-        minutes: Simulated time [min].
-        every: Simulated time between two samples [s].
-
-    Yields:
-        The state of the process.
+    The robot is reset after each fall. The seed of the run is that of robot and commands.
     """
     simulation, _ = make_pair(run.rollout_spec(run.seed))
     commands = RandomCommands((max(0, run.seed), 1))

@@ -9,11 +9,7 @@ from gait_lab.faults.harness import Fault, Harness, TemporaryFault, Timed
 
 
 class Loss(Fault):
-    """Every message is lost with a constant probability, in both directions.
-
-    Attributes:
-        share: Probability of the loss of a message.
-    """
+    """Every message is lost with the probability `share`, in both directions."""
 
     summary = "messages are lost, 1 to 20 % of them, in both directions"
     why = "the feedback has gaps."
@@ -97,9 +93,7 @@ class WanderingAge(Fault):
     """The age of the sensor messages wanders: a random walk between the plant's delay and more.
 
     Messages keep their order: while the age grows none arrives, while it shrinks two at a time.
-
-    Attributes:
-        most: Largest delay in addition to the plant's [control periods].
+    It is at most `most` control periods more than the plant's.
     """
 
     summary = "the age of the sensor messages wanders by up to 60 ms"

@@ -1,24 +1,25 @@
 """Faults of the processes of one robot: a node is killed or hangs, and perhaps comes back."""
 
+import json
+import subprocess
+import sys
 from collections.abc import Mapping
 from enum import Enum, auto
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON, FaultResult, FaultRun
 from gait_lab.faults.harness import Fault
 
 
 class Rig(Enum):
-    """The nodes that run.
-
-    Attributes:
-        MATCH: Bridge with cameras, gait, vision, player, perhaps a referee.
-        LOLA: LoLA's server, its bridge, gait.
-    """
+    """The nodes that run."""
 
     MATCH = auto()
+    """Bridge with cameras, gait, vision, player, perhaps a referee."""
     LOLA = auto()
+    """LoLA's server, its bridge, gait."""
 
 
 class Nodes(Protocol):
@@ -183,3 +184,46 @@ NODE_FAULTS: Mapping[str, type[NodeFault]] = {
     "lola_gait_killed": LolaGaitKilled,
 }
 """By their names in the results of `--scope robot`."""
+
+
+class NodeOutcome(NamedTuple):
+    """How a run ended.
+
+    Attributes:
+        went_on: The robot walked, kicked or got up shortly before the end.
+        violations: What must not happen, as `kind: evidence`.
+        explained: Diagnostics above OK, and warnings and errors of logs, since the fault began.
+        fell: The robot fell since then.
+        end: Simulated time at the end [s].
+    """
+
+    went_on: bool
+    violations: tuple[str, ...]
+    explained: tuple[str, ...]
+    fell: bool
+    end: float
+
+
+def run_node_fault(run: FaultRun) -> FaultResult:
+    """Start the nodes, inject the fault, watch. The ROS wheels restart a process: it is another."""
+    done = subprocess.run(
+        [
+            sys.executable, "-m", "gait_lab.faults.node_harness",
+            run.fault, str(run.seed), run.engine, run.plant, run.urdf,
+        ],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        problem = f"harness: {(done.stderr.splitlines() or ['no output'])[-1]}"
+        outcome = NodeOutcome(False, (problem,), (), False, 0.0)
+    else:
+        outcome = NodeOutcome(*json.loads(done.stdout))
+    ended = WENT_ON if outcome.went_on else STOPPED
+    return FaultResult(
+        run=run,
+        outcome=VIOLATED if outcome.violations else ended,
+        violations=tuple(outcome.violations),
+        explained=tuple(outcome.explained),
+        fell_at=outcome.end if outcome.fell else None,
+        down_known=True,
+    )

@@ -24,8 +24,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from gait_lab.demo.node_processes import NodeProcesses, may_run_in_real_time, real_time_priority
-from gait_lab.faults.node_campaign import NodeOutcome
-from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, Rig
+from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, NodeOutcome, Rig
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
 from robot_core.ros.process import DomainClaim
 from robot_core.ros.topics import LATCHED, publisher, subscription
@@ -48,19 +47,7 @@ COMMAND_PERIOD = 0.1
 
 
 class NodeHarness:
-    """Starts the nodes, injects the fault, and watches what the robot does and says.
-
-    Args:
-        fault: The fault to inject.
-        nodes: Starts and ends the processes.
-        node: Watches the topics.
-        folder: For the scene and the socket of LoLA.
-        domain: ROS domain, from which UDP ports follow.
-        seed: Of the robot.
-        engine: Physics engine.
-        plant: Name or file of the plant.
-        urdf: The robot of the rig without LoLA.
-    """
+    """Starts the nodes, injects the fault, and watches what the robot does and says."""
 
     def __init__(
         self, fault: NodeFault, nodes: NodeProcesses, node: Node, folder: Path, domain: int,

@@ -16,11 +16,7 @@ def motor_of(robot: RobotDescription, number: int) -> str:
 
 
 class WeakMotor(Fault):
-    """A hot leg motor gives 20 to 80 % of its torque.
-
-    Attributes:
-        share: Lower and upper limit of the remaining share of the torque.
-    """
+    """A hot leg motor keeps a share of its torque."""
 
     summary = "a leg motor gives 20 to 80 % of its torque from now on"
     why = "a leg can no longer carry the load of a step."
@@ -68,19 +64,16 @@ class SlipperyPatch(TemporaryFault):
 
 
 class PickedUp(TemporaryFault):
-    """The robot is lifted by its torso, held in the air and put down again.
-
-    Attributes:
-        LIFT: Height above the floor [m].
-        RAMP: Duration of lifting and of putting down [s], each.
-    """
+    """The robot is lifted by its torso, held in the air and put down again."""
 
     summary = "lifted by the torso, held in the air for 1 to 3 s, put down gently"
     why = "it is put down tilted, and rocks while it settles into its stand."
     shortest, longest = 1.0, 3.0
     end = 9.0
     LIFT = 0.08
+    """[m] above the floor."""
     RAMP = 0.5
+    """[s] of lifting, and of putting down."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)

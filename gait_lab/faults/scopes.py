@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from gait_lab.faults.campaign import (
+    COMPARISON_FAULTS,
+    FAULTS,
     FELL,
     OUTCOMES,
     STOPPED,
@@ -13,11 +15,9 @@ from gait_lab.faults.campaign import (
     FaultRun,
     run_fault,
 )
-from gait_lab.faults.catalogue import ALL_FAULTS, FAULTS, SOCCER_FAULTS
 from gait_lab.faults.harness import Fault
-from gait_lab.faults.node_campaign import run_node_fault
-from gait_lab.faults.node_faults import NODE_FAULTS
-from gait_lab.faults.soccer_campaign import run_soccer_fault
+from gait_lab.faults.node_faults import NODE_FAULTS, run_node_fault
+from gait_lab.faults.soccer_faults import SOCCER_FAULTS, run_soccer_fault
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ def _fell_unknown(result: FaultResult) -> bool:
 SCOPES: Mapping[str, Scope] = {
     "gait": Scope(
         FAULTS,
-        {name: each for name, each in ALL_FAULTS.items() if name not in FAULTS},
+        COMPARISON_FAULTS,
         run_fault,
         2000,
         OUTCOMES,

@@ -5,16 +5,19 @@ Half of them last to the end of the run; the others are over after some seconds.
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON, FaultResult, FaultRun
 from gait_lab.faults.channel import Delivery
 from gait_lab.faults.harness import PERIOD, Timed
 from gait_lab.faults.soccer_harness import SoccerFault, SoccerHarness
+from gait_lab.soccer.match import MatchSpec
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from sim_bridge.cameras.camera import CameraImage
+from sim_bridge.plant import load_plant, with_options
 
 FUTURE = (0.6, 10.0)
 """[s] by which stamps are ahead."""
@@ -296,3 +299,49 @@ def flipped(data: bytes, random: np.random.Generator) -> bytes:
     for _ in range(int(random.integers(1, FLIPS + 1))):
         changed[int(random.integers(len(changed)))] ^= 1 << int(random.integers(8))
     return bytes(changed)
+
+
+SOCCER_FAULTS: Mapping[str, type[SoccerFault]] = {
+    "none": SoccerFault,
+    "camera_black": CameraBlack,
+    "camera_frozen": CameraFrozen,
+    "camera_late": CameraLate,
+    "vision_gone": VisionGone,
+    "percepts_future": PerceptsFuture,
+    "percepts_late": PerceptsLate,
+    "percepts_nan": PerceptsNan,
+    "mate_mute": MateMute,
+    "mate_garbage": MateGarbage,
+    "referee_gone": RefereeGone,
+    "referee_garbage": RefereeGarbage,
+    "player_restart": PlayerRestart,
+}
+"""By their names in the results of `--scope soccer`."""
+HALF = 2.0
+"""[min] Longer than a run."""
+
+
+def run_soccer_fault(run: FaultRun) -> FaultResult:
+    """Play, inject the fault, and play on to the end of the run."""
+    kind = list(SOCCER_FAULTS).index(run.fault)
+    fault = SOCCER_FAULTS[run.fault](np.random.default_rng((kind, run.seed)))
+    spec = MatchSpec(
+        seed=run.seed, robots=fault.robots, minutes=HALF, engine=run.engine, urdf=run.urdf,
+        plant=with_options(load_plant(run.plant), run.plant_options), frames=False,
+    )  # fmt: skip
+    harness = SoccerHarness(spec, fault)
+    try:
+        harness.run()
+    except Exception as error:
+        harness.violate("exception", f"{type(error).__name__}: {error}")
+    finally:
+        harness.close()
+    ended = STOPPED if harness.stopped else WENT_ON
+    return FaultResult(
+        run=run,
+        outcome=VIOLATED if harness.violations else ended,
+        violations=tuple(f"{kind}: {text}" for kind, text in harness.violations.items()),
+        explained=tuple(harness.explained),
+        fell_at=harness.fell_at,
+        down_known=True,
+    )

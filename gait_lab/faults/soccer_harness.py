@@ -81,12 +81,7 @@ class SoccerFault(Fault):
 class SoccerHarness(Channels):
     """Plays a match in which the fault strikes one player.
 
-    Args:
-        spec: The match.
-        fault: The fault to inject.
-
     Attributes:
-        fault: The injected fault.
         violations: The first evidence of each kind of violation.
         explained: Remarks of the struck player, in the order of their first appearance.
         fell_at: Time of the struck robot's first fall after the fault began [s]; None without one.

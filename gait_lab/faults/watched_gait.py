@@ -14,20 +14,7 @@ from robot_core.types import JointTargets
 
 
 class WatchedGait:
-    """Collects the commands of its gait and shows them to the invariants.
-
-    Args:
-        name: Name of the process, the sender of its commands.
-        robot: The robot to walk.
-        parameters: Parameters of the gait.
-        settings: ControllerSettings of the gait.
-        invariants: Checks every command and the duration of every message.
-        seconds: Returns the time since the start [s].
-
-    Attributes:
-        name: Name of the process.
-        controller: The gait behind its checks.
-    """
+    """Collects the commands of its gait, sent under its name, and shows them to the invariants."""
 
     def __init__(
         self,

@@ -12,8 +12,7 @@ import pytest
 
 from gait_lab.bench import suite
 from gait_lab.bench.suites.faults import classes_of
-from gait_lab.faults.campaign import STOPPED, VIOLATED, WALKS, FaultRun, run_fault
-from gait_lab.faults.catalogue import FAULTS
+from gait_lab.faults.campaign import FAULTS, STOPPED, VIOLATED, WALKS, FaultRun, run_fault
 from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.invariants import (

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.faults.catalogue import SOCCER_FAULTS
 from gait_lab.faults.channel import Delivery
 from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault
-from gait_lab.faults.soccer_faults import VisionGone
+from gait_lab.faults.soccer_faults import SOCCER_FAULTS, VisionGone
 from gait_lab.faults.soccer_harness import SoccerHarness
 from gait_lab.soccer.match import Match, MatchSpec
 from nao_soccer.player import Player
