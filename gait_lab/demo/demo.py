@@ -262,7 +262,11 @@ def _draw(out: Path, options: DemoOptions, tour_began: float, say: Callable[[str
     from gait_lab.report.command import report_page, write
 
     analysis = analyse(out / "bag")
-    write(out / "report.html", report_page(analysis))
+    page = out / "report.html"
+    try:
+        write(page, report_page(analysis))
+        say(f"Figures: {page} (open it in a browser)")
+    except ModuleNotFoundError as error:  # rosdep does not bring plotly
+        say(f"Figures: none without {error.name}; docs/ros.md says how to install it")
     pictures = write_pictures(analysis.walk, TOURS[options.tour], tour_began, out, options.urdf)
-    names = ", ".join(path.name for path in pictures)
-    say(f"Figures: {out / 'report.html'} (open it in a browser). Pictures: {names}")
+    say(f"Pictures: {', '.join(path.name for path in pictures)}")
