@@ -10,8 +10,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from gait_lab.soccer.pitch import PitchSpec, RobotPlayer
 from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
@@ -73,32 +71,28 @@ def play_ability(spec: AbilitySpec) -> AbilityResult:
 def _backheel(spec: AbilitySpec) -> AbilityResult:
     with spec.practice([HEEL_START]) as pitch:
         pitch.world.put_ball(*HEEL_BALL)
-        player = pitch.players[0]
-        player.player.game = GameState(phase=Phase.SET)
+        robot = pitch.players[0]
+        robot.player.game = GameState(phase=Phase.SET)
         goal, time = False, 0.0
         for _ in pitch.run(lambda _: None):
             time = pitch.count * CONTROL_PERIOD
             if time >= HEEL_WAIT:
-                player.player.game = GameState(phase=Phase.PLAYING)
-            elif player.player.world.state() is not None:
-                _show_ball(player, pitch.world.time, relative((*HEEL_BALL, 0.0), pitch.poses[0]))
-            lies_in = pitch.field.place_of(pitch.ball_position, pitch.ball_radius, pitch.goals)
-            goal = lies_in is BallPlace.IN_BLUE_GOAL
+                robot.player.game = GameState(phase=Phase.PLAYING)
+            elif robot.player.world.state() is not None:
+                _show_ball(robot, pitch.world.time, relative((*HEEL_BALL, 0.0), pitch.poses[0]))
+            goal = pitch.ball_in is BallPlace.IN_BLUE_GOAL
             if goal or time > HEEL_LIMIT:
                 break
-        kicks = player.kicks
-        path = () if player.decision is None else player.decision.path
+        kicks, path = robot.kicks, robot.path
     done = goal and len(kicks) == 1 and "backheel" in kicks[0]
     doing = ", ".join(kicks) or " > ".join(map(str, path))
     return AbilityResult(spec, done, time - HEEL_WAIT if goal else None, doing)
 
 
-def _show_ball(player: RobotPlayer, now: int, place: Pose2) -> None:
+def _show_ball(robot: RobotPlayer, now: int, place: Pose2) -> None:
     """The robot has just seen the ball, which it does not see any more where it stands now."""
     ball = Percept(Kind.BALL, place[:2], (HEEL_ERROR**2, 0.0, HEEL_ERROR**2))
-    nothing = np.zeros((0, 2))
-    percepts = Percepts(now, ball, (), nothing, np.zeros((0, 3)), (), nothing)
-    player.player.world.add_percepts(percepts)
+    robot.player.world.add_percepts(Percepts(now, ball))
 
 
 def _two_at_ball(spec: AbilitySpec) -> AbilityResult:
@@ -109,7 +103,7 @@ def _two_at_ball(spec: AbilitySpec) -> AbilityResult:
             if time >= PAIR_LIMIT or (time >= PAIR_TIME and moved > PAIR_PUSHED):
                 break
         apart = math.dist(pitch.poses[1][:2], PAIR_BALL)
-        roles = [player.player.role for player in pitch.players]
+        roles = [robot.player.role for robot in pitch.players]
     done = roles == [Role.STRIKER, Role.SUPPORTER] and moved > PAIR_PUSHED and apart > PAIR_APART
     doing = f"{', '.join(roles)}; ball moved {moved:.2f} m, the other one at {apart:.2f} m"
     return AbilityResult(spec, done, time if done else None, doing)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.vision.percept_errors import PerceptErrors
-from nao_soccer.vision.percepts import Kind, Percepts
+from nao_soccer.vision.percepts import Percepts
 from robot_core.field import Field, Goals
 from robot_core.geometry import rotation_matrix
 from robot_core.robot import RobotDescription
@@ -21,7 +21,6 @@ IMAGE_SIZE = (320, 240)
 """[px]"""
 IMAGE_PERIOD = 0.1
 """[s] between two images of a camera; the cameras expose one after the other."""
-KINDS = {"red": Kind.ROBOT_RED, "blue": Kind.ROBOT_BLUE}
 
 
 class Eyes(Protocol):

@@ -97,7 +97,6 @@ class _Shot:
         self._spec = spec
         self._pitch = pitch
         self._start = ball, velocity
-        self._radius = pitch.ball_radius
         self._motions: list[str] = []
         self._scored = self._fell = False
 
@@ -127,5 +126,4 @@ class _Shot:
         if pitch.count == round(LOOK / CONTROL_PERIOD):
             place, velocity = self._start
             pitch.world.put_ball(*place, velocity)
-        lies_in = pitch.field.place_of(pitch.ball_position, self._radius, pitch.goals)
-        self._scored = self._scored or lies_in is BallPlace.IN_RED_GOAL
+        self._scored = self._scored or pitch.ball_in is BallPlace.IN_RED_GOAL

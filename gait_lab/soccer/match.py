@@ -206,7 +206,7 @@ class Match:
         for robot, player, pose, tick in zip(
             pitch.scene.robots, pitch.players, pitch.poses, ticks, strict=True
         ):
-            path = () if player.decision is None else player.decision.path
+            path = player.path
             state = "stand" if tick.status is None else tick.status.state.value
             doing = f"{path[-1].option}: {path[-1].state}" if path else ""
             x, y, heading = (round(each, 3) for each in pose)

@@ -158,9 +158,8 @@ class PerceptModel:
         objects += [each for each in false if each.kind is not Kind.BALL]
         points = np.concatenate((points, self._false_points(visible)))
         return Percepts(
-            stamp, seen, tuple(objects), points, geometry.covariance(points), (),
-            np.zeros((0, 2)), visible,
-        )  # fmt: skip
+            stamp, seen, tuple(objects), points, geometry.covariance(points), visible=visible
+        )
 
     def _wander(self, stamp: int) -> None:
         """Move the tilt of the robot by one step of a first-order Gauss-Markov process."""

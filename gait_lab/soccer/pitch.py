@@ -8,18 +8,20 @@ from functools import partial
 import numpy as np
 
 from gait_lab.soccer.channels import Channels
-from gait_lab.soccer.eyes import KINDS, Eyes, ModelEyes, in_field
+from gait_lab.soccer.eyes import Eyes, ModelEyes, in_field
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.gait import Gait
 from nao_soccer.behavior.mind import Decision
+from nao_soccer.behavior.option_tree import Activation
 from nao_soccer.behavior.situation import Body
 from nao_soccer.player import Identity, Player
 from nao_soccer.referee.rules import TEAM_NUMBERS
+from nao_soccer.vision.percepts import ROBOT_OF
 from nao_soccer.vision.settings import VisionSettings
 from nao_soccer.world.settings import WorldSettings
 from robot_core.errors import NaoGaitError
-from robot_core.field import Field, Goals
+from robot_core.field import BallPlace, Field, Goals
 from robot_core.robot import RobotDescription
 from robot_core.types import DOWN, GETTING_UP, STANDSTILL, GaitStatus, Point2, Point3, Pose2
 from sim_bridge.cameras.camera import CameraSettings
@@ -111,6 +113,11 @@ class RobotPlayer(Policy):
         if data is not None:
             self._pitch.tell(self._index, data, time)
 
+    @property
+    def path(self) -> tuple[Activation, ...]:
+        """The activation path of the last decision; empty before the first."""
+        return () if self.decision is None else self.decision.path
+
     def put_back(self) -> None:
         """The referee has put the robot back to its start."""
         self.gait.reset()
@@ -170,7 +177,7 @@ class Pitch:
         self._random = np.random.default_rng([23, first])
         self._teams = [robot.team for robot in scene.robots]
         self._poses: list[Pose2] = [robot.pose for robot in scene.robots]
-        self._seen = [OtherRobot(KINDS[robot.team], robot.pose[:2]) for robot in scene.robots]
+        self._seen = [OtherRobot(ROBOT_OF[robot.team], robot.pose[:2]) for robot in scene.robots]
         on_field = VisionSettings(
             field=self.field, goals=self.goals, poles=scene.poles, ball_radius=ball.radius
         )
@@ -214,6 +221,11 @@ class Pitch:
         assert ball is not None
         x, y, z = ball.position.tolist()
         return x, y, z
+
+    @property
+    def ball_in(self) -> BallPlace:
+        """Where the ball is by the rules."""
+        return self.field.place_of(self.ball_position, self.ball_radius, self.goals)
 
     @property
     def poses(self) -> Sequence[Pose2]:
@@ -264,7 +276,7 @@ def _seen_as(robot: SceneRobot, pose: Pose2, tick: Tick) -> OtherRobot:
     """What others see of a robot: its feet, or its torso if it lies."""
     x, y, height = tick.truth.torso_position.tolist()
     lies = height < LYING
-    return OtherRobot(KINDS[robot.team], (x, y) if lies else pose[:2], lies)
+    return OtherRobot(ROBOT_OF[robot.team], (x, y) if lies else pose[:2], lies)
 
 
 def is_upright(tick: Tick) -> bool:

@@ -74,8 +74,6 @@ class _Trial:
     def __init__(self, spec: SoloSpec, pitch: Pitch) -> None:
         self._spec = spec
         self._pitch = pitch
-        self._radius = pitch.ball_radius
-        self._inside = Rules().inside
         self._outs = self._falls = 0
         self._upright = True
         self._place = BallPlace.IN_PLAY
@@ -89,23 +87,22 @@ class _Trial:
             if goal is not None or time >= self._spec.limit:
                 break
         (player,) = self._pitch.players
-        path = () if player.decision is None else player.decision.path
+        path = " > ".join(map(str, player.path))
         return SoloResult(
-            self._spec, goal, self._outs, self._falls, tuple(player.kicks),
-            " > ".join(map(str, path)),
-        )  # fmt: skip
+            self._spec, goal, self._outs, self._falls, tuple(player.kicks), path
+        )
 
     def _watch(self, ticks: Sequence[Tick]) -> None:
         upright = is_upright(ticks[0])
         self._falls += self._upright and not upright
         self._upright = upright
         pitch = self._pitch
-        self._place = pitch.field.place_of(pitch.ball_position, self._radius, pitch.goals)
+        self._place = pitch.ball_in
         if self._place not in (BallPlace.IN_PLAY, BallPlace.IN_BLUE_GOAL):
             self._outs += 1
             x, y = pitch.field.length / 2.0, pitch.field.width / 2.0
             bx, by = pitch.ball
-            inside = self._inside
+            inside = Rules().inside
             pitch.world.put_ball(
                 min(max(bx, inside - x), x - inside), min(max(by, inside - y), y - inside)
             )

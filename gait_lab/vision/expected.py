@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nao_soccer.vision.percepts import Kind
+from nao_soccer.vision.percepts import ROBOT_OF, Kind
 from nao_soccer.vision.settings import VisionSettings
 from robot_core.field import seen_from
 from robot_core.geometry import relative
@@ -36,7 +36,6 @@ LINE_RANGE = 6.5
 CIRCLE_SHARE = 0.5
 """Least share of the centre circle in the image for the circle to be due."""
 _CROSSINGS = {"L": Kind.CROSSING_L, "T": Kind.CROSSING_T, "X": Kind.CROSSING_X}
-_TEAMS = {"red": Kind.ROBOT_RED, "blue": Kind.ROBOT_BLUE}
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +94,7 @@ class View:
                 yield self._expected(Kind.GOAL_POST, (x, y), due, half)
         for name, (x, y, _) in truth.others.items():
             due = all(self._seen_aside((x, y, z), ROBOT_HALF) for z in (0.0, ROBOT_SEEN))
-            yield self._expected(_TEAMS[self._teams[name]], (x, y), due, ROBOT_HALF, skip=name)
+            yield self._expected(ROBOT_OF[self._teams[name]], (x, y), due, ROBOT_HALF, skip=name)
         ring = [0.25 * math.pi * each for each in range(8)]
         for crossing in settings.field.crossings():
             x, y = crossing.x, crossing.y

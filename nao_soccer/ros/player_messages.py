@@ -63,9 +63,7 @@ def percepts(message: PointCloud2) -> Percepts:
         tuple(each for each in found if each.kind is not Kind.BALL),
         lines[:, :2],
         lines[:, 3:6],
-        (),
-        np.zeros((0, 2)),
-        rows[kinds == CORNER, :2],
+        visible=rows[kinds == CORNER, :2],
     )
 
 

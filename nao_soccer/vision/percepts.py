@@ -28,7 +28,9 @@ class Kind(StrEnum):
 
 
 CROSSINGS = (Kind.CROSSING_L, Kind.CROSSING_T, Kind.CROSSING_X)
-ROBOTS = (Kind.ROBOT_RED, Kind.ROBOT_BLUE)
+ROBOT_OF = {"red": Kind.ROBOT_RED, "blue": Kind.ROBOT_BLUE}
+"""By team."""
+ROBOTS = tuple(ROBOT_OF.values())
 
 
 class Box(NamedTuple):
@@ -104,12 +106,12 @@ class Percepts:
     """
 
     stamp: int
-    ball: Percept | None
-    objects: tuple[Percept, ...]
-    line_points: FloatArray
-    line_covariances: FloatArray
-    segments: tuple[LineSegment, ...]
-    boundary: FloatArray
+    ball: Percept | None = None
+    objects: tuple[Percept, ...] = ()
+    line_points: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    line_covariances: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    segments: tuple[LineSegment, ...] = ()
+    boundary: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     visible: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def of(self, *kinds: Kind) -> tuple[Percept, ...]:

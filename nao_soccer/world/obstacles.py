@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from nao_soccer.vision.percepts import Kind, Percept
+from nao_soccer.vision.percepts import ROBOT_OF, Percept
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.planar_track import PlanarTrack, inside
 from robot_core.types import FloatArray, Point2
@@ -33,7 +33,7 @@ SURE_RANGE = 2.0
 """[m] Distance up to which an image that does not show the robot is a miss."""
 CONFIRMED = 2
 """Number of sightings from which on a robot is reported."""
-TEAMS = {Kind.ROBOT_RED: "red", Kind.ROBOT_BLUE: "blue"}
+TEAMS = {kind: team for team, kind in ROBOT_OF.items()}
 
 
 class ObstacleTrack:

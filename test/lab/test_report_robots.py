@@ -40,9 +40,7 @@ def percepts(stamp: int) -> Any:
     """`vision/percepts` with the ball 3 cm too far and the robot 10 cm beside its place."""
     ball = Percept(Kind.BALL, (BALL[0] + 0.03, BALL[1]), (1e-4, 0.0, 1e-4))
     blue = Percept(Kind.ROBOT_BLUE, (BLUE[0], BLUE[1] + 0.1), (1e-4, 0.0, 1e-4))
-    nothing = np.empty((0, 2))
-    found = Percepts(stamp, ball, (blue,), nothing, np.empty((0, 3)), (), nothing)
-    return percept_cloud(found)
+    return percept_cloud(Percepts(stamp, ball, (blue,)))
 
 
 def others() -> list[tuple[str, int, Any]]:

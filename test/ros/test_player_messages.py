@@ -44,11 +44,8 @@ def test_percepts_survive_the_way_to_the_player():
 def with_kind(kind: float) -> PointCloud2:
     """One percept of a kind by its number."""
     message = vision_messages.percept_cloud(
-        Percepts(
-            STAMP, Percept(Kind.BALL, (1.0, 0.0), (0.01, 0.0, 0.01)), (), np.zeros((0, 2)),
-            np.zeros((0, 3)), (), np.zeros((0, 2)),
-        )
-    )  # fmt: skip
+        Percepts(STAMP, Percept(Kind.BALL, (1.0, 0.0), (0.01, 0.0, 0.01)))
+    )
     rows = np.frombuffer(bytes(message.data), "<f4").copy()
     rows[7] = kind
     message.data = rows.tobytes()

@@ -62,8 +62,7 @@ class StandingRobot:
         if self.stamp % (5 * PERIOD) == 0 and not blind:
             ball = Percept(Kind.BALL, (1.0, 0.1), (1e-4, 0.0, 1e-4))
             view = np.array(((0.2, -1.0), (3.0, -2.0), (3.0, 2.0), (0.2, 1.0)))
-            none = np.zeros((0, 2))
-            percepts = Percepts(self.stamp, ball, (), none, np.zeros((0, 3)), (), none, view)
+            percepts = Percepts(self.stamp, ball, visible=view)
             self._percepts.publish(vision_messages.percept_cloud(percepts))
 
 
