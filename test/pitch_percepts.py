@@ -52,7 +52,7 @@ class Eyes:
             seen = percept(Kind.BALL, self._measured(x, y)) if self._sees(x, y) else None
         return Percepts(
             stamp, seen, tuple(objects), np.array(points).reshape(-1, 2),
-            np.tile((VARIANCE, 0.0, VARIANCE), (len(points), 1)), (), np.zeros((0, 2)), VIEW,
+            np.tile((VARIANCE, 0.0, VARIANCE), (len(points), 1)), visible=VIEW,
         )  # fmt: skip
 
     def _near(self, places: np.ndarray, pose: Pose2) -> np.ndarray:
@@ -79,5 +79,4 @@ def percept(kind: Kind, place: Point2, yaw: float = 0.0, variance: float = VARIA
 
 def nothing(stamp: int) -> Percepts:
     """The percepts of an image that shows nothing of use."""
-    empty = np.zeros((0, 2))
-    return Percepts(stamp, None, (), empty, np.zeros((0, 3)), (), empty)
+    return Percepts(stamp)

@@ -66,9 +66,7 @@ def test_no_player_hears_the_referee_of_a_match_in_its_silence() -> None:
 
 PERCEPT = Percept(Kind.BALL, (1.0, 0.2), (0.01, 0.0, 0.01))
 COVARIANCES = np.tile((0.01, 0.0, 0.01), (4, 1))
-PERCEPTS = Percepts(
-    0, PERCEPT, (PERCEPT,), np.ones((4, 2)), COVARIANCES, (), np.zeros((0, 2))
-)
+PERCEPTS = Percepts(0, PERCEPT, (PERCEPT,), np.ones((4, 2)), COVARIANCES)
 
 
 def at(seconds: float) -> Any:
