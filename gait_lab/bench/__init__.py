@@ -1,22 +1,5 @@
-"""Benchmarks of the gait.
+"""Benchmarks: each measurement is a row, and tables, JSON and CSV are views of the rows.
 
-`suites/` holds one file per suite, `suite` finds, plans and runs them, `options` declares their
-options and `result` prints what they measured. `results` writes docs/results.md from many runs.
+A suite is a sweep in `config/bench/*.yaml` (`sweep`), or a function in `suites/` (`suite`).
+`results` writes docs/results.csv and docs/results.md from many runs.
 """
-
-from gait_lab.bench.options import BenchOptions, option
-from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
-from gait_lab.bench.score import Score, walk_all
-from gait_lab.bench.suite import Suite
-
-__all__ = [
-    "BenchOptions",
-    "Column",
-    "Measurement",
-    "Score",
-    "Suite",
-    "SuiteResult",
-    "Table",
-    "option",
-    "walk_all",
-]

@@ -1,165 +1,165 @@
-"""Figures of the benchmarks, written as small PNG: from their rows, or of one crossing."""
+"""Figures as PNG: 4, 6 and 7 of the first paper, of a simulated robot; and the push polar."""
 
 import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
+from functools import partial
+from itertools import groupby, islice
 from pathlib import Path
 from typing import Any
 
-from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
-from gait_lab.bench.published import NAO_SPEED, PAPER_SPEED, PLACO_PUSH, PLACO_SPEED
+import numpy as np
+
+from gait_lab.bench.options import Options
+from gait_lab.bench.published import PLACO_PUSH
 from gait_lab.bench.pushes import DIRECTIONS
-from sim_bridge.individual import draw_individual
-from sim_bridge.terrain import prisms
-from sim_bridge.trials.crossing import CrossingResult, CrossingSpec, cross, plant_of
-from sim_bridge.trials.trial import Tick, loaded_robot
+from nao_lipm_gait.walks.lipm.parameters import LipmParameters
+from nao_lipm_gait.walks.steps import home_sole
+from robot_core.errors import NaoGaitError
+from robot_core.geometry import compose
+from robot_core.types import LEFT, RIGHT, Pose2
+from sim_bridge.trials.metrics import measure
+from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout, task_ticks
+from sim_bridge.trials.tasks import find_task
+from sim_bridge.trials.trial import Push, TimedCommands, loaded_robot, run
 
-Values = Mapping[str, float | None]
-"""Metric -> value of one suite."""
-_TRIED = re.compile(r"push_(?P<task>.+)_tried")
-_DELAYED = re.compile(r"delay_(?P<delay>\d+)_ms(?P<ignored>_ignored)?_(?P<what>.+)_error_median")
-_DELAYED_UNITS = {"pose": "cm", "heading": "deg", "position": "cm", "velocity": "cm/s"}
-SPEEDS = ("forward", "back", "side", "turn")
+BLUE, RED, GREY = "#1f77b4", "#d62728", "#7f7f7f"
+SHOWN = 4.0
+"""[s] of the CoM that figures 6 and 7 show."""
+BEFORE_PUSH, IMPULSE = 1.5, 1.0
+"""[s] of these before the push of figure 7, to the left; [N s]."""
+SIDES = {"left": LEFT, "right": RIGHT}
 
 
-def speed_figure(values: Values, path: Path) -> Path | None:
-    """Worst to median of closed and open loop beside published speeds; None without rows."""
-    shown = [task for task in SPEEDS if f"{task}_worst" in values]
-    if not shown:
-        return None
-    plt = pyplot()
-    figure, panels = plt.subplots(
-        1, len(shown), figsize=(2.1 * len(shown) + 1.8, 3.2), layout="constrained", squeeze=False
+def draw(path: Path, size: tuple[float, float], content: Callable[[Any], object],
+         **axes: Any) -> Path:  # fmt: skip
+    """A figure of one panel; `size` in inches; the path of the PNG."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    content(figure.add_subplot(**axes))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110, metadata={"Software": None})
+    return path
+
+
+def paper_figures(options: Options, folder: Path) -> list[Path]:
+    """Write `paper_figure_4.png`, `_6` and `_7` of the first robot of the options."""
+    figures = {4: (draw_origins, 4.0), 6: (draw_spot, 3.0), 7: (draw_push, 3.0)}
+    return [
+        draw(folder / f"paper_figure_{number}.png", (7.0, height), partial(content, options))
+        for number, (content, height) in figures.items()
+    ]
+
+
+def draw_origins(options: Options, panel: Any) -> None:
+    """Figure 4: soles, pendulum origins and step sizes of successive steps, seen from above."""
+    p = options.parameters
+    if not isinstance(p, LipmParameters):
+        raise NaoGaitError("walk", p.walk, "lipm")
+    outline = np.array(loaded_robot(options.urdf).sole_outline)
+    task = find_task("forward=20").lasting(2.0)
+    world, gait = make_pair(_spec(options, "forward=20", 2.0))
+    with world:
+        ticks = islice(run(world, gait, TimedCommands(task.command_at)), task_ticks(task))
+        walked = [tick.status for tick in ticks
+                  if tick.status is not None and tick.status.support in SIDES]  # fmt: skip
+    steps = [list(step) for _, step in groupby(walked, lambda status: status.step_count)]
+    q: Pose2 = (0.0, 0.0, 0.0)
+    for step in steps[-4:-1]:
+        side = SIDES[step[0].support]
+        sole = _placed(outline * (1.0, side), compose(q, home_sole(side, p)))
+        panel.fill(*sole.T, facecolor="none", edgecolor=GREY)
+        best = side * p.pendulum_offset_y
+        allowed = ((-p.pendulum_shift_back_max, best), (p.pendulum_shift_max, best))
+        panel.plot(*_placed(allowed, q).T, ":k", linewidth=1.0)
+        panel.plot(*_placed([(0.0, best)], q).T, "o", color=GREY, fillstyle="none")
+        # The plan is ahead of the measurement by the delay; at last it is of the next step.
+        planned = [status for status in step if side * status.pendulum_origin_in_q[1] > 0.0]
+        origins = _placed([status.pendulum_origin_in_q for status in planned], q)
+        panel.plot(*origins.T, ".", color=RED, markersize=3)
+        ahead = compose(q, planned[-1].step_size)
+        panel.annotate("", ahead[:2], q[:2], arrowprops={"arrowstyle": "->", "color": BLUE})
+        q = ahead
+    panel.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    panel.set_title(
+        "Pendulum origins: planned (red), optimal (o), allowed (dotted)\nand step sizes (arrows)",
+        fontsize=9,
     )
-    for panel, task in zip(panels[0], shown, strict=True):
-        _loop_bar(panel, 0, values, task, BLUE, "closed loop")
-        _loop_bar(panel, 1, values, f"{task}_open_loop", GREY, "open loop")
-        panel.axhline(PAPER_SPEED[task], color=RED, linewidth=1.5, label="paper")
-        low, high = PLACO_SPEED[task]
-        panel.axhspan(low, high, color=ORANGE, alpha=0.35, linewidth=0, label="placo, open loop")
-        if task in NAO_SPEED:
-            panel.axhline(NAO_SPEED[task], color=BLACK, linewidth=1.0, linestyle=":",
-                          label="fastest real NAO")  # fmt: skip
-        panel.set(title=task, xticks=[], xlim=(-0.6, 1.6),
-                  ylabel="deg/s" if task == "turn" else "cm/s")  # fmt: skip
-        panel.set_ylim(bottom=0.0)
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right center", fontsize=8)
-    return save(figure, path)
 
 
-def _loop_bar(panel: Any, x: int, values: Values, name: str, color: str, label: str) -> None:
-    worst, median = values.get(f"{name}_worst"), values.get(f"{name}_median")
-    panel.bar(x, median or 0.0, width=0.7, color=color, label=label)
-    if worst is None or median is None:
-        if f"{name}_counts" in values:
-            panel.text(x, 0.0, "does not\ncount", ha="center", va="bottom", fontsize=7)
-        return
-    # The line goes from the median down to the worst robot.
-    panel.plot((x, x), (worst, median), color=BLACK, linewidth=1.2, marker="_", markersize=9)
+def _placed(points: Any, pose: Pose2) -> Any:
+    """(n, 2) points of a frame with this pose."""
+    x, y, yaw = pose
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.asarray(points) @ np.array(((c, s), (-s, c))) + (x, y)
 
 
-def delay_figure(values: Values, path: Path) -> Path | None:
-    """Median errors by the delay of the images; None without the rows of the ablation."""
-    metrics = [(name, match) for name in values if (match := _DELAYED.fullmatch(name))]
-    shown = list(dict.fromkeys(match["what"] for _, match in metrics))
-    if not shown:
-        return None
-    plt = pyplot()
-    figure, panels = plt.subplots(
-        1, len(shown), figsize=(2.6 * len(shown) + 0.6, 2.8), layout="constrained", squeeze=False
-    )
-    for panel, what in zip(panels[0], shown, strict=True):
-        for name, match in metrics:
-            if match["what"] == what:
-                label = match["delay"] + (" ms,\nignored" if match["ignored"] else " ms")
-                color = GREY if match["ignored"] else BLUE
-                panel.bar(label, values[name] or 0.0, color=color)
-        panel.set(title=what, ylabel=_DELAYED_UNITS[what])
-        panel.tick_params(axis="x", labelsize=8)
-    return save(figure, path)
+def draw_spot(options: Options, panel: Any) -> None:
+    """Figure 6: measured and expected CoM while stepping on the spot."""
+    _draw_com_y(panel, options, from_end=True)
 
 
-def push_figure(values: Values, path: Path) -> Path | None:
-    """The largest survived impulse around the robot, per task; None without a search's rows."""
-    tasks = _searched(values)
-    if not tasks:
-        return None
-    plt = pyplot()
-    figure, panels = plt.subplots(
-        1, len(tasks), figsize=(3.1 * len(tasks) + 1.4, 3.6), layout="constrained",
-        squeeze=False, subplot_kw={"projection": "polar"},
+def draw_push(options: Options, panel: Any) -> None:
+    """Figure 7: the same while the robot is pushed from the right."""
+    push = Push(find_task("spot").start + BEFORE_PUSH, IMPULSE, math.radians(90.0))
+    _draw_com_y(panel, options, push)
+
+
+def _draw_com_y(
+    panel: Any, options: Options, push: Push | None = None, from_end: bool = False
+) -> None:
+    spec = _spec(options, "spot", SHOWN, keep_trace=True, push=push)
+    trace = rollout(spec).trace
+    assert trace is not None  # keep_trace
+    start = float(trace.time[-1]) - SHOWN if from_end else spec.task.start
+    shown = trace.between(start, start + SHOWN)
+    time = (shown.status_stamp - trace.stamp[0]) * 1e-9 - start
+    for values, name, color in (
+        (shown.com_measured_in_q, "measured", RED), (shown.com_expected_in_q, "expected", "black"),
+    ):  # fmt: skip
+        panel.plot(time, 1000.0 * values[:, 1], color=color, linewidth=1.2, label=name)
+    panel.set(xlabel="time [s]", ylabel="y in Q [mm]")
+    panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8)
+    error = 1000.0 * measure(trace, start, start + SHOWN).com_error_y_measured
+    title = f"CoM y on the spot: mean |expected - measured| {error:.2f} mm"
+    if push is not None:
+        panel.axvline(BEFORE_PUSH, color=GREY, linestyle=":")
+        title = f"CoM y, pushed to the left with {IMPULSE:g} N s at {BEFORE_PUSH:g} s"
+    panel.set_title(title)
+
+
+def _spec(options: Options, task: str, seconds: float, **more: Any) -> RolloutSpec:
+    return RolloutSpec(
+        find_task(task).lasting(seconds), robot_seed=options.seed, calibrated=options.calibrated,
+        **options.trial, **more,
     )  # fmt: skip
-    for panel, task in zip(panels[0], tasks, strict=True):
-        for name, color, label in (
-            (task, BLUE, "closed loop"), (f"{task}_open_loop", GREY, "open loop"),
-        ):  # fmt: skip
-            _outline(panel, values, name, color, label)
-        if task == "spot":
-            angles = [math.radians(DIRECTIONS[direction]) for direction in PLACO_PUSH]
-            panel.plot(angles, list(PLACO_PUSH.values()), "D", color=ORANGE, markersize=5,
-                       label="placo, one robot")  # fmt: skip
-        panel.set_theta_zero_location("N")
-        panel.set_ylim(bottom=0.0)
-        panel.set_xticks([math.radians(angle) for angle in DIRECTIONS.values()])
-        panel.set_xticklabels([name.replace("_", "\n") for name in DIRECTIONS], fontsize=7)
-        panel.tick_params(axis="y", labelsize=7)
-        panel.set_title(f"{task.replace('_', ' ')} [N s]", fontsize=9)
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=8)
-    return save(figure, path)
 
 
-def _searched(values: Values) -> list[str]:
-    """Tasks with pushes of more than one impulse; on the spot first."""
-    tasks = [
-        match["task"] for metric, tried in values.items()
-        if (match := _TRIED.fullmatch(metric)) and tried is not None and tried > 1
-    ]  # fmt: skip
-    names = {task.removesuffix("_open_loop") for task in tasks}
-    return sorted(names, key=lambda task: (task != "spot", task))
-
-
-def _outline(panel: Any, values: Values, name: str, color: str, label: str) -> None:
-    known = [way for way in DIRECTIONS if f"push_{name}_{way}_max" in values]
-    if not known:
-        return
-    # A direction in which not even the smallest impulse is survived lies in the middle.
-    sizes = [values[f"push_{name}_{way}_max"] or 0.0 for way in known]
-    angles = [math.radians(DIRECTIONS[way]) for way in known]
-    closed: Sequence[int] = (*range(len(known)), 0) if len(known) > 2 else range(len(known))
-    panel.plot([angles[i] for i in closed], [sizes[i] for i in closed], color=color, marker="o",
-               markersize=3.5, linewidth=1.8, label=label)  # fmt: skip
-
-
-def crossing_figure(spec: CrossingSpec, path: Path, frames: int = 4) -> CrossingResult:
-    """Let a robot cross a field and write pictures of it at even times, side by side.
+def push_figure(values: Mapping[str, float | None], path: Path, task: str = "spot") -> Path | None:
+    """The largest survived impulse around the robot; None without the rows of a search.
 
     Args:
-        spec: The crossing.
-        path: Path of the PNG.
-        frames: Number of pictures.
-
-    Returns:
-        The result of the crossing.
+        values: Metric -> value of the suite `push`.
+        path: Where to write the PNG.
+        task: During which the robots were pushed.
     """
-    from gait_lab.analysis.render import Camera, Renderer
+    angles = {name: math.radians(degrees) for name, degrees in DIRECTIONS.items()}
 
-    camera = Camera(distance=1.25, yaw=35.0, pitch=-28.0, height=0.16)
-    ticks: list[Tick] = []
-    result = cross(spec, ticks.append)
-    robot, plant = loaded_robot(spec.robot.urdf), plant_of(spec)
-    figure, panels = pyplot().subplots(
-        1, frames, figsize=(3.3 * frames, 3.7), layout="constrained", squeeze=False
-    )
-    with Renderer(robot, draw_individual(plant, robot, spec.robot_seed)) as stage:
-        stage.lay_floor((plant.terrain.start + plant.terrain.length / 2.0, 0.0))
-        stage.lay_terrain(prisms(plant.terrain, spec.robot_seed))
-        for number, panel in enumerate(panels.flat):
-            truth = ticks[(len(ticks) - 1) * (number + 1) // frames].truth
-            stage.pose(truth.torso_position, truth.torso_quaternion, truth.joint_position)
-            panel.imshow(stage.photograph(truth.torso_position.tolist(), 420, 420, camera))
-            panel.set_title(f"{1e-9 * truth.stamp:.1f} s", fontsize=9)
-            panel.axis("off")
-    save(figure, path)
-    return result
+    def outline(panel: Any) -> None:
+        for name, color, label in ((task, BLUE, "closed"), (f"{task}_open_loop", GREY, "open")):
+            known = [way for way in DIRECTIONS if f"push_{name}_{way}_max" in values]
+            # A direction in which not even the smallest impulse is survived lies in the middle.
+            sizes = [values[f"push_{name}_{way}_max"] or 0.0 for way in known]
+            panel.plot([angles[way] for way in [*known, *known[:1]]], [*sizes, *sizes[:1]],
+                       "o-", color=color, markersize=3.5, label=f"{label} loop")  # fmt: skip
+        panel.plot([angles[way] for way in PLACO_PUSH], list(PLACO_PUSH.values()), "D",
+                   color="#ff7f0e", markersize=5, label="placo, one robot")  # fmt: skip
+        panel.set_theta_zero_location("N")
+        panel.set_xticks(list(angles.values()), [name.replace("_", "\n") for name in angles])
+        panel.tick_params(labelsize=7)
+        panel.set_title(f"{task} [N s]", fontsize=9)
+        panel.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), fontsize=8)
+
+    if f"push_{task}_left_max" not in values:
+        return None
+    return draw(path, (5.6, 3.6), outline, projection="polar")

@@ -11,22 +11,22 @@ without a push; on the spot and standing, it is zero.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.score import FallDetection
+from gait_lab.bench.options import Options
+from gait_lab.bench.rows import Row
+from gait_lab.bench.walks import FallDetection, Variant
 from robot_core.errors import NaoGaitError
-from robot_core.robot import RobotDescription
 from robot_core.types import STANDSTILL
 from sim_bridge.trials.metrics import Metrics
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
 from sim_bridge.trials.tasks import STAND_TIME, Task, find_task
 from sim_bridge.trials.trace import LEFT, Trace
-from sim_bridge.trials.trial import Push, Walker
+from sim_bridge.trials.trial import Push
 
 DIRECTIONS: Mapping[str, float] = {
     "forward": 0.0, "forward_left": 45.0, "left": 90.0, "back_left": 135.0,
@@ -96,31 +96,39 @@ class Cell:
 
 @dataclass(slots=True)
 class PushSeries:
-    """The pushes during one task in closed or open loop.
+    """The pushes during one task, of one variant in closed or open loop.
 
     Attributes:
         text: The task as `name` or `name=speed`.
-        task: The task.
         closed_loop: Whether the gait has its feedback.
+        variant: What differs from the options.
         unpushed: The rollouts without a push, one per robot.
         cells: Direction and impulse [N s] -> results.
         detection: Fall detection over all pushes.
-        walker: Makes what walks in place of the gait.
     """
 
     text: str
-    task: Task
-    closed_loop: bool
+    closed_loop: bool = True
+    variant: Variant = field(default_factory=Variant)
     unpushed: list[Unpushed] = field(default_factory=list)
     cells: dict[tuple[str, float], Cell] = field(default_factory=dict)
     detection: FallDetection = field(default_factory=FallDetection)
-    walker: Callable[[RobotDescription, Task, float], Walker] | None = None
 
     @property
     def name(self) -> str:
         """The task and the loop, as in the name of a metric."""
         name = self.text.replace("=", "_")
         return name if self.closed_loop else f"{name}_open_loop"
+
+    @property
+    def task(self) -> Task:
+        """The task up to `WATCH` after the last push, measured where survival is decided."""
+        task = find_task(self.text)
+        knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + RAMP_TIME, task.command))
+        begin = STAND_TIME + WARM_UP
+        return Task(
+            task.name, knots, begin + WATCH - WINDOW, begin + CYCLE_MAX + WATCH, task.axis
+        )
 
     def of(self, direction: str) -> dict[float, Cell]:
         """The cells of a direction by increasing impulse [N s]."""
@@ -136,32 +144,22 @@ class PushSeries:
             best = impulse
         return best
 
+    def survival_rows(self, subject: str) -> list[Row]:
+        """The share of survived pushes of each cell."""
+        return [
+            Row(subject, f"push_{direction}_{impulse:g}_survival", "%", 100.0 * cell.share)
+            for (direction, impulse), cell in self.cells.items()
+        ]
 
-def push_cells(
-    options: BenchOptions,
-    text: str,
-    wanted: Sequence[tuple[str, float]],
-    *,
-    label: str,
-    walker: Callable[[RobotDescription, Task, float], Walker] | None = None,
-) -> PushSeries:
-    """Push at given directions and impulses during one task in closed loop.
 
-    Args:
-        options: Robots, phases, engine, plant, parameters.
-        text: The task.
-        wanted: Directions and impulses [N s].
-        label: Label of the progress bar.
-        walker: Makes what walks in place of the gait.
-
-    Returns:
-        The series with its results.
-    """
-    series = PushSeries(text, push_task(text), True, walker=walker)
-    if not wanted:
-        return series
-    walk_unpushed([series], options)
-    push_all([(series, direction, impulse) for direction, impulse in wanted], options, label=label)
+def push_variants(
+    options: Options, variants: Sequence[Variant], wanted: Sequence[tuple[str, float]]
+) -> list[PushSeries]:
+    """Push each variant on the spot, in closed loop, at directions and impulses [N s]."""
+    series = [PushSeries("spot", variant=variant) for variant in variants]
+    if wanted:
+        walk_unpushed(series, options)
+        push_all([(each, *push) for each in series for push in wanted], options)
     return series
 
 
@@ -173,29 +171,14 @@ def directions_of(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names or DIRECTIONS))
 
 
-def push_task(text: str) -> Task:
-    """The task up to `WATCH` after the last push, measured where survival is decided."""
-    task = find_task(text)
-    knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + RAMP_TIME, task.command))
-    begin = STAND_TIME + WARM_UP
-    return Task(
-        task.name, knots, begin + WATCH - WINDOW, begin + CYCLE_MAX + WATCH, task.axis
-    )
+def _spec(series: PushSeries, options: Options, seed: int) -> RolloutSpec:
+    return series.variant.spec(options, series.closed_loop, series.task, seed)
 
 
-def _spec(series: PushSeries, options: BenchOptions, seed: int) -> RolloutSpec:
-    parameters = options.loop_parameters(series.closed_loop)
-    trial = {**options.trial, "parameters": parameters}
-    return RolloutSpec(
-        series.task, robot_seed=seed, keep_trace=True, calibrated=options.calibrated,
-        walker=series.walker, **trial,
-    )  # fmt: skip
-
-
-def walk_unpushed(series: Sequence[PushSeries], options: BenchOptions) -> None:
+def walk_unpushed(series: Sequence[PushSeries], options: Options) -> None:
     """Fill in `unpushed` of each series, one per robot."""
-    specs = [(_spec(each, options, seed), options.phases) for each in series
-             for seed in options.seeds]  # fmt: skip
+    specs = [(replace(_spec(each, options, seed), keep_trace=True), options.phases)
+             for each in series for seed in options.seeds]  # fmt: skip
     found = parallel_map(
         _unpushed, specs, jobs=options.jobs, show=options.show, label="without a push"
     )
@@ -206,12 +189,11 @@ def walk_unpushed(series: Sequence[PushSeries], options: BenchOptions) -> None:
 def _unpushed(asked: tuple[RolloutSpec, int]) -> Unpushed:
     spec, phases = asked
     result = rollout(spec)
-    trace = result.trace
-    if trace is None or result.metrics.fell or result.calibration_failed:
+    if result.trace is None or result.metrics.fell or result.calibration_failed:
         return Unpushed(None, result.metrics)
     standing = spec.task.command.is_zero
     begin = STAND_TIME + WARM_UP
-    cycle = (begin, begin + STAND_CYCLE) if standing else cycle_after(trace, begin)
+    cycle = (begin, begin + STAND_CYCLE) if standing else cycle_after(result.trace, begin)
     if cycle is None:
         return Unpushed(None, result.metrics)
     start, end = cycle
@@ -233,10 +215,8 @@ def cycle_after(trace: Trace, begin: float) -> tuple[float, float] | None:
 
 def push_all(
     wanted: Iterable[tuple[PushSeries, str, float]],
-    options: BenchOptions,
+    options: Options,
     robots: slice = slice(None),
-    *,
-    label: str = "pushes",
 ) -> None:
     """Push in every phase and count what is survived.
 
@@ -244,7 +224,6 @@ def push_all(
         wanted: Series, direction and impulse [N s] of each cell.
         options: Robots, phases, engine, plant, parameters.
         robots: Only these of the robots.
-        label: Label of the progress bar.
     """
     specs: list[RolloutSpec] = []
     owners: list[tuple[PushSeries, Cell, Unpushed]] = []
@@ -257,27 +236,16 @@ def push_all(
                 cell.fell += options.phases
                 continue
             for time in alone.times:
-                specs.append(_pushed(series, options, seed, time, impulse, direction))
+                task = series.task.measured(time + WATCH - WINDOW, time + WATCH)
+                push = Push(time, impulse, math.radians(DIRECTIONS[direction]))
+                specs.append(replace(_spec(series, options, seed), task=task, push=push))
                 owners.append((series, cell, alone))
-    results = run_all(specs, jobs=options.jobs, show=options.show, label=label)
+    results = run_all(specs, jobs=options.jobs, show=options.show, label="pushes")
     for (series, cell, alone), result in zip(owners, results, strict=True):
         cell.pushed += 1
         cell.fell += result.metrics.fell
         cell.survived += survives(result, alone.metrics)
         series.detection.add(result.metrics)
-
-
-def _pushed(
-    series: PushSeries,
-    options: BenchOptions,
-    seed: int,
-    time: float,
-    impulse: float,
-    direction: str,
-) -> RolloutSpec:
-    task = series.task.measured(time + WATCH - WINDOW, time + WATCH)
-    act = Push(time, impulse, math.radians(DIRECTIONS[direction]))
-    return replace(_spec(series, options, seed), task=task, push=act, keep_trace=False)
 
 
 def survives(result: RolloutResult, unpushed: Metrics) -> bool:
@@ -288,24 +256,19 @@ def survives(result: RolloutResult, unpushed: Metrics) -> bool:
         unpushed: The same robot without the push.
     """
     metrics, task = result.metrics, result.spec.task
-    if metrics.fell:
+    if metrics.fell or (not task.command.is_zero and metrics.support_changes == 0):
         return False
-    if task.command.is_zero:
-        stays, x, y, turn = True, 0.0, 0.0, 0.0
-    else:
-        stays = metrics.support_changes > 0
-        x, y, turn = 0.0, 0.0, 0.0
-        if task.axis is not None:
-            x, y, turn = unpushed.speed_x, unpushed.speed_y, unpushed.turn_rate
+    x = y = turn = 0.0
+    if task.axis is not None and not task.command.is_zero:
+        x, y, turn = unpushed.speed_x, unpushed.speed_y, unpushed.turn_rate
     return (
-        stays
-        and math.hypot(metrics.speed_x - x, metrics.speed_y - y) <= SPEED_BOUND
+        math.hypot(metrics.speed_x - x, metrics.speed_y - y) <= SPEED_BOUND
         and abs(metrics.turn_rate - turn) <= TURN_BOUND
     )
 
 
 def search_largest(
-    series: Sequence[PushSeries], directions: Sequence[str], options: BenchOptions
+    series: Sequence[PushSeries], directions: Sequence[str], options: Options
 ) -> None:
     """Bisect the ladder in every direction, all directions in the same rounds."""
     # Index of the largest impulse that passes and of the smallest that does not.
@@ -320,16 +283,13 @@ def search_largest(
              for (index, direction), step in asked.items()],
             options,
         )  # fmt: skip
-        for key, step in asked.items():
-            index, direction = key
-            low, high = spans[key]
+        for (index, direction), step in asked.items():
+            low, high = spans[index, direction]
             passes = series[index].cells[direction, LADDER[step]].passes
-            spans[key] = (step, high) if passes else (low, step)
+            spans[index, direction] = (step, high) if passes else (low, step)
 
 
-def push_until_lost(
-    wanted: Sequence[tuple[PushSeries, str, float]], options: BenchOptions
-) -> None:
+def push_until_lost(wanted: Sequence[tuple[PushSeries, str, float]], options: Options) -> None:
     """`push_all`, but the later robots only where a cell can still pass after the first ones."""
     first = max(1, options.robots // 4)
     bearable = int((1.0 - SURVIVAL) * options.robots * options.phases + 1e-9)

@@ -1,32 +1,29 @@
-"""The suites: what each declares about itself, how they are found, planned and run.
+"""The suites: how they are declared, found, planned and run.
 
-A module of `gait_lab/bench/suites/` that holds a `SUITE` is a suite of `nao_gait bench`; nothing
-else has to know of it.
+Each `Suite` in a module of `gait_lab/bench/suites/` and each sweep in `config/bench/*.yaml` is a
+suite of `nao_gait bench`; nothing else has to know of it.
 """
 
 import importlib
 import json
 import pkgutil
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from gait_lab.bench.options import BenchOptions, Option, command_line, declared, with_settings
-from gait_lab.bench.result import SuiteResult
+from gait_lab.bench.options import Option, Options, command_line, declared, with_settings
+from gait_lab.bench.rows import Row, as_dicts, as_text
 from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
-from sim_bridge.plant import load_plant, with_options
 from sim_bridge.trials.compiled import is_compiled
 from sim_bridge.trials.tasks import find_task
 
-QUICK_ENGINE = "mujoco"
-"""Engine of `all`: the faster one."""
-EVERY_SUITE = ("seed", "engine", "plant", "plant_options", "urdf", "jobs")
-"""Fields of `BenchOptions` that each suite takes."""
+Measure = Callable[[Options], Iterable[Row | str]]
+"""What runs a suite: it yields rows, and notes for the reader."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,108 +35,90 @@ class Suite:
         title: Heading of its results.
         summary: What it measures, for the help.
         measure: Runs it.
-        options: Class of its options: its defaults, and the options that only it has.
-        takes: Shared options that it accepts (`robots`, `tasks`, `window`, `open_loop`, `phases`,
-            `control_period`), besides `EVERY_SUITE`; others are refused.
-        quick: Its runs in `all`: field -> value of each where it differs from the default.
+        options: Its options, besides those that every suite takes, by name.
+        quick: Its runs in `all`: option -> value of each where it differs from the default.
         check: Raises NaoGaitError, before any work, for what the suite cannot do.
         applies: Whether `all` runs it with these options.
         gait: Whether a preset and parameters of the gait may be given; without, each robot walks
             with its own preset.
+        same_robots: The robots of the options do everything; else each run has its own.
     """
 
     name: str
     title: str
     summary: str
-    measure: Callable[[Any], SuiteResult]
-    options: type[BenchOptions] = BenchOptions
-    takes: tuple[str, ...] = ()
+    measure: Measure
+    options: Mapping[str, Option]
     quick: tuple[Mapping[str, Any], ...] = ({},)
-    check: Callable[[Any], object] = lambda options: None
-    applies: Callable[[Any], bool] = lambda options: True
+    check: Callable[[Options], object] = lambda options: None
+    applies: Callable[[Options], bool] = lambda options: True
     gait: bool = True
+    same_robots: bool = True
 
-    def __post_init__(self) -> None:
-        fields = declared(self.options)
-        for name in (*self.takes, *(name for run in self.quick for name in run)):
-            if name not in fields:
-                raise NaoGaitError(f"suite {self.name}", name, f"one of {', '.join(fields)}")
+    def run(self, options: Options) -> "Result":
+        """Measure it."""
+        found = list(self.measure(options))
+        return Result(
+            self, options, [each for each in found if isinstance(each, Row)],
+            [each for each in found if isinstance(each, str)],
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a run of a suite measured: its rows, and notes for the reader."""
+
+    suite: Suite
+    options: Options
+    rows: Sequence[Row]
+    notes: Sequence[str]
 
     @property
-    def taken(self) -> dict[str, Option]:
-        """The options that may be given to it, by the name of their field."""
-        shared = declared(BenchOptions).keys() - {*EVERY_SUITE, *self.takes}
-        return {name: each for name, each in declared(self.options).items() if name not in shared}
+    def text(self) -> str:
+        """For a terminal."""
+        title = f"{self.suite.title}; {self.options.title}"
+        return as_text(title, self.rows, self.notes)
+
+    def as_dicts(self) -> list[dict[str, Any]]:
+        """The rows of the JSON."""
+        return as_dicts(self.rows, self.suite.name, self.options, self.suite.same_robots)
+
+    @property
+    def values(self) -> dict[str, float | None]:
+        """Metric -> value."""
+        return {row.metric: row.value for row in self.rows}
+
+
+def suite(
+    name: str, title: str, summary: str, *, options: Mapping[str, Any], **more: Any
+) -> Callable[[Measure], Suite]:
+    """Declare a suite: a decorator of the function that measures it.
+
+    Args:
+        name: Its name in `nao_gait bench NAME`.
+        title: Heading of its results.
+        summary: What it measures, for the help.
+        options: Name -> an `Option`, or the suite's default of a shared one (`...` for the usual).
+        more: Other attributes of `Suite`.
+    """
+    return lambda measure: Suite(name, title, summary, measure, declared(options), **more)
 
 
 @cache
 def suites() -> Mapping[str, Suite]:
-    """All suites by name: every module of the package `suites` that holds a `SUITE`.
-
-    Raises:
-        NaoGaitError: Two suites have the same name.
-    """
+    """All suites by name; raises NaoGaitError if two have the same one."""
     from gait_lab.bench import suites as package
+    from gait_lab.bench.sweep import shipped_sweeps
 
-    found = {}
+    found: dict[str, Suite] = {}
+    every = list(shipped_sweeps())
     for module in pkgutil.iter_modules(package.__path__):
-        suite = getattr(importlib.import_module(f"{package.__name__}.{module.name}"), "SUITE", None)
-        if isinstance(suite, Suite):
-            if suite.name in found:
-                raise NaoGaitError(f"suite in {module.name}.py", suite.name, "a name not yet used")
-            found[suite.name] = suite
-    return found
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One run of a suite.
-
-    Attributes:
-        suite: The suite.
-        options: What it runs on.
-        command: The command line that does the same.
-    """
-
-    suite: Suite
-    options: BenchOptions
-    command: str
-
-
-def plan(
-    name: str, asked: Mapping[str, Any], preset: str = "default", settings: Sequence[str] = ()
-) -> list[Run]:
-    """The runs behind the name of a suite, or behind `all`, with their input checked.
-
-    In `all`, a preset and settings are those of the suites that can use them.
-
-    Args:
-        name: Name of a suite, or `all` for the quick form of each.
-        asked: Field of the options -> value, where it is not the default.
-        preset: Preset of the gait: a shipped name or a file; `default` is the robot's own.
-        settings: `name=value` of the gait's parameters.
-
-    Returns:
-        The runs in their order.
-
-    Raises:
-        NaoGaitError: The suite, an option or a value of it does not exist or is not allowed.
-    """
-    if name == "all":
-        usual: Mapping[str, Any] = {"engine": QUICK_ENGINE}
-        pairs = [(suite, {**usual, **quick, **asked}) for suite in suites().values()
-                 for quick in suite.quick]  # fmt: skip
-        pairs = [
-            (suite, {key: value for key, value in given.items() if key in {*suite.taken, "show"}})
-            for suite, given in pairs
-        ]
-        pairs = [(suite, given) for suite, given in pairs
-                 if suite.applies(suite.options(**given))]  # fmt: skip
-        return [
-            _planned(suite, given, *((preset, settings) if suite.gait else ("default", ())))
-            for suite, given in pairs
-        ]
-    return [_planned(find_suite(name), dict(asked), preset, settings)]
+        content = vars(importlib.import_module(f"{package.__name__}.{module.name}"))
+        every += [each for each in content.values() if isinstance(each, Suite)]
+    for each in every:
+        if found.setdefault(each.name, each) is not each:
+            raise NaoGaitError("suite", each.name, "a name not yet used")
+    return dict(sorted(found.items()))
 
 
 def find_suite(name: str) -> Suite:
@@ -149,23 +128,61 @@ def find_suite(name: str) -> Suite:
     return suites()[name]
 
 
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One run of a suite, and the command line that does the same."""
+
+    suite: Suite
+    options: Options
+    command: str
+
+
+def plan(
+    name: str, asked: Mapping[str, Any], preset: str = "default", settings: Sequence[str] = ()
+) -> list[Run]:
+    """The runs behind the name of a suite, or behind `all`, with their input checked.
+
+    In `all`, options, preset and settings are those of the suites that can use them.
+
+    Args:
+        name: Name of a suite, or `all` for the quick form of each.
+        asked: Option -> value, where it is not the default.
+        preset: Preset of the gait: a shipped name or a file; `default` is the robot's own.
+        settings: `name=value` of the gait's parameters.
+
+    Raises:
+        NaoGaitError: The suite, an option or a value of it does not exist or is not allowed.
+    """
+    if name != "all":
+        return [_planned(find_suite(name), dict(asked), preset, settings)]
+    runs = []
+    for each in suites().values():
+        for quick in each.quick:
+            asked_of = {key: value for key, value in {**quick, **asked}.items()
+                        if key in {*each.options, "show"}}  # fmt: skip
+            if each.applies(Options.of(each.options, asked_of)):
+                gait = (preset, settings) if each.gait else ("default", ())
+                runs.append(_planned(each, asked_of, *gait))
+    return runs
+
+
 def _planned(
     suite: Suite, given: Mapping[str, Any], preset: str, settings: Sequence[str]
 ) -> Run:
     for name, value in given.items():
-        if name not in {*suite.taken, "show"}:
-            flags = ", ".join(sorted(each.flags[0] for each in suite.taken.values()))
+        if name not in {*suite.options, "show"}:
+            flags = ", ".join(sorted(each.flags[0] for each in suite.options.values()))
             raise NaoGaitError(name, value, f"an option of the suite {suite.name}: {flags}")
     if not suite.gait and (settings or preset != "default"):
         option, value = ("set", settings[0]) if settings else ("preset", preset)
         allowed = f"nothing: robots of the suite {suite.name} walk with their own preset"
         raise NaoGaitError(option, value, allowed)
-    options = suite.options(**given)
-    with_options(load_plant(options.plant), options.plant_options)
+    options = Options.of(suite.options, given)
+    _ = options.made_plant  # raises NaoGaitError for a bad one
     for task in options.tasks:
         find_task(task)
     parameters = with_settings(preset_for(load_robot(options.urdf), preset), settings)
-    options = replace(options, parameters=parameters)
+    options = options.but(parameters=parameters)
     suite.check(options)
     return Run(suite, options, command_line(suite.name, suite.options, given, preset, settings))
 
@@ -179,11 +196,11 @@ def run(
     json_file: Path | None = None,
     out: Callable[[str], None] = print,
 ) -> None:
-    """Run a suite (or all), print its tables and write its JSON.
+    """Run a suite (or all), print its tables and write its JSON; arguments as of `plan`.
 
     Args:
-        name: Name of a suite, or `all` for the quick form of each.
-        asked: Field of the options -> value, where it is not the default.
+        name: Name of a suite, or `all`.
+        asked: Option -> value.
         preset: Preset of the gait.
         settings: `name=value` of the gait's parameters.
         json_file: Where the rows are written.
@@ -202,8 +219,8 @@ def run(
         began = time.monotonic()
         if len(planned) > 1:
             out(f"$ {each.command}\n")
-        result = each.suite.measure(each.options)
-        rows += result.as_rows(each.suite.name, each.options)
+        result = each.suite.run(each.options)
+        rows += result.as_dicts()
         out(f"{result.text}\n{each.suite.name}: took {time.monotonic() - began:.0f} s\n")
     if json_file is not None:
         json_file.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

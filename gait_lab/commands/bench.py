@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the suites, each with its own options."""
-    from gait_lab.bench.suite import QUICK_ENGINE, suites
+    from gait_lab.bench.suite import suites
 
     names = parser.add_subparsers(dest="suite", metavar="SUITE", required=True)
     for suite in suites().values():
         text = f"{suite.title}: {suite.summary}"
         _add_suite(names.add_parser(suite.name, help=suite.summary, description=text), [suite])
-    text = f"every suite in its quick form, in {QUICK_ENGINE}"
+    text = "every suite in its quick form"
     everything = names.add_parser(
         "all", help=text, description=f"{text}; an option goes to each suite that has it"
     )
@@ -27,13 +27,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_suite(parser: argparse.ArgumentParser, chosen: "list[Suite]") -> None:
-    from gait_lab.bench.options import add_argument, default_of
+    from gait_lab.bench.options import add_argument
 
-    options = {name: each for suite in chosen for name, each in suite.taken.items()}
+    options = {name: each for suite in chosen for name, each in suite.options.items()}
     for name, each in options.items():
-        has_one = len(chosen) == 1 or each.metavar == ""
-        kind = next(suite.options for suite in chosen if name in suite.taken)
-        add_argument(parser, name, each, default_of(kind, name) if has_one else None)
+        add_argument(parser, name, each, shows_default=len(chosen) == 1)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as JSON")
     parser.set_defaults(run=run, options=options, preset="default", settings=[])
     if not any(suite.gait for suite in chosen):

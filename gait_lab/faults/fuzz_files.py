@@ -11,7 +11,7 @@ import yaml
 from hypothesis import strategies as st
 
 from gait_lab.analysis.bag import BagWriter, open_bag
-from gait_lab.bench.changes import load_changes
+from gait_lab.bench.sweep import load_sweep
 from gait_lab.tune.study import load_study
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
@@ -27,7 +27,7 @@ FILES: dict[str, Callable[[Path], Any]] = {
     "config/robots/nao_h21.yaml": lambda path: load_robot(robot=path),
     "config/studies/speed.yaml": lambda path: load_study(str(path)),
     "config/studies/omni.yaml": lambda path: load_study(str(path)),
-    "config/bench/ablation.yaml": load_changes,
+    "config/bench/ablation.yaml": load_sweep,
     "urdf/nao_h21_v33.urdf": load_robot,
     BAG: open_bag,
 }

@@ -42,7 +42,7 @@ class ResultCache:
                 self._lines[values.pop(_KEY)] = values
         except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
             allowed = f"a file of finished runs ({type(error).__name__}: {error})"
-            raise NaoGaitError("keep", path, allowed) from error
+            raise NaoGaitError("resume", path, allowed) from error
 
     def result(self, item: Any) -> Any:
         """The result of a run; None if it is not finished. Raises NaoGaitError."""
@@ -53,7 +53,7 @@ class ResultCache:
             return self._restore(item, **values)
         except TypeError as error:
             allowed = f"a file of finished runs like the ones asked for ({error})"
-            raise NaoGaitError("keep", str(self._path), allowed) from error
+            raise NaoGaitError("resume", str(self._path), allowed) from error
 
     def add(self, item: Any, result: Any) -> None:
         """Write the result of a run, a dataclass whose first field is the run itself.
@@ -68,7 +68,7 @@ class ResultCache:
                 out.write(text.encode() + os.linesep.encode())
         except OSError as error:
             raise NaoGaitError(
-                "keep", str(self._path), f"a file that can be written ({error})"
+                "resume", str(self._path), f"a file that can be written ({error})"
             ) from error
 
 

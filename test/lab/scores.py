@@ -4,7 +4,10 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
-from gait_lab.bench import Measurement, Score
+from gait_lab.bench.options import Options
+from gait_lab.bench.rows import Row
+from gait_lab.bench.suite import find_suite
+from gait_lab.bench.walks import Score
 from sim_bridge.trials.metrics import Metrics
 from sim_bridge.trials.rollout import RolloutResult, RolloutSpec
 from sim_bridge.trials.tasks import Task, find_task
@@ -23,6 +26,11 @@ def score(task: Task | str, *scored: Metrics) -> Score:
     return Score(task, True, tuple(RolloutResult(RolloutSpec(task), each) for each in scored))
 
 
-def values(rows: Iterable[Measurement]) -> dict[str, float | None]:
+def values(rows: Iterable[Row | str]) -> dict[str, float | None]:
     """Metric -> value."""
-    return {row.metric: row.value for row in rows}
+    return {row.metric: row.value for row in rows if isinstance(row, Row)}
+
+
+def options(suite: str, **given: Any) -> Options:
+    """Options of a suite, without progress bars and in one process."""
+    return Options.of(find_suite(suite).options, {"jobs": 1, "show": False, **given})

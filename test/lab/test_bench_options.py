@@ -3,34 +3,29 @@
 import math
 import shlex
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from scores import options
 
 from gait_lab import cli
-from gait_lab.bench import BenchOptions, Column, SuiteResult, Table, suite, suites
+from gait_lab.bench import suite, suites
 from gait_lab.bench.options import command_line, with_settings
+from gait_lab.bench.rows import Row, as_text, table_text, tables
 from gait_lab.bench.suite import Run, plan
-from gait_lab.bench.suites import push, speed
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
 
 NEW_SUITE = '''
-from dataclasses import dataclass
-from gait_lab.bench import BenchOptions, Measurement, Suite, SuiteResult, option
+from gait_lab.bench.options import Option
+from gait_lab.bench.rows import Row
+from gait_lab.bench.suite import suite
 
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    robots: int = 3
-    hops: int = option(2, "number of hops", "N", minimum=1, maximum=9)
-
+@suite("hop", "Hopping", "hops", quick=({"hops": 1},),
+       options={"robots": 3, "hops": Option(2, "number of hops", "N", minimum=1, maximum=9)})
 def hop(options):
-    row = Measurement("hops", "hops", options.robots * options.hops)
-    return SuiteResult((row,), "Hops", ())
-
-SUITE = Suite("hop", "Hopping", "hops", hop, Options, ("robots",), ({"hops": 1},))
+    yield Row("", "hops", "hops", options.robots * options.hops)
 '''
 
 
@@ -54,7 +49,7 @@ def test_a_file_in_the_folder_is_a_suite(
     assert cli.main(["bench", "hop", "--hops", "10"]) != 0
     assert "hops: got 10; allowed: 1 to 9" in capsys.readouterr().err
     (run,) = (run for run in plan("all", {}) if run.suite.name == "hop")
-    assert run.command == "nao_gait bench hop --engine mujoco --hops 1"
+    assert run.command == "nao_gait bench hop --hops 1"
 
 
 def test_help_names_the_options_of_a_suite_alone(capsys: pytest.CaptureFixture[str]) -> None:
@@ -87,20 +82,31 @@ def test_the_command_of_a_run_gives_its_options(run: Run, monkeypatch: pytest.Mo
 
 def test_every_option_survives_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
     given = {
-        "robots": 3, "seed": 10, "engine": "mujoco", "plant": "worn", "urdf": "a b.urdf",
+        "robots": 3, "seed": 10, "engine": "pybullet", "plant": "worn", "urdf": "a b.urdf",
         "tasks": ("spot", "forward=20"), "open_loop": "only", "impulses": (0.75, 2.0),
         "directions": ("left",), "phases": 4,
         "plant_options": (("motor.play", 0.035), ("variation.friction", (0.2, 0.3))),
     }  # fmt: skip
     found: list[dict[str, Any]] = []
     monkeypatch.setattr(suite, "run", lambda name, asked, **kw: found.append({**asked, **kw}))
-    line = command_line("push", push.Options, given, "paper", ("swing_lift=0.03",))
+    of = {name: each.options for name, each in suite.suites().items()}
+    line = command_line("push", of["push"], given, "paper", ("swing_lift=0.03",))
     assert cli.main(shlex.split(line)[1:]) == 0
     assert found[0]["preset"] == "paper"
     assert found[0]["settings"] == ["swing_lift=0.03"]
     assert {name: found[0][name] for name in given} == given
-    line = command_line("speed", speed.Options, {"half_speed": False, "window": 2.5, "jobs": 2})
+    line = command_line("speed", of["speed"], {"half_speed": False, "window": 2.5, "jobs": 2})
     assert line == "nao_gait bench speed --seconds 2.5 --no-half"
+
+
+def test_the_command_line_fills_in_what_the_suite_usually_runs_on() -> None:
+    (of_plant,) = plan("plant", {"plant_options": (("motor.play", 0.035),)})
+    assert (of_plant.options.robots, of_plant.options.window) == (2, 5.0)
+    assert of_plant.options.plant_title == "reference motor.play=0.035"
+    (of_speed,) = plan("speed", {"robots": 3})
+    assert (of_speed.options.robots, of_speed.options.window) == (3, 20.0)
+    assert {run.options.engine for run in plan("all", {})} == {"mujoco"}
+    assert of_speed.options.parameters == load_preset("default")
 
 
 @pytest.mark.parametrize(
@@ -115,9 +121,8 @@ def test_every_option_survives_the_command_line(monkeypatch: pytest.MonkeyPatch)
      (["bench", "speed", "--plant-set", "motor.wings=2"], "motor.wings"),
      (["bench", "start", "--task", "forward=20"], "--task"),
      (["bench", "compute", "--robots", "20"], "--robots"),
-     (["bench", "faults", "--open-loop", "off"], "--open-loop"),
+     (["bench", "solo", "--set", "swing_lift=0.03"], "--set"),
      (["bench", "ablation", "--changes", "/no/file"], "/no/file"),
-     (["bench", "loss", "--task", "turn=50"], "forward walks"),
      (["bench", "all", "--changes", "/no/file"], "/no/file"),
      (["bench", "all", "--task", "turn"], "forward")],
 )  # fmt: skip
@@ -136,28 +141,14 @@ def test_bad_arguments_give_one_line_and_a_bad_exit_status(
 
 @pytest.mark.parametrize(
     ("change", "field"),
-    [({"robots": 0}, "robots"), ({"seed": -2}, "seed"), ({"window": math.nan}, "seconds"),
-     ({"open_loop": "maybe"}, "open-loop"), ({"phases": 0}, "phases"),
-     ({"impulses": (-1.0,)}, "impulse"), ({"impulses": (math.nan,)}, "impulse")],
+    [({"robots": 0}, "robots"), ({"seed": -2}, "seed"), ({"open_loop": "maybe"}, "open-loop"),
+     ({"phases": 0}, "phases"), ({"impulses": (math.nan,)}, "impulse")],
 )  # fmt: skip
 def test_options_out_of_range_are_refused(change: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError, match=f"^{field}: got"):
-        push.Options(**change)
-
-
-def test_a_suite_refuses_the_options_of_another() -> None:
+        options("push", **change)
     with pytest.raises(NaoGaitError, match=r"metres.*an option of the suite push: .*--impulse"):
         plan("push", {"metres": 3.0})
-
-
-def test_the_closed_loop_is_the_preset_and_the_open_one_only_lacks_feedback() -> None:
-    preset = load_preset("default")
-    options = BenchOptions(parameters=preset)
-    assert options.loop_parameters(True) == preset
-    assert options.loop_parameters(False) == preset.replace(feedback=False)
-    assert [replace(options, open_loop=mode).loops for mode in ("beside", "off", "only")] == [
-        (True, False), (True,), (False,)
-    ]  # fmt: skip
 
 
 def test_settings_are_typed_and_checked() -> None:
@@ -169,39 +160,26 @@ def test_settings_are_typed_and_checked() -> None:
             with_settings(GaitParameters(), [bad])
 
 
-# -- tables ----------------------------------------------------------------------------------------
+# -- rows ------------------------------------------------------------------------------------------
 
 
-TABLE = Table(
-    (Column("task"), Column("speed", "cm/s"), Column("falls"), Column("error", "mm", 2)),
-    [("forward", 40.04, 1, math.nan), ("back", None, 12, 3.14159)],
-)
+ROWS = (
+    Row("forward", "median", "cm/s", 40.04, 31.0), Row("forward", "falls", "", 1),
+    Row("turn", "median", "deg/s", math.nan, 92.0), Row("turn", "falls", "", 12),
+    Row("all", "share", "%", 3.14159),
+)  # fmt: skip
 
 
-def test_a_table_aligns_numbers_and_shows_what_is_missing() -> None:
-    lines = TABLE.text().splitlines()
-    assert [line.split() for line in lines[:2]] == [
-        ["task", "speed", "falls", "error"], ["cm/s", "mm"]
-    ]  # fmt: skip
-    assert lines[-2].split() == ["forward", "40.0", "1", "-"]
-    assert lines[-1].split() == ["back", "-", "12", "3.14"]
-    assert lines[-2].index("1") == lines[-1].index("12") + 1, "numbers end below each other"
-
-
-def test_a_table_is_the_same_after_json_and_has_a_markdown_form() -> None:
-    again = Table.of(TABLE.as_dict())
-    assert again.text() == TABLE.text()
-    markdown = again.text(markdown=True)
-    heads = [cell.strip() for cell in markdown.splitlines()[0].split("|")]
-    assert heads[1:-1] == ["task", "speed [cm/s]", "falls", "error [mm]"]
-    assert all(line.startswith("|") for line in markdown.splitlines())
-
-
-def test_a_result_shows_title_tables_and_wrapped_notes() -> None:
-    result = SuiteResult((), "A title", (TABLE,), ("word " * 50,))
-    text = result.text
+def test_tables_have_a_line_for_each_subject_and_a_column_for_each_quantity() -> None:
+    (heads, lines), (other, ((_, share),)) = tables(ROWS)
+    assert heads == ["", "median", "median (paper)", "falls"]
+    assert lines == [["forward", "40.0 cm/s", 31.0, 1], ["turn", "- deg/s", 92.0, 12]]
+    assert other == ["", "share [%]"]
+    assert share == 3.14159
+    text = table_text(heads, lines, markdown=True)
+    assert all(line.startswith("|") for line in text.splitlines())
+    text = as_text("A title", ROWS, ("word " * 50,))
     assert text.startswith("A title\n\n")
-    assert TABLE.text() in text
     assert max(map(len, text.splitlines())) <= 100
 
 

@@ -5,21 +5,19 @@ import math
 import os
 import sys
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from scores import metrics, options, score, values
 
-from gait_lab.bench import BenchOptions, suite
-from gait_lab.bench.comparison import Outcome
-from gait_lab.bench.score import FallDetection, Variant, walk_all
+from gait_lab.bench import suite
 from gait_lab.bench.suites import peers
-from gait_lab.bench.suites.peers import Options
+from gait_lab.bench.walks import Variant, tasks_of, walk_all
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo, request, with_placo_frames
 from gait_lab.peers.player import BLEND_TIME, LAG, JointPlan, PeerPlayback
-from nao_lipm_gait.parameters import GaitParameters, load_preset
+from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, GaitState, SensorFrame
@@ -161,10 +159,10 @@ def test_a_python_that_cannot_plan_is_refused(tmp_path: Path) -> None:
 @pytest.mark.skipif(PLACO_PYTHON is None, reason="NAO_GAIT_PLACO_PYTHON names no Python with placo")
 def test_placo_walks_on_a_nao() -> None:
     pytest.importorskip("mujoco")
-    options = BenchOptions(robots=1, engine="mujoco", window=3.0, open_loop="off", jobs=1,
-                           show=False, tasks=("forward=25", "turn=50"))  # fmt: skip
-    ((forward, turn),) = walk_all(options, [Variant(walker=Placo(str(PLACO_PYTHON)))])
-    assert forward.upright == turn.upright == 1
+    asked = options("speed", robots=1, window=3.0, open_loop="off", tasks=("forward=25", "turn=50"))
+    placo = Variant(walker=Placo(str(PLACO_PYTHON)))
+    ((forward, turn),) = walk_all(asked, tasks_of(asked), [placo])
+    assert len(forward.upright) == len(turn.upright) == 1
     assert 20.0 < forward.speeds[0] < 28.0
     assert 25.0 < turn.speeds[0] < 60.0
     assert forward.results[0].metrics.support_changes > 10
@@ -174,89 +172,56 @@ def test_placo_walks_on_a_nao() -> None:
 # -- the suite -------------------------------------------------------------------------------------
 
 
-def test_the_peers_are_what_they_are_called() -> None:
-    ours = GaitParameters(swing_lift=0.03)
-    found = {peer.name: peer for peer in peers.peers_of(Options(parameters=ours))}
-    assert found["default"].parameters == ours
-    assert found["open_loop"].parameters == ours.replace(feedback=False)
-    assert found["paper"].parameters == load_preset("paper")
-    for name in ("zmp", "preview"):
-        with_gyro, without = found[f"{name}_gyro"].parameters, found[name].parameters
-        assert with_gyro.walk == without.walk == name
-        assert with_gyro.gyro_roll_gain != 0.0 == without.gyro_roll_gain == without.gyro_pitch_gain
-        assert with_gyro == without.replace(gyro_roll_gain=with_gyro.gyro_roll_gain)
-    same_feet = found["zmp"].parameters.as_dict() | {"walk": "preview"}
-    assert found["preview"].parameters.as_dict() == same_feet
-    assert "placo" not in found
-
-
 def run(tmp_path: Path, **asked: object) -> tuple[dict[str, float | None], str]:
     file = tmp_path / "rows.json"
     said: list[str] = []
-    given = {"robots": 1, "engine": "mujoco", "window": 0.5, "jobs": 1, "show": False, "phases": 1,
+    given = {"robots": 1, "window": 0.5, "jobs": 1, "show": False, "phases": 1,
              "tasks": ("forward=10",), **asked}  # fmt: skip
     suite.run("peers", given, json_file=file, out=said.append)
     return {row["metric"]: row["value"] for row in json.loads(file.read_text())}, said[0]
 
 
-def test_every_peer_has_its_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_peer_walks_as_it_does_alone(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
-    monkeypatch.setattr(peers, "PUSHES", (("left", 0.5),))
-    rows, text = run(tmp_path)
+    names = ("zmp_gyro", "paper", "default")
+    rows, text = run(tmp_path, only=names)
     task = find_task("forward=10").lasting(0.5)
-    found = peers.peers_of(Options())
-    for peer in found:
-        alone = rollout(RolloutSpec(task, engine="mujoco", parameters=peer.parameters)).metrics
-        speed, turn = rows[f"{peer.name}_forward_median_of_upright"], alone.turn_rate
-        assert rows[f"{peer.name}_forward_upright"] == 1
+    for name in names:
+        parameters = peers.SWEEP.variants[name].variant.of(load_preset("default"))
+        alone = rollout(RolloutSpec(task, engine="mujoco", parameters=parameters)).metrics
+        assert rows[f"{name}_forward_upright"] == 1
+        speed = rows[f"{name}_forward_median_of_upright"]
         assert speed == pytest.approx(100.0 * alone.speed_x)
         off = 100.0 * math.hypot(alone.speed_x - 0.1, alone.speed_y)
-        assert rows[f"{peer.name}_forward_off_worst"] == pytest.approx(off)
-        assert rows[f"{peer.name}_forward_yaw_off_worst"] == pytest.approx(abs(math.degrees(turn)))
-        assert rows[f"{peer.name}_push_left_0.5_survival"] is not None
-        assert peer.name.replace("_", " ") in text
-        if peer.name != "paper":  # without heading hold it drifts
-            assert speed == pytest.approx(10.0, abs=4.0)
-    assert len({rows[f"{peer.name}_forward_median_of_upright"] for peer in found}) == len(found)
-    assert rows["default_push_left_0.5_survival"] == 100.0
+        assert rows[f"{name}_forward_off_worst"] == pytest.approx(off)
+        turn = abs(math.degrees(alone.turn_rate))
+        assert rows[f"{name}_forward_yaw_off_worst"] == pytest.approx(turn)
+    assert rows["default_push_left_1.5_survival"] == 100.0
     assert not any(name.startswith("placo") for name in rows)
     assert HOW_TO_GET_IT in " ".join(text.split())
 
 
-def test_the_worst_robot_is_the_farthest_from_the_command(tmp_path: Path) -> None:
-    found = BenchOptions(robots=3, engine="mujoco", window=0.5, open_loop="off", jobs=1, show=False)
-    task = find_task("turn=50").lasting(0.5)
-    ((score,),) = walk_all(found, [Variant()], [task])
-    slow, straight, fast = (
-        replace(each, metrics=replace(each.metrics, turn_rate=math.radians(rate)))
-        for each, rate in zip(score.results, (45.0, 50.0, 62.0), strict=True)
+def test_the_worst_robot_is_the_farthest_from_the_command() -> None:
+    turning = (metrics(turn_rate=math.radians(rate)) for rate in (45.0, 50.0, 62.0))
+    rows = values(
+        score("turn=50", *turning).rows("farthest", "median_of_upright", "yaw_off_worst")
     )
-    outcome = Outcome(
-        "it", (replace(score, results=(slow, straight, fast)),), {}, FallDetection()
-    )
-    rows = {row.metric: row.value for row in peers.outcome_rows(outcome)}
-    assert rows["it_turn_worst"] == pytest.approx(62.0)
-    assert rows["it_turn_median"] == pytest.approx(50.0)
-    assert rows["it_turn_yaw_off_worst"] == pytest.approx(12.0)
-    fallen = replace(fast, metrics=replace(fast.metrics, fell=True))
-    rows = {row.metric: row.value for row in peers.outcome_rows(
-        replace(outcome, scores=(replace(score, results=(fallen,)),))
-    )}  # fmt: skip
-    assert rows["it_turn_upright"] == 0
-    assert rows["it_turn_worst"] is rows["it_turn_yaw_off_worst"] is None
+    assert rows["turn_worst"] == pytest.approx(62.0)
+    assert rows["turn_median_of_upright"] == pytest.approx(50.0)
+    assert rows["turn_yaw_off_worst"] == pytest.approx(12.0)
+    fallen = score("turn=50", metrics(turn_rate=1.0, fell=True, fall_time=4.0))
+    rows = values(fallen.rows("upright", "farthest", "yaw_off_worst"))
+    assert rows["turn_upright"] == 0
+    assert rows["turn_worst"] is rows["turn_yaw_off_worst"] is None
 
 
-def test_placo_has_a_row_when_its_python_is_named(
-    tmp_path: Path, stand_in: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_placo_has_a_row_when_its_python_is_named(tmp_path: Path, stand_in: str) -> None:
     pytest.importorskip("mujoco")
-    monkeypatch.setattr(peers, "PUSHES", (("left", 0.5),))
-    only = peers.peers_of(Options(placo_python=stand_in))[-1:]
-    monkeypatch.setattr(peers, "peers_of", lambda options: only)
-    rows, text = run(tmp_path, placo_python=stand_in)
+    rows, text = run(tmp_path, placo_python=stand_in, only=("open_loop",))
     assert rows["placo_forward_upright"] == 1
     assert rows["placo_forward_median_of_upright"] == pytest.approx(0.0, abs=0.5), "it stands"
-    assert rows["placo_push_left_0.5_survival"] == 0.0, "it does not step"
+    assert rows["placo_push_left_1.5_survival"] == 0.0, "it does not step"
+    assert "placo_falls" not in rows
     assert HOW_TO_GET_IT not in text
 
 

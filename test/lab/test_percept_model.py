@@ -5,8 +5,9 @@ import math
 import attrs
 import numpy as np
 import pytest
+from scores import options
 
-from gait_lab.bench.world_scores import WorldOptions, pose_score, right_again, trials
+from gait_lab.bench.suites.world import Walks, pose_scores, right_again
 from gait_lab.soccer.ball_course import BallCourse
 from gait_lab.soccer.field_walks import WalkSamples
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
@@ -19,6 +20,7 @@ from gait_lab.soccer.world_trial import (
 )
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_soccer.vision.percepts import Kind
+from nao_soccer.world.state import HeadMode
 from pitch_image import camera
 from robot_core.field import Field, Goals
 from robot_core.geometry import compose, relative
@@ -133,17 +135,19 @@ def circle(seconds: float, start=(-1.0, -0.4, 0.0), speed: float = 0.15) -> Walk
 
 def test_a_trial_follows_the_robot():
     trace = run_trial(WorldTrialSpec(seed=1), circle(8.0))
-    score = pose_score([trace])
-    assert score.median < 8.0
-    assert score.heading < 4.0
-    assert score.valid > 80.0
-    assert score.valid_wrong == 0.0
-    assert score.wrong_half == 0
+    score = pose_scores([trace])
+    assert score["pose_error_median"][1] < 8.0
+    assert score["heading_error_median"][1] < 4.0
+    assert score["valid_share"][1] > 80.0
+    assert score["valid_wrong_share"][1] == 0.0
+    assert score["wrong_half"][1] == 0
 
 
 def test_a_walk_serves_several_trials_with_percepts_of_their_own():
-    options = WorldOptions(robots=1, repeats=3, jobs=1)
-    errors = [trace.place_error[-1] for trace in trials(options, [circle(1.0)])]
+    asked = options("localization", robots=1, repeats=3, vision="camera")
+    walked = Walks(asked, HeadMode.AUTO)
+    walked.walked.append(circle(1.0))
+    errors = [trace.place_error[-1] for trace in walked.trials()]
     assert len(set(errors)) == 3
 
 

@@ -10,15 +10,15 @@ pytest.importorskip("mujoco")
 
 @pytest.mark.slow
 def test_a_robot_that_sees_a_rendered_pitch_knows_where_it_is():
-    from gait_lab.bench.world_scores import pose_score
+    from gait_lab.bench.suites.world import pose_scores
     from gait_lab.soccer.rendered_trial import run_rendered
 
     trace = run_rendered(WalkSpec(seed=1, seconds=1.0))
-    score = pose_score([trace])
+    score = pose_scores([trace])
     assert len(trace.time) > 60
-    assert score.median < 8.0
-    assert score.heading < 4.0
-    assert score.valid > 80.0
+    assert score["pose_error_median"][1] < 8.0
+    assert score["heading_error_median"][1] < 4.0
+    assert score["valid_share"][1] > 80.0
 
 
 @pytest.mark.slow

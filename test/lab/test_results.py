@@ -1,9 +1,8 @@
-"""The results in docs/: of the present walk and of one commit, or marked as old."""
+"""The results in docs/: of the present walk, or marked as old."""
 
-import json
 import math
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,35 +10,44 @@ from typing import Any
 import pytest
 
 from gait_lab import cli
-from gait_lab.bench import Column, Measurement, SuiteResult, Table, results
+from gait_lab.bench import results
 from gait_lab.bench.fingerprint import Fingerprint
-from gait_lab.bench.results import SECTIONS, WALK, CodeState, ResultsOptions, Section
+from gait_lab.bench.options import Options, declared
+from gait_lab.bench.results import CodeState, Plan, ResultsOptions, results_plan
+from gait_lab.bench.rows import Row
 from gait_lab.bench.suite import Suite, suites
 from robot_core.errors import NaoGaitError
 
-SHIPPED = sorted((results.ROOT / "docs" / "results").glob("*.json"))
+DOCS = results.ROOT / "docs"
+WALK = "mujoco/walk/default"
 FOUND = Fingerprint(WALK, "0123456789abcdef", (1.0, 0.2, 0.1))
 CODE = CodeState("a" * 40, "")
 
 
-@pytest.mark.skipif(not SHIPPED, reason="docs/results/ is empty: run nao_gait results")
 def test_the_shipped_results_are_of_the_present_walk() -> None:
     pytest.importorskip("mujoco")
-    old = results.outdated(SHIPPED, show=False)
+    old = results.outdated(results.load(DOCS / "results.csv"))
     assert not old, (
-        f"measured on an earlier walk: {', '.join(file.name for file in old)}; run "
-        "nao_gait results, or nao_gait results --mark-stale"
+        f"measured on an earlier walk: {', '.join(old)}; run nao_gait results, or nao_gait results "
+        "--mark-stale"
     )
 
 
-@pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.name)
-def test_every_section_can_be_planned_in_both_forms(section: Section) -> None:
+def test_the_page_is_that_of_the_results_and_short(tmp_path: Path) -> None:
+    (tmp_path / "results.csv").write_text((DOCS / "results.csv").read_text())
+    page = results.write_page(tmp_path).read_text()
+    assert page == (DOCS / "results.md").read_text()
+    prose = " ".join(line for line in page.splitlines() if not line.startswith("|"))
+    assert len(prose.split()) < 1500
+
+
+@pytest.mark.parametrize("name", results_plan().sections)
+def test_every_section_can_be_planned_in_both_forms(name: str) -> None:
+    section = results_plan().sections[name]
     for quick in (False, True):
         run = section.plan(quick)
         assert run.command.startswith(f"nao_gait bench {section.suite}")
-        if "robots" in run.suite.taken:
-            assert run.options.seed == 40
-    assert len({section.name for section in SECTIONS}) == len(SECTIONS)
+        assert run.options.seed == 40
 
 
 def test_a_walk_is_known_by_its_hash_or_by_its_end() -> None:
@@ -81,11 +89,15 @@ class Bench:
         self.code = CODE
         self.found = FOUND
 
-    def measure(self, name: str) -> SuiteResult:
-        """One number in a table."""
-        self.ran.append(name)
-        table = Table((Column("speed", "cm/s"),), [(40.04,)])
-        return SuiteResult((Measurement("speed", "cm/s", 40.04),), "A run", (table,), ("|a| < b",))
+    def suite(self, name: str) -> Suite:
+        """A suite of one row."""
+
+        def measure(options: Options) -> Iterator[Row | str]:
+            self.ran.append(name)
+            yield Row("", "speed", "cm/s", 40.04, 31.0)
+            yield Row("", "nothing", "", None)
+
+        return Suite(name, name, name, measure, declared({}))
 
 
 @pytest.fixture
@@ -93,12 +105,14 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
     """The results with two sections of a stand-in suite, one walk and one commit."""
     made = Bench()
     names = ("one", "two")
-    fakes = {
-        name: Suite(name, name, name, lambda options, name=name: made.measure(name))
-        for name in names
-    }
+    tables = [{"title": name.title(), "lines": {"it": name}, "columns": {"v": "{}/speed"}}
+              for name in names]  # fmt: skip
+    planned = Plan.from_mapping(
+        {"sections": {name: {"suite": name} for name in names}, "page": tables}
+    )
+    fakes = {name: made.suite(name) for name in names}
     monkeypatch.setattr("gait_lab.bench.suite.suites", lambda: {**suites(), **fakes})
-    monkeypatch.setattr(results, "SECTIONS", tuple(Section(n, n.title(), n) for n in names))
+    monkeypatch.setattr(results, "results_plan", lambda: planned)
     monkeypatch.setattr(CodeState, "of", classmethod(lambda cls: made.code))
 
     def fingerprints_of(keys: Iterable[str], *_: object) -> dict[str, Fingerprint]:
@@ -115,19 +129,21 @@ def run(docs: Path, **options: Any) -> str:
     return "\n".join(printed)
 
 
-def test_each_file_and_the_page_say_how_they_came_about(bench: Bench, tmp_path: Path) -> None:
+def test_each_section_and_the_page_say_how_they_came_about(bench: Bench, tmp_path: Path) -> None:
     assert "one: took" in run(tmp_path)
-    content = json.loads((tmp_path / "results" / "one.json").read_text())
-    assert content["commit"] == CODE.commit
-    assert content["command"] == "nao_gait bench one --seed 40 --engine mujoco"
-    assert content["fingerprints"] == {WALK: FOUND.as_list()}
-    assert content["rows"][0]["value"] == 40.04
+    one = results.load(tmp_path / "results.csv")["one"]
+    assert one.head["commit"] == CODE.commit
+    assert one.head["command"] == "nao_gait bench one --seed 40"
+    assert one.head["fingerprints"] == {WALK: FOUND.as_list()}
+    assert one.values == {"speed": 40.04, "nothing": None}
+    assert one.rows[0] == {
+        "suite": "one", "metric": "speed", "unit": "cm/s", "value": 40.04, "paper": 31.0,
+        "engine": "mujoco", "plant": "reference", "robots": 1, "seed": 40,
+    }  # fmt: skip
     page = (tmp_path / "results.md").read_text()
-    assert f"All sections were measured at commit `{CODE.commit[:12]}`" in page
-    assert "| 40.0 |" in " ".join(page.split())
-    assert "- |a| &lt; b" in page
+    assert f"Measured at commit {CODE.commit[:12]}" in page
+    assert "| it | 40.0 |" in page
     assert page.index("## One") < page.index("nao_gait bench one") < page.index("## Two")
-    assert page.index("## Two") < page.index("## What took how long")
 
 
 def test_a_finished_section_is_not_run_again(bench: Bench, tmp_path: Path) -> None:
@@ -138,24 +154,25 @@ def test_a_finished_section_is_not_run_again(bench: Bench, tmp_path: Path) -> No
     bench.code = replace(CODE, commit="b" * 40)
     run(tmp_path, only=("one",))
     assert bench.ran == ["two", "one", "one"]
-    page = (tmp_path / "results.md").read_text()
-    assert "Measured at commit `aaaaaaaaaaaa`" in page, "two is still of the other commit"
+    assert "commits aaaaaaaaaaaa, bbbbbbbbbbbb" in (tmp_path / "results.md").read_text()
 
 
 def test_an_interrupted_campaign_goes_on_with_its_finished_runs(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("mujoco")
-    campaign = Section("faults", "Faults", "faults", {"runs": 2, "faults": ("silence",)})
-    monkeypatch.setattr(results, "SECTIONS", (campaign,))
+    section = {"suite": "faults", "full": {"runs": 2, "faults": ["silence"]}}
+    planned = Plan.from_mapping({"sections": {"faults": section}, "page": []})
+    monkeypatch.setattr(results, "results_plan", lambda: planned)
     monkeypatch.setattr(results, "KEPT", tmp_path / "kept")
     run(tmp_path, jobs=1)
-    content = json.loads((tmp_path / "results" / "faults.json").read_text())
-    assert "--keep" not in content["command"]
-    (tmp_path / "results" / "faults.json").unlink()
+    file = tmp_path / "results.csv"
+    before = results.load(file)["faults"]
+    assert "--resume" not in before.head["command"]
+    file.unlink()
     monkeypatch.setattr("gait_lab.faults.campaign.make_pair", None)  # a run would fail
     run(tmp_path, jobs=1)
-    assert json.loads((tmp_path / "results" / "faults.json").read_text())["rows"] == content["rows"]
+    assert results.load(file)["faults"].rows == before.rows
     bench.code = replace(CODE, commit="b" * 40)
     with pytest.raises(TypeError):  # of another commit: nothing is taken from before
         run(tmp_path, jobs=1)
@@ -163,14 +180,13 @@ def test_an_interrupted_campaign_goes_on_with_its_finished_runs(
 
 def test_another_walk_makes_results_old_until_they_are_marked(bench: Bench, tmp_path: Path) -> None:
     run(tmp_path)
-    files = sorted((tmp_path / "results").glob("*.json"))
-    assert results.outdated(files) == []
+    file = tmp_path / "results.csv"
+    assert results.outdated(results.load(file)) == []
     bench.found = replace(FOUND, digest="other", pose=(2.0, 0.0, 0.0))
-    assert results.outdated(files) == files
+    assert results.outdated(results.load(file)) == ["one", "two"]
     results.mark_stale(ResultsOptions(tmp_path, only=("one",)), lambda _: None)
-    assert [file.stem for file in results.outdated(files)] == ["two"]
-    page = (tmp_path / "results.md").read_text()
-    assert page.count("Measured on an earlier walk") == 1
+    assert results.outdated(results.load(file)) == ["two"]
+    assert (tmp_path / "results.md").read_text().count("Measured on an earlier walk") == 1
     run(tmp_path)
     assert bench.ran == ["one", "two"] * 2
     assert "earlier walk" not in (tmp_path / "results.md").read_text()
@@ -180,11 +196,10 @@ def test_a_result_without_a_walk_that_its_section_depends_on_is_out_of_date(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run(tmp_path)
-    files = sorted((tmp_path / "results").glob("*.json"))
-    one, two = results.SECTIONS
-    more = replace(two, walks=(*two.walks, "mujoco/soccer/play"))
-    monkeypatch.setattr(results, "SECTIONS", (one, more))
-    assert [file.stem for file in results.outdated(files)] == ["two"]
+    sections = {"one": {"suite": "one"}, "two": {"suite": "two", "walks": [WALK, "mujoco/other"]}}
+    planned = Plan.from_mapping({"sections": sections, "page": []})
+    monkeypatch.setattr(results, "results_plan", lambda: planned)
+    assert results.outdated(results.load(tmp_path / "results.csv")) == ["two"]
 
 
 def test_uncommitted_changes_are_refused_unless_asked_for(bench: Bench, tmp_path: Path) -> None:
@@ -200,9 +215,8 @@ def test_uncommitted_changes_are_refused_unless_asked_for(bench: Bench, tmp_path
 def test_unknown_sections_and_broken_files_are_refused(bench: Bench, tmp_path: Path) -> None:
     with pytest.raises(NaoGaitError, match="only: got 'three'; allowed: one of one, two"):
         run(tmp_path, only=("three",))
-    (tmp_path / "results").mkdir()
-    (tmp_path / "results" / "one.json").write_text("{}")
-    with pytest.raises(NaoGaitError, match=r"one\.json"):
+    (tmp_path / "results.csv").write_text("section,metric\none,speed\n")
+    with pytest.raises(NaoGaitError, match=r"results\.csv"):
         run(tmp_path)
 
 

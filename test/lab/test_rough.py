@@ -5,12 +5,11 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from scores import options
 
 from gait_lab.bench import suite
-from gait_lab.bench.figures import crossing_figure
-from gait_lab.bench.suites.rough import GIVEN, WALKERS, Options, parameters_of, walkers_of
+from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
 from sim_bridge.plant import PlantOption
@@ -74,19 +73,17 @@ def test_options_replace_the_field_and_the_soles() -> None:
 
 
 def test_open_loop_and_given_walks() -> None:
-    options = Options(tasks=("forward=15",), parameters=load_preset("zmp"))
-    assert walkers_of(options) == WALKERS
-    assert not parameters_of(WALKERS[0], options, closed=False).feedback
-    assert parameters_of(WALKERS[0], options, closed=True) == load_preset("rough_slow")
-    given = Options(
-        tasks=("forward=15",), parameters=load_preset("zmp"), experiments=(GIVEN,)
-    )
+    asked = options("rough", tasks=("forward=15",)).but(parameters=load_preset("zmp"))
+    assert walkers_of(asked) == WALKERS
+    assert not parameters_of(WALKERS[0], asked, closed=False).feedback
+    assert parameters_of(WALKERS[0], asked, closed=True) == load_preset("rough_slow")
+    given = asked.but(experiments=(GIVEN,))
     (walker,) = walkers_of(given)
     assert walker.speed == pytest.approx(0.15)
     assert walker.urdf == given.urdf
     assert parameters_of(walker, given, closed=True) == load_preset("zmp")
     with pytest.raises(NaoGaitError, match="bruno_slow"):
-        walkers_of(Options(experiments=("sand",)))
+        options("rough", experiments=("sand",))
 
 
 def test_the_suite_writes_its_rows(tmp_path: Path) -> None:
@@ -105,15 +102,3 @@ def test_the_suite_writes_its_rows(tmp_path: Path) -> None:
     assert math.isfinite(rows["bruno_fast_way_mean"]["value"])
     assert "bruno fast" in said[0]
     assert "7.5" in said[0]
-
-
-def test_a_picture_of_a_crossing_shows_the_field(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    pictures = []
-    for kind in ("flat", "steps"):
-        options = (("terrain.kind", kind), ("terrain.length", 0.2), ("terrain.height", 0.001))
-        file = tmp_path / f"{kind}.png"
-        assert crossing_figure(spec_of(BRUNO, *options), file, frames=1).end == "crossed"
-        pictures.append(pyplot.imread(file))
-    assert np.mean(np.any(pictures[0] != pictures[1], axis=2)) > 0.02

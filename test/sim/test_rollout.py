@@ -181,7 +181,7 @@ def test_a_file_that_holds_no_finished_runs_is_refused_in_one_line(
 def test_a_finished_run_of_another_kind_is_refused(tmp_path: Path) -> None:
     file = str(tmp_path / "runs.jsonl")
     ResultCache(file, _Squared).add(2, _Squared(2, 4))
-    with pytest.raises(NaoGaitError, match="keep"):
+    with pytest.raises(NaoGaitError, match="resume"):
         ResultCache(file, GaitStatus).result(2)
 
 

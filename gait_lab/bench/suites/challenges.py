@@ -1,20 +1,13 @@
 """The suite `challenges`: technical challenges of the RoboCup SPL, with its published rules."""
 
-import statistics
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
-from gait_lab.bench.options import BenchOptions, option
-from gait_lab.bench.result import Cell, Column, Measurement, SuiteResult, Table
-from gait_lab.bench.suite import Suite
+from gait_lab.bench.options import Option, Options
+from gait_lab.bench.rows import Row, rows_of
+from gait_lab.bench.suite import suite
+from gait_lab.bench.walks import median
 from gait_lab.soccer.challenge_rules import LIMIT, PENALTY
-from gait_lab.soccer.challenges import (
-    CHALLENGES,
-    ChallengeResult,
-    ChallengeSpec,
-    play_challenge,
-)
-from sim_bridge.plant import load_plant, with_options
+from gait_lab.soccer.challenges import CHALLENGES, ChallengeResult, ChallengeSpec, play_challenge
 from sim_bridge.trials.parallel import parallel_map
 
 NAMES = tuple(CHALLENGES)
@@ -23,96 +16,53 @@ CONTROL, KICK = "ball control", "best kick"
 TARGETS = "centre mark", "penalty mark", "corner"
 
 
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    """What the suite `challenges` runs on."""
-
-    robots: int = 20
-    challenges: tuple[str, ...] = option(
-        NAMES, "which one", "NAME", flags=("--challenge",), choices=NAMES
-    )
-    limit: float = option(LIMIT, "time [s] for one attempt", "T", minimum=1.0)
-
-
-def challenges(options: Options) -> SuiteResult:
+@suite(
+    "challenges", "Technical challenges",
+    "fastest walk (straight and slalom), ball control and best kick by the SPL's rules",
+    options={
+        "robots": 20,
+        "challenges": Option(NAMES, "which one", "NAME", ("--challenge",), choices=NAMES),
+        "limit": Option(LIMIT, "time [s] for one attempt", "T", minimum=1.0),
+    },
+    gait=False, quick=({"robots": 4},),
+)  # fmt: skip
+def challenges(options: Options) -> Iterator[Row | str]:
     """Each robot has one attempt at each challenge."""
-    specs = [
-        ChallengeSpec(
-            name=name,
-            seed=seed,
-            urdf=options.urdf,
-            engine=options.engine,
-            plant=with_options(load_plant(options.plant), options.plant_options),
-            limit=options.limit,
-        )
-        for name in options.challenges
-        for seed in options.seeds
-    ]
+    specs = [ChallengeSpec(name=name, seed=seed, limit=options.limit, **options.play)
+             for name in options.challenges for seed in options.seeds]  # fmt: skip
     results: list[ChallengeResult] = parallel_map(
-        play_challenge, specs, jobs=options.jobs, label="challenges", show=options.show, note=_note
-    )
-    of = {name: [each for each in results if each.spec.name == name] for name in options.challenges}
-    rows: list[Measurement] = []
-    lines: list[Sequence[Cell]] = []
-
-    def add(
-        name: str, unit: str, scores: Sequence[float | None], penalties: float | None = None
-    ) -> None:
-        done = [each for each in scores if each is not None]
-        median = statistics.median(done) if done else None
-        worst = max(done) if len(done) == len(scores) else None
-        key = name.replace(" ", "_")
-        score = f"{key}_seconds" if unit == "s" else key
-        rows.append(Measurement(f"{key}_done", "%", 100.0 * len(done) / len(scores)))
-        rows.append(Measurement(f"{score}_median", unit, median))
-        rows.append(Measurement(f"{score}_worst", unit, worst))
-        if penalties is not None:
-            rows.append(Measurement(f"{key}_penalties_median", "penalties", penalties))
-        lines.append((name, len(scores), len(done), unit, median, worst, penalties))
-
-    for name in options.challenges:
-        mine = of[name]
-        penalties = statistics.median(each.penalties for each in mine) if name == CONTROL else None
-        key = f"{name} sum" if name == KICK else name
-        add(key, "m" if name == KICK else "s", [each.score for each in mine], penalties)
-    if set(WALKS) <= set(options.challenges):
-        both = zip(*(of[name] for name in WALKS), strict=True)
-        add("walk sum", "s", [_sum(one.score, other.score) for one, other in both])
-    for index, target in enumerate(TARGETS if KICK in of else ()):
-        add(f"kick to {target}", "m", [each.parts[index] for each in of[KICK]])
-    columns = (
-        Column("challenge"), Column("robots"), Column("done"), Column("score in"),
-        Column("median", digits=2), Column("worst", digits=2), Column("penalties", digits=1),
+        play_challenge, specs, jobs=options.jobs, label="challenges", show=options.show,
+        note=lambda each: f"{each.spec.name}, robot {each.spec.seed}: {each.doing}",
     )  # fmt: skip
-    notes = (
+    of = {name: [each for each in results if each.spec.name == name] for name in options.challenges}
+    for name, mine in of.items():
+        kind = f"{name} sum" if name == KICK else name
+        yield from _rows(kind, "m" if name == KICK else "s", [each.score for each in mine])
+        if name == CONTROL:
+            penalties = median(each.penalties for each in mine)
+            yield Row(name.replace(" ", "_"), "penalties_median", "penalties", penalties)
+    if set(WALKS) <= set(of):
+        both = zip(*(of[name] for name in WALKS), strict=True)
+        sums = [None if one.score is None or two.score is None else one.score + two.score
+                for one, two in both]  # fmt: skip
+        yield from _rows("walk sum", "s", sums)
+    for index, target in enumerate(TARGETS if KICK in of else ()):
+        yield from _rows(f"kick to {target}", "m", [each.parts[index] for each in of[KICK]])
+    yield (
         "One attempt each. Walks: from touchline to touchline, in line with the penalty mark; "
         "slalom: around four standing robots, which must not be touched. Ball control: until robot "
-        f"and ball are beyond the other touchline, with {PENALTY:g} s for each penalty (median "
-        "number). Best kick: sum of the distances from the resting ball to three targets, 3.9, 7.1 "
-        "and 8.9 m away. Median of those who have done it; worst only if all have.",
+        f"and ball are beyond the other touchline, with {PENALTY:g} s for each penalty. Best kick: "
+        "sum of the distances from the resting ball to three targets, 3.9, 7.1 and 8.9 m away. "
+        "Median of those who have done it; worst only if all have."
     )
-    title = f"Technical challenges; {options.title}"
-    return SuiteResult(tuple(rows), title, (Table(columns, lines),), notes)
 
 
-def _sum(*scores: float | None) -> float | None:
-    """None if one of them is."""
+def _rows(name: str, unit: str, scores: Sequence[float | None]) -> list[Row]:
     done = [each for each in scores if each is not None]
-    return sum(done) if len(done) == len(scores) else None
-
-
-def _note(result: ChallengeResult) -> str:
-    end = "not done" if result.score is None else f"{result.score:.2f}"
-    return f"{result.spec.name}, robot {result.spec.seed}: {end}; {result.doing}"
-
-
-SUITE = Suite(
-    name="challenges",
-    title="Technical challenges",
-    summary="fastest walk (straight and slalom), ball control and best kick by the SPL's rules",
-    measure=challenges,
-    options=Options,
-    takes=("robots",),
-    gait=False,
-    quick=({"robots": 4},),
-)
+    score = "seconds_" if unit == "s" else ""
+    return rows_of(
+        name.replace(" ", "_"),
+        ("done", "%", 100.0 * len(done) / len(scores)),
+        (f"{score}median", unit, median(done)),
+        (f"{score}worst", unit, max(done, default=None) if len(done) == len(scores) else None),
+    )

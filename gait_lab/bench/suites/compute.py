@@ -7,108 +7,98 @@ steps alone. The timers and cache contention from the other two runs slow it dow
 
 import math
 import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
-from gait_lab.bench.suite import Suite
-from gait_lab.bench.timing import BLOCK, PhysicsSteps, cpu_time, time_scene
+import numpy as np
+
+from gait_lab.bench.options import Options
+from gait_lab.bench.rows import Row, rows_of
+from gait_lab.bench.suite import suite
 from nao_lipm_gait.gait import Gait
 from robot_core.robot import load_robot
 from robot_core.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
-from sim_bridge.plant import load_plant, with_options
-from sim_bridge.scene import load_scene
+from sim_bridge.engines.registry import make_backend
+from sim_bridge.motors import Setpoints
+from sim_bridge.plant import Plant, with_options
+from sim_bridge.scene import Scene, load_scene
+from sim_bridge.state import StepInput
 from sim_bridge.terrain import is_uneven
 from sim_bridge.trials.compiled import is_compiled
 from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout
 from sim_bridge.trials.tasks import Task, find_task
 from sim_bridge.trials.trace import Recorder
-from sim_bridge.trials.trial import CONTROL_PERIOD, TimedCommands, run
+from sim_bridge.trials.trial import (
+    CONTROL_PERIOD,
+    TimedCommands,
+    make_gaits,
+    make_scene_world,
+    run,
+    run_several,
+)
 from sim_bridge.world import World
 
 FIRST = 50
 """Ticks of the gait that are left out: caches fill and imports run in them."""
 SCENE = "pitch"
 """The scene on which several gaits walk in one process."""
+BLOCK = 100
+"""Control periods after which the next part has its turn, so that other load on the machine slows
+all of them alike."""
+CIRCLE = VelocityCommand(0.12, 0.0, 0.4)
+"""Walked by each robot of a scene: a circle of 0.3 m, on which it meets nobody."""
+Targets = Sequence[JointTargets | None]
+"""Of the robots of a world in one control period."""
 _World = TypeVar("_World", bound=World)
 
 
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    """What the suite `compute` runs on."""
-
-    robots: int = 1
-
-
-def compute(options: Options) -> SuiteResult:
+@suite(
+    "compute", "Cost of control", "time of one tick, and where the time of a rollout goes",
+    options={"window": ...}, quick=({"window": 10.0},),
+)  # fmt: skip
+def compute(options: Options) -> Iterator[Row | str]:
     """Cost of one tick while walking, and of the parts of a rollout."""
     timing = time_walk(options, find_task("forward"))
-    plant = with_options(load_plant(options.plant), options.plant_options)
+    plant = options.made_plant
     # A field is level, whatever the ground of the walk above.
     level = with_options(plant, (("terrain.kind", "flat"),)) if is_uneven(plant.terrain) else plant
-    pitch = time_scene(load_scene(SCENE), level, options.engine, options.window)
-    ticks = sorted(timing.gait_ticks[FIRST:])
-    p50 = ticks[len(ticks) // 2] / 1000.0
-    p99 = ticks[min(len(ticks) - 1, math.ceil(len(ticks) * 0.99) - 1)] / 1000.0
-    most = ticks[-1] / 1000.0
+    pitch_speed, pitch_share = time_scene(
+        load_scene(SCENE), level, options.engine, options.window
+    )
+    ticks = [span / 1000.0 for span in sorted(timing.gait_ticks[FIRST:])]
     speed, alone = timing.speed(timing.by_itself), timing.speed(timing.simulation_alone)
     loop = timing.speed(timing.simulation + timing.gait)
     whole = timing.speed(timing.rollout)
-    parts = _parts(timing, options)
-    lines = [
-        (name, content, timing.per_tick(span), 100.0 * span / timing.rollout)
-        for name, content, span in parts
-    ]
-    columns = (
-        Column("part"), Column(""), Column("time", "us per tick", 0), Column("share", "%", 0),
-    )  # fmt: skip
-    notes = (
-        f"Gait.step: p50 {p50:.0f} us, p99 {p99:.0f} us, max {most:.0f} us "
-        f"({len(ticks)} ticks one by one, wall time; everything else is CPU time).",
-        f"Simulated s per s: {speed:.1f}, the same rollout by itself, with its set-up. With the "
-        f"clocks of this table: {loop:.1f} engine, plant and gait, {alone:.1f} the same engine and "
-        f"plant alone (share {loop / alone:.2f}; with truth and metrics {whole:.1f}, "
-        f"{whole / alone:.2f}).",
-        f"{pitch.robots} robots with a gait each on the scene {SCENE}, in one process: "
-        f"{pitch.speed:.1f} simulated s per s; share of the physics steps "
-        f"{pitch.physics_share:.2f}.",
-        "The table is of runs in which the gait answers several delayed frames in a row, as in "
-        "rollouts.",
+    parts = {
+        "engine": timing.engine_alone,
+        "plant": timing.simulation - timing.engine_alone,
+        "gait": timing.gait,
+        "truth": timing.rollout - timing.simulation - timing.gait,
+        "rollout": timing.rollout,
+    }
+    yield from rows_of(
+        "",
+        ("tick_p50", "us", ticks[len(ticks) // 2]),
+        ("tick_p99", "us", ticks[min(len(ticks) - 1, math.ceil(len(ticks) * 0.99) - 1)]),
+        ("tick_max", "us", ticks[-1]),
+        ("rollout_speed", "s/s", speed),
+        ("loop_speed", "s/s", loop),
+        ("physics_speed", "s/s", alone),
+        ("rollout_share", "", loop / alone),
+        ("rollout_share_with_truth", "", whole / alone),
+        *((f"{name}_time", "us", timing.per_tick(span)) for name, span in parts.items()),
+        ("pitch_speed", "s/s", pitch_speed),
+        ("pitch_physics_share", "", pitch_share),
     )
-    return SuiteResult(
-        (
-            Measurement("tick_p50", "us", p50),
-            Measurement("tick_p99", "us", p99),
-            Measurement("tick_max", "us", most),
-            Measurement("rollout_speed", "s/s", speed),
-            Measurement("loop_speed", "s/s", loop),
-            Measurement("physics_speed", "s/s", alone),
-            Measurement("rollout_share", "", loop / alone),
-            Measurement("rollout_share_with_truth", "", whole / alone),
-            *(Measurement(f"{name}_time", "us", timing.per_tick(span)) for name, _, span in parts),
-            Measurement("pitch_speed", "s/s", pitch.speed),
-            Measurement("pitch_physics_share", "", pitch.physics_share),
-        ),
-        f"{timing.ticks * CONTROL_PERIOD:g} s forward walk on robot {options.seed}, one core, "
-        f"plant {options.plant_title}, {options.engine}, "
-        f"the gait {'compiled' if is_compiled() else 'as Python'}",
-        (Table(columns, lines),), notes,
-    )  # fmt: skip
-
-
-def _parts(timing: "WalkTiming", options: BenchOptions) -> tuple[tuple[str, str, int], ...]:
-    """Name, content and time [ns] of each part of a rollout."""
-    plant = with_options(load_plant(options.plant), options.plant_options)
-    steps = round(CONTROL_PERIOD / plant.physics.step)
-    rest = timing.rollout - timing.simulation - timing.gait
-    return (
-        ("engine", f"{steps} steps of {options.engine}", timing.engine_alone),
-        ("plant", "setpoints, observation, sensors", timing.simulation - timing.engine_alone),
-        ("gait", "Gait.step", timing.gait),
-        ("truth", "ground truth, status, metrics", rest),
-        ("rollout", "all of it", timing.rollout),
+    yield (
+        f"{timing.ticks * CONTROL_PERIOD:g} s forward walk on one core, the gait "
+        f"{'compiled' if is_compiled() else 'as Python'}. Ticks are wall time, all else CPU time. "
+        "rollout speed: simulated s per s of a rollout by itself, with its set-up; loop: engine, "
+        "plant and gait; physics: engine and plant alone; share: of these two. Times are per tick: "
+        "plant: setpoints, observation, sensors; truth: ground truth, status, metrics. pitch: "
+        f"robots with a gait each on the scene {SCENE}, in one process."
     )
 
 
@@ -146,15 +136,23 @@ class WalkTiming:
         return self.ticks * CONTROL_PERIOD / (span * 1e-9)
 
 
-def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
+def cpu_time(work: Callable[..., object], *arguments: Any) -> int:
+    """CPU time of a call [ns]."""
+    begin = time.process_time_ns()
+    work(*arguments)
+    return time.process_time_ns() - begin
+
+
+def time_walk(options: Options, task: Task) -> WalkTiming:
     """Walk the task with one robot, up to a fall, and time the parts."""
     robot = load_robot(options.urdf)
-    plant = with_options(load_plant(options.plant), options.plant_options)
+    spec = RolloutSpec(task.lasting(options.window), robot_seed=options.seed, **options.trial)
 
     def world(kind: type[_World]) -> _World:
         return kind.single(
-            robot, plant, options.seed, engine=options.engine, control_period=CONTROL_PERIOD
-        )
+            robot, options.made_plant, options.seed, engine=options.engine,
+            control_period=CONTROL_PERIOD,
+        )  # fmt: skip
 
     walking, alone = world(_TimedWorld), world(World)
     engine = PhysicsSteps(alone, options.engine)
@@ -194,31 +192,16 @@ def time_walk(options: BenchOptions, task: Task) -> WalkTiming:
     # The wall clock gives the shares of the parts: the clock of CPU time costs a system call.
     timing.simulation = round(timing.rollout * walking.wall / wall)
     timing.gait = round(timing.rollout * sum(gait.spans) / wall)
-    timing.by_itself = cpu_time(rollout, _spec(options, task))
-    timing.gait_ticks = _ticks(options, task)
-    return timing
-
-
-def _ticks(options: BenchOptions, task: Task) -> tuple[int, ...]:
-    """[ns] of each `Gait.step` of a walk by itself, by the wall clock.
-
-    Ticks and control periods of the plant alternate, as on a robot, where other work is done
-    between two ticks.
-    """
-    spec = _spec(options, task)
-    simulation, gait = make_pair(spec)
-    clocked = _ClockedGait(gait)
-    try:
-        ticks = run(simulation, clocked, TimedCommands(spec.task.command_at, ahead=False))
-        for _ in islice(ticks, round(spec.task.end / CONTROL_PERIOD)):
+    timing.by_itself = cpu_time(rollout, spec)
+    # Ticks and control periods of the plant alternate, as on a robot.
+    simulation, walker = make_pair(spec)
+    clocked = _ClockedGait(walker)
+    with simulation:
+        alternating = run(simulation, clocked, TimedCommands(spec.task.command_at, ahead=False))
+        for _ in islice(alternating, round(spec.task.end / CONTROL_PERIOD)):
             pass
-    finally:
-        simulation.close()
-    return tuple(clocked.spans)
-
-
-def _spec(options: BenchOptions, task: Task) -> RolloutSpec:
-    return RolloutSpec(task.lasting(options.window), robot_seed=options.seed, **options.trial)
+    timing.gait_ticks = tuple(clocked.spans)
+    return timing
 
 
 class _TimedWorld(World):
@@ -258,12 +241,67 @@ class _ClockedGait:
         return self._gait.status
 
 
-SUITE = Suite(
-    name="compute",
-    title="Cost of control",
-    summary="time of one tick, and where the time of a rollout goes",
-    measure=compute,
-    options=Options,
-    takes=("window",),
-    quick=({"window": 10.0},),
-)
+class PhysicsSteps:
+    """The physics steps of a world alone: its engine is built once more."""
+
+    def __init__(self, world: World, engine: str) -> None:
+        robots = world.robots
+        self._backend = make_backend(
+            engine, [robot.model for robot in robots], world.surroundings
+        )
+        self._backend.reset([robot.start for robot in robots])
+        self._setpoints = []
+        for robot in robots:
+            steps = round(CONTROL_PERIOD / robot.plant.physics.step)
+            setpoints = Setpoints(robot.description, robot.plant, robot.individual, steps)
+            setpoints.reset(robot.start.joint_position - robot.individual.joint_zero)
+            self._setpoints.append(setpoints)
+        self._targets = [setpoints.current for setpoints in self._setpoints]
+
+    def inputs(self, targets: Sequence[Targets]) -> list[tuple[StepInput, ...]]:
+        """The inputs of all robots for every physics step of these control periods."""
+        inputs: list[tuple[StepInput, ...]] = []
+        no_push = np.zeros(3)
+        for each in targets:
+            rows = []
+            for index, given in enumerate(each):
+                if given is not None:
+                    self._targets[index] = given.position
+                rows.append(self._setpoints[index].advance(self._targets[index]))
+            inputs += [
+                tuple(StepInput(setpoint, 1.0, no_push) for setpoint in step)
+                for step in zip(*rows, strict=True)
+            ]
+        return inputs
+
+    def run(self, inputs: Sequence[tuple[StepInput, ...]]) -> None:
+        """A physics step for each of the inputs."""
+        for each in inputs:
+            self._backend.step(each)
+
+    def close(self) -> None:
+        """Release the engine."""
+        self._backend.close()
+
+
+def time_scene(scene: Scene, plant: Plant, engine: str, seconds: float) -> tuple[float, float]:
+    """Simulated seconds per second, and the share of the physics, of a circle of each robot."""
+    with make_scene_world(scene, plant=plant, engine=engine) as world:
+        physics = PhysicsSteps(world, engine)
+        count = round(seconds / CONTROL_PERIOD)
+        targets: list[Targets] = []
+        whole = alone = 0
+        try:
+            policies = [TimedCommands(lambda _: CIRCLE) for _ in world.robots]
+            ticks = run_several(
+                world, make_gaits(world), policies,
+                lambda world, _: targets.append([each.last_command for each in world.robots]),
+            )  # fmt: skip
+            next(ticks)  # at rest, before the first control period
+            for done in range(0, count, BLOCK):
+                targets.clear()
+                whole += cpu_time(list, islice(ticks, min(BLOCK, count - done)))
+                alone += cpu_time(physics.run, physics.inputs(targets))
+        finally:
+            physics.close()
+        return count * CONTROL_PERIOD / (whole * 1e-9), alone / whole

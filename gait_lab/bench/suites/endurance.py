@@ -5,16 +5,15 @@ other noise and other commands, until the distance is walked. The distance is th
 the ground, in pieces of one second, so that its sway does not count.
 """
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gait_lab.bench.options import BenchOptions, option
-from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
-from gait_lab.bench.score import FallDetection
-from gait_lab.bench.suite import Suite
+from gait_lab.bench.options import Option, Options
+from gait_lab.bench.rows import Row, rows_of
+from gait_lab.bench.suite import suite
+from gait_lab.bench.walks import FallDetection
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.rollout import RolloutSpec, make_pair
 from sim_bridge.trials.tasks import STOP_SHARE, TASKS, RandomCommands
@@ -27,14 +26,6 @@ SLOWEST = 0.02
 """[m/s] A robot with a lower mean speed is given up."""
 PIECE = round(1.0 / CONTROL_PERIOD)
 """Ticks."""
-
-
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    """What the suite `endurance` runs on."""
-
-    robots: int = 20
-    metres: float = option(50.0, "distance that each robot walks", "M", above=0.0, maximum=1e5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,98 +47,30 @@ class Stretch:
     false_alarm: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Journey:
-    """What one robot walked.
-
-    Attributes:
-        stretches: Stretches in their order.
-    """
-
-    stretches: tuple[Stretch, ...]
-
-    @property
-    def metres(self) -> float:
-        """Distance [m]."""
-        return sum(stretch.metres for stretch in self.stretches)
-
-    @property
-    def seconds(self) -> float:
-        """Duration [s]."""
-        return sum(stretch.seconds for stretch in self.stretches)
-
-    @property
-    def falls(self) -> int:
-        """Number of falls."""
-        return sum(stretch.fell for stretch in self.stretches)
-
-
-@dataclass(frozen=True, slots=True)
-class JourneySpec:
-    """Everything that a journey depends on.
-
-    Attributes:
-        spec: Robot, gait, plant and engine.
-        metres: Distance [m].
-    """
-
-    spec: RolloutSpec
-    metres: float
-
-
-def endurance(options: Options) -> SuiteResult:
-    """The distance with every robot, in closed and open loop."""
-    specs = []
-    for closed in options.loops:
-        trial = {**options.trial, "parameters": options.loop_parameters(closed)}
-        for seed in options.seeds:
-            spec = RolloutSpec(TASKS["stand"], robot_seed=seed, **trial)
-            specs.append(JourneySpec(spec, options.metres))
-    journeys = parallel_map(
-        walk_journey, specs, jobs=options.jobs, show=options.show, label="robots",
-        note=lambda journey: f"{journey.metres:.0f} m, {journey.falls} falls",
-    )  # fmt: skip
-    totals = [
-        Total(closed, tuple(journeys[index * options.robots : (index + 1) * options.robots]))
-        for index, closed in enumerate(options.loops)
-    ]
-    notes = (
-        "Commands uniform in all directions up to the full speed of the tasks forward, back, side "
-        f"and turn; one in {1 / STOP_SHARE:g} is to stop. After a fall the robot walks on from "
-        "standing.",
-        *(total.detection.note(loop_name(total.closed_loop)) for total in totals),
-    )
-    title = f"{options.metres:g} m of random smooth commands for each robot; {options.title}"
-    rows = tuple(row for total in totals for row in total.rows)
-    return SuiteResult(rows, title, (_table(totals),), notes)
-
-
-def walk_journey(asked: JourneySpec) -> Journey:
-    """Stretch after stretch until the distance is walked, or the robot is given up."""
+def walk_journey(asked: tuple[RolloutSpec, float]) -> list[Stretch]:
+    """Stretch after stretch until the distance [m] is walked, or the robot is given up."""
+    spec, distance = asked
     stretches: list[Stretch] = []
     metres = seconds = 0.0
     falls = 0
-    longest = asked.metres / SLOWEST
-    while metres < asked.metres and falls < FALLS_MAX and seconds < longest:
-        one = walk_stretch(asked.spec, len(stretches), asked.metres - metres, longest - seconds)
+    longest = distance / SLOWEST
+    while metres < distance and falls < FALLS_MAX and seconds < longest:
+        one = walk_stretch(spec, len(stretches), distance - metres, longest - seconds)
         stretches.append(one)
         metres += one.metres
         seconds += one.seconds
         falls += one.fell
-    return Journey(tuple(stretches))
+    return stretches
 
 
 def walk_stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) -> Stretch:
-    """Walk from standing until a fall.
+    """Walk from standing until a fall, at most so far [m] and so long [s].
 
     Args:
         spec: Robot, gait, plant and engine.
         number: Seed of the noise and of the commands.
-        metres: Distance [m] after which to stop.
-        seconds: Duration [s] after which to stop.
-
-    Returns:
-        What was walked.
+        metres: Distance after which to stop.
+        seconds: Duration after which to stop.
     """
     spec = replace(spec, noise_seed=number)
     # The nominal robot has the seed -1; seeds of numpy are not negative.
@@ -155,7 +78,7 @@ def walk_stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) 
     simulation, gait = make_pair(spec)
     walked, alarm, time, fell = 0.0, None, 0.0, False
     corner: np.ndarray | None = None
-    try:
+    with simulation:
         for index, tick in enumerate(run(simulation, gait, TimedCommands(commands.at))):
             time = index * CONTROL_PERIOD
             fell = tick.fallen
@@ -168,93 +91,54 @@ def walk_stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) 
                 corner = here
                 if walked >= metres or time >= seconds:
                     break
-    finally:
-        simulation.close()
     lead = None
     if fell:
         lead = 0.0 if alarm is None else time - alarm
     return Stretch(walked, time, fell, lead, alarm is not None and not fell)
 
 
-@dataclass(frozen=True, slots=True)
-class Total:
-    """All robots in closed or in open loop.
-
-    Attributes:
-        closed_loop: Whether the gait had its feedback.
-        journeys: One per robot.
-        detection: Fall detection over all stretches.
-    """
-
-    closed_loop: bool
-    journeys: tuple[Journey, ...]
-    detection: FallDetection = field(default_factory=FallDetection)
-
-    def __post_init__(self) -> None:
-        for journey in self.journeys:
-            for stretch in journey.stretches:
-                self.detection.count(stretch.lead, stretch.false_alarm)
-
-    @property
-    def kilometres(self) -> float:
-        """Distance [km]."""
-        return sum(journey.metres for journey in self.journeys) / 1000.0
-
-    @property
-    def falls(self) -> int:
-        """Number of falls."""
-        return sum(journey.falls for journey in self.journeys)
-
-    @property
-    def falls_per_km(self) -> float | None:
-        """None if nothing was walked."""
-        return self.falls / self.kilometres if self.kilometres > 0.0 else None
-
-    @property
-    def without_fall(self) -> int:
-        """Number of robots that did not fall."""
-        return sum(journey.falls == 0 for journey in self.journeys)
-
-    @property
-    def speed(self) -> float:
-        """Mean speed over the ground, stops and turns included [cm/s]."""
-        seconds = sum(journey.seconds for journey in self.journeys)
-        return 1e5 * self.kilometres / seconds if seconds else math.nan
-
-    @property
-    def rows(self) -> list[Measurement]:
-        """The measurements."""
-        name = "closed" if self.closed_loop else "open_loop"
-        return [
-            Measurement(f"{name}_falls_per_km", "1/km", self.falls_per_km),
-            Measurement(f"{name}_distance", "km", self.kilometres),
-            Measurement(f"{name}_robots_without_fall", "robots", self.without_fall),
-            Measurement(f"{name}_mean_speed", "cm/s", self.speed),
-            *self.detection.rows(name),
-        ]
+def loop_rows(name: str, journeys: list[list[Stretch]]) -> list[Row]:
+    """The measurements of all robots in closed or in open loop."""
+    detection = FallDetection()
+    for stretch in (each for journey in journeys for each in journey):
+        detection.count(stretch.lead, stretch.false_alarm)
+    kilometres = sum(sum(each.metres for each in journey) for journey in journeys) / 1000.0
+    seconds = sum(sum(each.seconds for each in journey) for journey in journeys)
+    falls = [sum(each.fell for each in journey) for journey in journeys]
+    return rows_of(
+        name,
+        ("falls_per_km", "1/km", sum(falls) / kilometres if kilometres > 0.0 else None),
+        ("distance", "km", kilometres),
+        ("robots_without_fall", "robots", falls.count(0)),
+        ("mean_speed", "cm/s", 1e5 * kilometres / seconds if seconds else None),
+    ) + detection.rows(name)
 
 
-def _table(totals: Sequence[Total]) -> Table:
-    columns = (
-        Column("loop"), Column("falls"), Column("distance", "m"), Column("falls", "per km"),
-        Column("robots without", "a fall"), Column("mean speed", "cm/s"),
-    )  # fmt: skip
-    rows = [
-        (
-            loop_name(total.closed_loop), total.falls, 1000.0 * total.kilometres,
-            total.falls_per_km, f"{total.without_fall}/{len(total.journeys)}", total.speed,
-        )
-        for total in totals
-    ]  # fmt: skip
-    return Table(columns, rows)
-
-
-SUITE = Suite(
-    name="endurance",
-    title="Endurance",
-    summary="falls per kilometre of random commands in all directions",
-    measure=endurance,
-    options=Options,
-    takes=("robots", "open_loop"),
+@suite(
+    "endurance", "Endurance", "falls per kilometre of random commands in all directions",
+    options={
+        "robots": 20, "open_loop": ...,
+        "metres": Option(50.0, "distance that each robot walks", "M", above=0.0, maximum=1e5),
+    },
     quick=({"robots": 4, "metres": 5.0},),
-)
+)  # fmt: skip
+def endurance(options: Options) -> Iterator[Row | str]:
+    """The distance with every robot, in closed and open loop."""
+    specs = [
+        (RolloutSpec(TASKS["stand"], robot_seed=seed,
+                     **{**options.trial, "parameters": options.loop_parameters(closed)}),
+         options.metres)
+        for closed in options.loops for seed in options.seeds
+    ]  # fmt: skip
+    journeys = parallel_map(
+        walk_journey, specs, jobs=options.jobs, show=options.show, label="robots",
+        note=lambda journey: f"{sum(each.metres for each in journey):.0f} m",
+    )  # fmt: skip
+    for index, closed in enumerate(options.loops):
+        mine = journeys[index * options.robots : (index + 1) * options.robots]
+        yield from loop_rows("closed" if closed else "open_loop", mine)
+    yield (
+        f"{options.metres:g} m for each robot. Commands uniform in all directions up to the full "
+        f"speed of the tasks forward, back, side and turn; one in {1 / STOP_SHARE:g} is to stop. "
+        "After a fall the robot walks on from standing."
+    )

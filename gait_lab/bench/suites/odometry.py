@@ -5,15 +5,15 @@ its own sensor noise.
 """
 
 import math
-import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.bench.options import BenchOptions, option
-from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
-from gait_lab.bench.suite import Suite
+from gait_lab.bench.options import Option, Options
+from gait_lab.bench.rows import Row
+from gait_lab.bench.suite import suite
+from gait_lab.bench.walks import median, worst
 from gait_lab.demo.tour import FULL_TOUR, phase_at
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.commands import LONGEST_BIAS_WAIT, BiasWait
@@ -54,34 +54,8 @@ COURSES: dict[str, Course] = {
     "curve_right": _constant(VelocityCommand(0.25, 0.0, -math.radians(30.0)), 12.0),
     "diagonal": _constant(VelocityCommand(0.15, 0.10, 0.0), 12.0),
 }
-
-
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    """What the suite `odometry` runs on."""
-
-    courses: tuple[str, ...] = option(
-        tuple(COURSES), "walk this", "NAME", flags=("--course",), choices=tuple(COURSES)
-    )
-    bias_wait: float = option(
-        LONGEST_BIAS_WAIT, "longest stand [s] until the gyro's bias is known", "T",
-        flags=("--bias-wait",), minimum=0.0, maximum=60.0,
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class CourseSpec:
-    """Everything that a walk of a course depends on.
-
-    Attributes:
-        spec: Robot, gait, plant and engine.
-        course: Name of the course.
-        bias_wait: Longest time [s] to stand first.
-    """
-
-    spec: RolloutSpec
-    course: str
-    bias_wait: float
+STRAIGHT = ("driven", "forward", "diagonal")
+"""Courses without a commanded turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,22 +63,18 @@ class CourseResult:
     """What became of one course.
 
     Attributes:
-        fell: The robot fell.
         stood: [s] that it stood before the walk.
         way: [m] that it walked.
         turned: [rad] by which it had turned at the last command, by the truth.
         heading_error: [rad] odometry minus truth at the end.
         place_error: [m] distance of the odometry's place from the truth at the end.
-        heading_sigma: [rad] deviation of the heading by the odometry's covariance.
     """
 
-    fell: bool
     stood: float
     way: float
     turned: float
     heading_error: float
     place_error: float
-    heading_sigma: float
 
 
 class _AfterBiasWait(Policy):
@@ -130,31 +100,20 @@ class _AfterBiasWait(Policy):
         return self._course(time - self.began)
 
 
-def walk_course(asked: CourseSpec) -> CourseResult:
-    """Walk one course with one robot."""
-    world, gait = make_pair(asked.spec)
-    policy = _AfterBiasWait(gait, COURSES[asked.course], asked.bias_wait)
+def walk_course(asked: tuple[RolloutSpec, str, float]) -> CourseResult | None:
+    """Walk a course after a stand of at most some seconds; None after a fall."""
+    spec, course, longest = asked
+    world, gait = make_pair(spec)
+    policy = _AfterBiasWait(gait, COURSES[course], longest)
     recorder = Recorder()
-    fell, variance = False, math.nan
     with world:
         for tick in run(world, gait, policy):
             recorder.add(tick.truth, tick.command, tick.status)
-            fell = tick.fallen
-            if tick.status is not None:
-                variance = tick.status.pose_covariance.yaw
-    stood = policy.began or 0.0
-    return evaluate(recorder.trace(), stood, fell=fell, heading_sigma=math.sqrt(variance))
+    return None if tick.fallen else evaluate(recorder.trace(), policy.began or 0.0)
 
 
-def evaluate(trace: Trace, stood: float, *, fell: bool, heading_sigma: float) -> CourseResult:
-    """Compare odometry and truth from the beginning of the walk to the end of the trace.
-
-    Args:
-        trace: The walk.
-        stood: [s] since the first tick when the walk began.
-        fell: The robot fell.
-        heading_sigma: [rad] deviation of the heading by the odometry's covariance.
-    """
+def evaluate(trace: Trace, stood: float) -> CourseResult:
+    """Compare odometry and truth from the walk's beginning, `stood` [s] in, to the trace's end."""
     known = np.flatnonzero(trace.status_stamp >= trace.stamp[0])
     begin = known[np.searchsorted(trace.time[known], stood)]
     rows = np.searchsorted(trace.stamp, trace.status_stamp[begin:])
@@ -167,13 +126,11 @@ def evaluate(trace: Trace, stood: float, *, fell: bool, heading_sigma: float) ->
     error = seen[-1] - walked[-1]
     pieces = np.diff(truth[::PIECE, :2], axis=0)
     return CourseResult(
-        fell=fell,
         stood=stood,
         way=float(np.linalg.norm(pieces, axis=1).sum()),
         turned=float(walked[driven[-1], 2]) if len(driven) else 0.0,
         heading_error=float(error[2]),
         place_error=math.hypot(error[0], error[1]),
-        heading_sigma=heading_sigma,
     )
 
 
@@ -185,92 +142,48 @@ def _from_start(pose: FloatArray) -> FloatArray:
     return np.column_stack([cos * x + sin * y, cos * y - sin * x, moved[:, 2]])
 
 
-def odometry(options: Options) -> SuiteResult:
+@suite(
+    "odometry", "Odometry",
+    "pose by odometry against the truth, after the demo's tour, in curves, driven at once",
+    options={
+        "robots": ...,
+        "courses": Option(tuple(COURSES), "walk this", "NAME", ("--course",),
+                          choices=tuple(COURSES)),
+        "bias_wait": Option(
+            LONGEST_BIAS_WAIT, "longest stand [s] until the gyro's bias is known", "T",
+            minimum=0.0, maximum=60.0,
+        ),
+    },
+    quick=({"robots": 3, "courses": ("curve",)},),
+)  # fmt: skip
+def odometry(options: Options) -> Iterator[Row | str]:
     """Every course with every robot."""
     specs = [
-        CourseSpec(
-            RolloutSpec(TASKS["stand"], robot_seed=seed, noise_seed=max(0, seed), **options.trial),
-            course,
-            options.bias_wait,
-        )
-        for course in options.courses
-        for seed in options.seeds
-    ]
+        (RolloutSpec(TASKS["stand"], robot_seed=seed, noise_seed=max(0, seed), **options.trial),
+         course, options.bias_wait)
+        for course in options.courses for seed in options.seeds
+    ]  # fmt: skip
     results = parallel_map(
         walk_course, specs, jobs=options.jobs, show=options.show, label="courses"
     )
-    rows: list[Measurement] = []
-    lines = []
     for index, course in enumerate(options.courses):
         some = results[index * options.robots : (index + 1) * options.robots]
-        rows += course_rows(course, some)
-        lines.append(_line(course, some))
-    columns = (
-        Column("course"), Column("upright"), Column("stood", "s, longest"), Column("way", "m"),
-        Column("heading off", "deg, worst"), Column("", "median"), Column("sigma", "deg"),
-        Column("place off", "%, worst"), Column("", "median"), Column("turned", "deg, most"),
-    )  # fmt: skip
-    notes = (
+        upright: list[CourseResult] = [each for each in some if each is not None]
+        yield Row(course, "upright", "robots", len(upright))
+        quantities = {
+            "heading_error": ("deg", [abs(math.degrees(each.heading_error)) for each in upright]),
+            "place_error": ("%", [100.0 * each.place_error / each.way
+                                  for each in upright if each.way]),
+            "stood": ("s", [each.stood for each in upright]),
+        }  # fmt: skip
+        if course in STRAIGHT:
+            turned = [abs(math.degrees(each.turned)) for each in upright]
+            quantities["turned"] = ("deg", turned)
+        for name, (unit, values) in quantities.items():
+            yield Row(course, f"{name}_worst", unit, worst(values))
+            yield Row(course, f"{name}_median", unit, median(values))
+    yield (
         "Odometry against the truth at the end of each course, of the robots that stayed upright. "
-        "Place: in percent of the way. sigma: deviation of the heading by the odometry's own "
-        "covariance, median. turned: by the truth before the stop, where no turn is commanded. "
-        "Each robot has its own sensor noise. stood: from the start to the first step, until the "
-        "gyro's bias is known.",
+        "Place: of the way. Turned: by the truth before the stop, where no turn is commanded. "
+        "Stood: until the gyro's bias is known."
     )
-    return SuiteResult(tuple(rows), f"Odometry, {options.title}", (Table(columns, lines),), notes)
-
-
-def course_rows(course: str, results: Sequence[CourseResult]) -> list[Measurement]:
-    """The measurements of one course."""
-    upright = [result for result in results if not result.fell]
-    rows = [Measurement(f"{course}_upright", "robots", len(upright))]
-    quantities = [
-        ("heading_error", "deg", [abs(math.degrees(each.heading_error)) for each in upright]),
-        ("place_error", "%", [100.0 * each.place_error / each.way for each in upright if each.way]),
-        ("stood", "s", [each.stood for each in upright]),
-    ]
-    if _is_straight(course):
-        turned = [abs(math.degrees(each.turned)) for each in upright]
-        quantities.append(("turned", "deg", turned))
-    for name, unit, values in quantities:
-        for statistic, summary in (("worst", max), ("median", statistics.median)):
-            value = float(summary(values)) if values else None
-            rows.append(Measurement(f"{course}_{name}_{statistic}", unit, value))
-    return rows
-
-
-def _is_straight(course: str) -> bool:
-    return not any(
-        command.yaw
-        for time in range(100)
-        if (command := COURSES[course](float(time))) is not None
-    )
-
-
-def _line(course: str, results: Sequence[CourseResult]) -> tuple[str | float | None, ...]:
-    values = {row.metric: row.value for row in course_rows(course, results)}
-    upright = [result for result in results if not result.fell]
-    sigma = [math.degrees(result.heading_sigma) for result in upright]
-    return (
-        course.replace("_", " "),
-        f"{len(upright)}/{len(results)}",
-        values[f"{course}_stood_worst"],
-        float(statistics.median([result.way for result in upright])) if upright else None,
-        values[f"{course}_heading_error_worst"],
-        values[f"{course}_heading_error_median"],
-        float(statistics.median(sigma)) if sigma else None,
-        values[f"{course}_place_error_worst"],
-        values[f"{course}_place_error_median"],
-        values.get(f"{course}_turned_worst", ""),
-    )
-
-
-SUITE = Suite(
-    name="odometry",
-    title="Odometry",
-    summary="pose by odometry against the truth, after the demo's tour, in curves, driven at once",
-    measure=odometry,
-    options=Options,
-    takes=("robots",),
-    quick=({"robots": 3, "courses": ("curve",)},),
-)

@@ -7,18 +7,17 @@ a walk stay on in both forms, and so does the posture control of a kick on its s
 
 import math
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
-from gait_lab.bench.options import BenchOptions, option
-from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, shown
-from gait_lab.bench.score import RULES, Score, Variant, walk_all
-from gait_lab.bench.suite import Suite
+from gait_lab.bench.options import Option, Options
+from gait_lab.bench.rows import Row
+from gait_lab.bench.suite import suite
+from gait_lab.bench.walks import RULES, Score, Variant, median, walk_all
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library
 from robot_core.types import STANDSTILL, VelocityCommand
-from sim_bridge.trials.motions import MotionOutcome
 from sim_bridge.trials.tasks import STAND_TIME, AskedMotion, Task, find_task
 from sim_bridge.trials.trial import loaded_robot
 
@@ -33,19 +32,7 @@ PAPER_TIME_TO_FALL = 60.0
 """[s] within which nearly all walks without posture control ended."""
 PAPER_SPEED = 40.0
 """[cm/s]"""
-
-
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    """What the suite `posture` runs on; commanded 41 cm/s, Bruno walks 40."""
-
-    robots: int = 20
-    urdf: str = "bruno"
-    tasks: tuple[str, ...] = ("forward=41",)
-    window: float = 300.0
-    experiments: tuple[str, ...] = option(
-        (), "only this one: start, straight or soccer", "NAME", flags=("--experiment",)
-    )
+EXPERIMENTS = ("start", "straight", "soccer")
 
 
 class Piece(NamedTuple):
@@ -86,163 +73,23 @@ SOCCER = (
 LAPS = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Half:
-    """One experiment with or without posture control.
-
-    Attributes:
-        experiment: Its name.
-        form: `on` or `off`.
-        score: All robots.
-    """
-
-    experiment: str
-    form: str
-    score: Score
-
-    @property
-    def name(self) -> str:
-        """As it begins the name of a metric."""
-        return f"{self.experiment}_{self.form}"
-
-    @property
-    def fall_times(self) -> list[float]:
-        """[s] of walking until each fall."""
-        times = [result.metrics.fall_time for result in self.score.results]
-        return [time - STAND_TIME for time in times if time is not None]
-
-    @property
-    def fall_share(self) -> float:
-        """[%] of the robots."""
-        return 100.0 * len(self.fall_times) / len(self.score.results)
-
-    @property
-    def saturated(self) -> float:
-        """[%] mean share of ticks with a motor at its limit."""
-        return self.score.mean_of("saturated_share", 100.0)
-
-    @property
-    def kicks(self) -> int:
-        """Number of kicks that were requested."""
-        return len(self.score.results) * len(self.score.task.motions)
-
-    @property
-    def done(self) -> list[MotionOutcome]:
-        """The kicks after which the robot walked on."""
-        motions = (motion for result in self.score.results for motion in result.motions)
-        return [motion for motion in motions if motion.walked is not None]
-
-    @property
-    def ball_distances(self) -> list[float]:
-        """[m] of the ball at the end of each kick that was done."""
-        return [motion.ball for motion in self.done if motion.ball is not None]
-
-    @property
-    def longest_wait(self) -> float | None:
-        """[s] from the request of a kick to its beginning."""
-        waits = [math.nan if motion.began is None else motion.began - motion.asked.time
-                 for motion in self.done]  # fmt: skip
-        return max(waits, default=None)
-
-    @property
-    def rows(self) -> list[Measurement]:
-        """The measurements."""
-        name, times, score = self.name, self.fall_times, self.score
-        rows = [
-            Measurement(f"{name}_runs", "runs", len(score.results)),
-            Measurement(f"{name}_falls", "runs", len(times)),
-            Measurement(f"{name}_fall_share", "%", self.fall_share, PAPER.get(name)),
-        ]
-        if self.experiment == "straight":
-            median = _median(times)
-            paper = PAPER_TIME_TO_FALL if self.form == "off" else None
-            counts = bool(score.speeds) and not score.faults
-            worst, middle = (score.worst, score.median) if counts else (None, None)
-            rows += [
-                Measurement(f"{name}_time_to_fall_median", "s", median, paper),
-                Measurement(f"{name}_worst", "cm/s", worst, PAPER_SPEED),
-                Measurement(f"{name}_median", "cm/s", middle, PAPER_SPEED),
-                Measurement(f"{name}_counts", "bool", float(counts)),
-                Measurement(f"{name}_saturated_share_mean", "%", self.saturated),
-            ]
-        if self.experiment == "soccer":
-            balls = self.ball_distances
-            rows += [
-                Measurement(f"{name}_kicks", "kicks", self.kicks),
-                Measurement(f"{name}_kicks_done", "kicks", len(self.done)),
-                Measurement(f"{name}_ball_median", "m", _median(balls)),
-                Measurement(f"{name}_ball_least", "m", min(balls, default=None)),
-                Measurement(f"{name}_kick_wait_longest", "s", self.longest_wait),
-            ]
-        return rows
-
-    @property
-    def note(self) -> str:
-        """A sentence about the kicks."""
-        return (
-            f"soccer {self.form}: {len(self.done)} of {self.kicks} kicks after which the robot "
-            f"walked on; ball at the end of the kick: median "
-            f"{shown(_median(self.ball_distances), 2)} m; longest stop before a kick: "
-            f"{shown(self.longest_wait)} s."
-        )
-
-
 def experiments_of(options: Options) -> list[Task]:
     """The walks of the experiments; raises NaoGaitError for what cannot be walked."""
     if len(options.tasks) != 1 or find_task(options.tasks[0]).axis != "x":
         raise NaoGaitError("task", ", ".join(options.tasks), "one forward task, e.g. forward=40")
     speed = find_task(options.tasks[0]).asked
-    every = [start_task(speed), straight_task(speed, options.window), soccer_task(speed)]
-    names = {task.name for task in every}
-    for name in options.experiments:
-        if name not in names:
-            raise NaoGaitError("experiment", name, f"one of {', '.join(sorted(names))}")
-    tasks = [task for task in every if task.name in (options.experiments or names)]
+    knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + JUMP, VelocityCommand(speed)))
+    straight = find_task(f"forward={100.0 * speed:.10g}").lasting(options.window)
+    every = [
+        Task("start", knots, START_END - 1.0, START_END, "x"),
+        replace(straight, name="straight"),
+        soccer_task(speed),
+    ]
+    tasks = [task for task in every if task.name in options.experiments]
     motions = shipped_library(loaded_robot(options.urdf))
     for each in {motion.name for task in tasks for motion in task.motions}:
         motions.find(each)
     return tasks
-
-
-def posture(options: Options) -> SuiteResult:
-    """The experiments on all robots, with and without posture control."""
-    tasks = experiments_of(options)
-    speed = find_task(options.tasks[0]).asked
-    off = Variant(parameters=dict.fromkeys(GAINS, 0.0))
-    with_control, without = walk_all(
-        replace(options, open_loop="off"), (Variant(), off), tasks, label="posture"
-    )
-    halves = [
-        Half(task.name, form, score)
-        for task, *scores in zip(tasks, with_control, without, strict=True)
-        for form, score in zip(("on", "off"), scores, strict=True)
-    ]
-    notes = (
-        *(half.note for half in halves if half.experiment == "soccer"),
-        f"start: the speed at once from standing, {START_END - STAND_TIME:g} s. straight: "
-        f"{options.window:g} s at speed. soccer: {sum(p.seconds for p in SOCCER) * LAPS:g} s of "
-        "walk, turn, side step, stand, kick, each at once. Without posture control all gains of "
-        "eq. (7) of the walk are 0; a kick keeps those in its file.",
-        f"Speeds of the robots that stayed upright. {RULES}",
-        "Paper: one robot, several dozen starts, 5 minutes straight; without posture control it "
-        "fell within a minute.",
-    )
-    return SuiteResult(
-        tuple(row for half in halves for row in half.rows),
-        f"Posture control, eq. (7), commanded {100.0 * speed:.3g} cm/s; {options.title}",
-        (_table(halves),), notes,
-    )  # fmt: skip
-
-
-def start_task(speed: float) -> Task:
-    """From standing: the full speed [m/s] is commanded at once."""
-    knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + JUMP, VelocityCommand(speed)))
-    return Task("start", knots, START_END - 1.0, START_END, "x")
-
-
-def straight_task(speed: float, seconds: float) -> Task:
-    """Straight ahead at a speed [m/s] for some seconds."""
-    return replace(find_task(f"forward={100.0 * speed:.10g}").lasting(seconds), name="straight")
 
 
 def soccer_task(speed: float) -> Task:
@@ -259,37 +106,57 @@ def soccer_task(speed: float) -> Task:
     return Task("soccer", tuple(knots), STAND_TIME, time, motions=tuple(kicks))
 
 
-def _median(values: Iterable[float]) -> float | None:
-    found = list(values)
-    return statistics.median(found) if found else None
+def experiment_rows(name: str, score: Score) -> Iterator[Row]:
+    """The measurements of one experiment with or without posture control."""
+    times = [each.fall_time - STAND_TIME for each in score.metrics if each.fall_time is not None]
+    yield Row(name, "runs", "runs", len(score.results))
+    yield Row(name, "falls", "runs", len(times))
+    yield Row(name, "fall_share", "%", 100.0 * len(times) / len(score.results), PAPER.get(name))
+    if score.task.name == "straight":
+        counts = bool(score.speeds) and not score.faults
+        paper = PAPER_TIME_TO_FALL if name.endswith("off") else None
+        yield Row(name, "time_to_fall_median", "s", median(times), paper)
+        for row in score.rows("worst", "median"):
+            yield row._replace(subject=name, paper=PAPER_SPEED,
+                               value=row.value if counts else None)  # fmt: skip
+        yield Row(name, "counts", "bool", float(counts))
+        saturated = score.over(statistics.fmean, "saturated_share", 100.0)
+        yield Row(name, "saturated_share_mean", "%", saturated)
+    if score.task.name == "soccer":
+        done = [motion for each in score.results for motion in each.motions
+                if motion.walked is not None]  # fmt: skip
+        balls = [motion.ball for motion in done if motion.ball is not None]
+        waits = [math.nan if motion.began is None else motion.began - motion.asked.time
+                 for motion in done]  # fmt: skip
+        yield Row(name, "kicks", "kicks", len(score.results) * len(score.task.motions))
+        yield Row(name, "kicks_done", "kicks", len(done))
+        yield Row(name, "ball_median", "m", median(balls))
+        yield Row(name, "ball_least", "m", min(balls, default=None))
+        yield Row(name, "kick_wait_longest", "s", max(waits, default=None))
 
 
-def _table(halves: Sequence[Half]) -> Table:
-    columns = (
-        Column("experiment"), Column("posture", "control"), Column("runs"), Column("falls"),
-        Column("share", "%"), Column("paper", "%", 0), Column("first fall", "s"),
-        Column("speed, cm/s", "worst"), Column("", "median"),
-        Column("motors at", "the limit, %", 0), Column(""),
-    )  # fmt: skip
-    rows = [
-        (
-            half.experiment, half.form, len(half.score.results), len(half.fall_times),
-            half.fall_share, PAPER.get(half.name), min(half.fall_times, default=None),
-            half.score.worst, half.score.median, half.saturated,
-            half.score.mark if half.score.speeds else "",
-        )
-        for half in halves
-    ]  # fmt: skip
-    return Table(columns, rows)
-
-
-SUITE = Suite(
-    name="posture",
-    title="Posture control",
-    summary="the second paper's three experiments, with and without posture control",
-    measure=posture,
-    options=Options,
-    takes=("robots", "tasks", "window"),
-    quick=({"robots": 2, "window": 5.0},),
-    check=experiments_of,
-)
+@suite(
+    "posture", "Posture control",
+    "the second paper's three experiments, with and without posture control",
+    options={
+        "robots": 20, "urdf": "bruno", "tasks": ("forward=41",), "window": 300.0,
+        "experiments": Option(
+            EXPERIMENTS, "only this one", "NAME", ("--experiment",), choices=EXPERIMENTS
+        ),
+    },
+    quick=({"robots": 2, "window": 5.0},), check=experiments_of,
+)  # fmt: skip
+def posture(options: Options) -> Iterator[Row | str]:
+    """The experiments on all robots, with and without posture control; Bruno walks 40 cm/s."""
+    tasks = experiments_of(options)
+    off = Variant(parameters=dict.fromkeys(GAINS, 0.0))
+    found = walk_all(options.but(open_loop="off"), tasks, (Variant(), off))
+    for scores in zip(*found, strict=True):
+        for form, score in zip(("on", "off"), scores, strict=True):
+            yield from experiment_rows(f"{score.task.name}_{form}", score)
+    yield (
+        f"start: the speed at once from standing, {START_END - STAND_TIME:g} s. straight: "
+        f"{options.window:g} s at speed. soccer: {sum(p.seconds for p in SOCCER) * LAPS:g} s of "
+        "walk, turn, side step, stand, kick, each at once. Without posture control all gains of "
+        f"eq. (7) of the walk are 0; a kick keeps those in its file. {RULES} Paper: one robot."
+    )

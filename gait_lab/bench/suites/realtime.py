@@ -18,10 +18,10 @@ from functools import partial
 
 import numpy as np
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.result import Column, Measurement, SuiteResult, Table
-from gait_lab.bench.ros_replay import RosReplay, replay_over_ros, ros_is_installed
-from gait_lab.bench.suite import Suite
+from gait_lab.bench.options import Options
+from gait_lab.bench.ros_replay import replay_over_ros, ros_is_installed
+from gait_lab.bench.rows import Row, rows_of
+from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.faults import fault_run
 from gait_lab.bench.wake_up import Sleeper, sleep_until
 from gait_lab.demo.node_processes import may_run_in_real_time, real_time_priority
@@ -45,14 +45,6 @@ Script = list[list[Message]]
 """The messages of the robot in each tick."""
 
 
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    """What the suite `realtime` runs on."""
-
-    robots: int = 1
-    engine: str = "mujoco"
-
-
 @dataclass(frozen=True, slots=True)
 class Replay:
     """One replay of the messages of a walk in this process.
@@ -62,14 +54,12 @@ class Replay:
         machine: [s] that a process that only sleeps woke up late, sorted.
         tick: [s] from waking up to the answer, sorted.
         misses: Answers more than a period after their message was due.
-        blocks: Mean number of memory blocks that a tick leaves behind.
     """
 
     wake: tuple[float, ...]
     machine: tuple[float, ...]
     tick: tuple[float, ...]
     misses: int
-    blocks: float
 
 
 class _Listener(Fault):
@@ -86,97 +76,57 @@ class _Listener(Fault):
     on_sensor = on_velocity = _record
 
 
-def realtime(options: Options) -> SuiteResult:
+@suite(
+    "realtime", "Ticks on a busy machine",
+    "whether each answer comes in time, on a quiet and on a busy machine",
+    options={"window": ...}, quick=({"window": 5.0},),
+)  # fmt: skip
+def realtime(options: Options) -> Iterator[Row | str]:
     """In this process with Python's own collector and with the gait's; then over ROS 2."""
     script = _record(options)
-    notes = [
-        "missed: answered more than a control period after the message was due or sent.",
-        "machine: a process of the same priority that only sleeps to the same times.",
-    ]
-    rows, table = _in_process(options, script)
-    tables = [table]
-    if ros_is_installed():
-        ros_rows, table = _over_ros(options, script)
-        rows += ros_rows
-        tables.append(table)
-        notes.append(
-            "Over ROS 2: latency from sending joint_states to sending joint_command, period "
-            f"against {1e3 * PERIOD:g} ms. Net: p99 minus that of the machine. Real-time: all "
-            "processes of the replay under SCHED_FIFO, if this user may."
-        )
-    return SuiteResult(
-        tuple(rows),
-        f"{options.window:g} s of walking at 100 Hz by the wall clock; loaded: "
-        f"{os.cpu_count()} processes that compute without end",
-        tuple(tables),
-        tuple(notes),
-    )
-
-
-def _in_process(options: Options, script: Script) -> tuple[list[Measurement], Table]:
-    rows, lines = [], []
     for load in ("quiet", "loaded"):
         for collector in ("automatic", "kept"):
             with _burners(load):
                 one = _replay(options, script, keeper=collector == "kept")
-            name = f"{load}_{collector}"
-            rows += [
-                Measurement(f"{name}_wake_p99", "ms", 1e3 * quantile(one.wake, 0.99)),
-                Measurement(f"{name}_machine_wake_p99", "ms", 1e3 * quantile(one.machine, 0.99)),
-                Measurement(f"{name}_tick_p99", "ms", 1e3 * quantile(one.tick, 0.99)),
-                Measurement(f"{name}_tick_max", "ms", 1e3 * one.tick[-1]),
-                Measurement(f"{name}_missed", "ticks", one.misses),
-            ]
-            lines.append((
-                load, "kept off" if collector == "kept" else collector,
-                *_milliseconds(one.wake, 0.99), *_milliseconds(one.machine, 0.99),
-                *_milliseconds(one.tick, 0.5, 0.99, 1.0),
-                f"{one.misses}/{len(one.tick)}", one.blocks,
-            ))  # fmt: skip
-    columns = (
-        Column("in one process"), Column("collector"), Column("woken late", "p99 ms", 2),
-        Column("machine", "p99 ms", 2), Column("tick", "p50 ms", 2), Column("", "p99 ms", 2),
-        Column("", "max ms", 2), Column("missed", "ticks"), Column("blocks", "per tick", 2),
-    )  # fmt: skip
-    return rows, Table(columns, lines)
+            yield from rows_of(
+                f"{load}_{collector}",
+                ("wake_p99", "ms", 1e3 * quantile(one.wake, 0.99)),
+                ("machine_wake_p99", "ms", 1e3 * quantile(one.machine, 0.99)),
+                ("tick_p99", "ms", 1e3 * quantile(one.tick, 0.99)),
+                ("tick_max", "ms", 1e3 * one.tick[-1]),
+                ("missed", "ticks", one.misses),
+            )
+    if ros_is_installed():
+        yield from _over_ros(options, script)
+    yield (
+        f"At 100 Hz by the wall clock; loaded: beside {os.cpu_count()} processes that compute "
+        "without end. missed: answered more than a control period after the message was due or "
+        "sent. machine: a process of the same priority that only sleeps to the same times. "
+        "automatic: Python's garbage collector; kept: the gait collects while it stands. Over ROS "
+        "2: latency from sending joint_states to sending joint_command, period against "
+        f"{1e3 * PERIOD:g} ms; net: p99 minus that of the machine; real time: all processes of the "
+        "replay under SCHED_FIFO, if this user may."
+    )
 
 
-def _over_ros(options: Options, script: Script) -> tuple[list[Measurement], Table]:
+def _over_ros(options: Options, script: Script) -> Iterator[Row]:
     priorities: dict[str, Callable[[], AbstractContextManager[None]]] = {"normal": nullcontext}
     if may_run_in_real_time():
         priorities["real_time"] = real_time_priority
-    rows, lines = [], []
     for load in ("quiet", "loaded"):
         for priority, taken in priorities.items():
             with _burners(load), taken():
                 one = replay_over_ros(script, PERIOD, _node_parameters(options))
-            rows += _ros_rows(f"ros_{load}_{priority}", one)
-            lines.append((
-                load, priority.replace("_", "-"),
-                *_milliseconds(one.latency, 0.5, 0.99), *_milliseconds(one.machine_wake, 0.99),
-                1e3 * one.latency_excess,
-                *_milliseconds(one.period, 0.99), *_milliseconds(one.machine_period, 0.99),
-                1e3 * one.period_excess, f"{one.misses}/{one.count}",
-            ))  # fmt: skip
-    columns = (
-        Column("over ROS 2"), Column("priority"), Column("latency", "p50 ms", 2),
-        Column("", "p99 ms", 2), Column("machine", "p99 ms", 2), Column("net", "ms", 2),
-        Column("period", "p99 ms", 2), Column("machine", "p99 ms", 2), Column("net", "ms", 2),
-        Column("missed", "ticks"),
-    )  # fmt: skip
-    return rows, Table(columns, lines)
-
-
-def _ros_rows(name: str, one: RosReplay) -> list[Measurement]:
-    return [
-        Measurement(f"{name}_latency_p50", "ms", 1e3 * quantile(one.latency, 0.5)),
-        Measurement(f"{name}_latency_p99", "ms", 1e3 * quantile(one.latency, 0.99)),
-        Measurement(f"{name}_latency_p99_net", "ms", 1e3 * one.latency_excess),
-        Measurement(f"{name}_period_p99", "ms", 1e3 * quantile(one.period, 0.99)),
-        Measurement(f"{name}_period_p99_net", "ms", 1e3 * one.period_excess),
-        Measurement(f"{name}_machine_wake_p99", "ms", 1e3 * quantile(one.machine_wake, 0.99)),
-        Measurement(f"{name}_missed", "ticks", one.misses),
-    ]
+            yield from rows_of(
+                f"ros_{load}_{priority}",
+                ("latency_p50", "ms", 1e3 * quantile(one.latency, 0.5)),
+                ("latency_p99", "ms", 1e3 * quantile(one.latency, 0.99)),
+                ("latency_p99_net", "ms", 1e3 * one.latency_excess),
+                ("period_p99", "ms", 1e3 * quantile(one.period, 0.99)),
+                ("period_p99_net", "ms", 1e3 * one.period_excess),
+                ("machine_wake_p99", "ms", 1e3 * quantile(one.machine_wake, 0.99)),
+                ("missed", "ticks", one.misses),
+            )
 
 
 def _node_parameters(options: Options) -> dict[str, object]:
@@ -185,11 +135,6 @@ def _node_parameters(options: Options) -> dict[str, object]:
     asked = options.parameters.as_dict()
     changed = {name: value for name, value in asked.items() if value != usual[name]}
     return {"urdf": options.urdf, "bias_wait": 0.0, **changed}
-
-
-def _milliseconds(ordered: tuple[float, ...], *shares: float) -> list[float]:
-    """Quantiles [ms] of sorted times [s]."""
-    return [1e3 * quantile(ordered, share) for share in shares]
 
 
 def _record(options: Options) -> Script:
@@ -214,7 +159,6 @@ def _replay(options: Options, script: Script, keeper: bool) -> Replay:
     misses = 0
     begin = time.monotonic() + START_TIME
     with Sleeper(begin, PERIOD, len(script)) as sleeper:
-        blocks = sys.getallocatedblocks()
         for index, messages in enumerate(script):
             due = begin + index * PERIOD
             late = sleep_until(due)
@@ -226,15 +170,13 @@ def _replay(options: Options, script: Script, keeper: bool) -> Replay:
             wake.append(late)
             ticks.append(done - late)
             misses += done > PERIOD
-        left = sys.getallocatedblocks() - blocks
         machine = sleeper.lateness()
     if garbage is not None:
         garbage.close()
     gc.unfreeze()
     return Replay(
-        tuple(sorted(wake)), tuple(sorted(machine)), tuple(sorted(ticks)), misses,
-        left / len(script),
-    )  # fmt: skip
+        tuple(sorted(wake)), tuple(sorted(machine)), tuple(sorted(ticks)), misses
+    )
 
 
 def _content(message: Message) -> Input:
@@ -253,14 +195,3 @@ def _burners(load: str) -> Iterator[None]:
             process.kill()
         for process in processes:
             process.wait()
-
-
-SUITE = Suite(
-    name="realtime",
-    title="Ticks on a busy machine",
-    summary="whether each answer comes in time, on a quiet and on a busy machine",
-    measure=realtime,
-    options=Options,
-    takes=("window",),
-    quick=({"window": 5.0},),
-)

@@ -1,14 +1,12 @@
 """The suite `start`: from standing to full speed at once and back, in any direction."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
-from gait_lab.bench.options import BenchOptions
-from gait_lab.bench.result import Cell as TableCell
-from gait_lab.bench.result import Column, Measurement, SuiteResult, Table, loop_name
-from gait_lab.bench.score import LoopDetection, Score, walk_all
-from gait_lab.bench.suite import Suite
+from gait_lab.bench.options import Options
+from gait_lab.bench.rows import Row, rows_of
+from gait_lab.bench.suite import suite
+from gait_lab.bench.walks import Score, loop_detection, walk_all
 from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.trials.tasks import STAND_TIME, TASKS, Task
 
@@ -21,13 +19,6 @@ REST = 1.0
 """[s] at the end in which a robot that has stopped does not move."""
 STILL = 0.02
 """[m/s] mean speed up to which a robot stands still."""
-
-
-@dataclass(frozen=True)
-class Options(BenchOptions):
-    """What the suite `start` runs on."""
-
-    robots: int = 20
 
 
 def cases() -> dict[str, VelocityCommand]:
@@ -48,63 +39,28 @@ def cases() -> dict[str, VelocityCommand]:
     }
 
 
-@dataclass(frozen=True, slots=True)
-class Tally:
-    """The starts and stops of some scores.
-
-    Attributes:
-        scores: One per case, all in the same loop.
-    """
-
-    scores: Sequence[Score]
-
-    @property
-    def starts(self) -> int:
-        """Number of starts."""
-        return sum(len(score.results) for score in self.scores)
-
-    @property
-    def start_falls(self) -> int:
-        """Falls before the command ends."""
-        return sum(time < STOP_TIME for time in self._fall_times)
-
-    @property
-    def stop_falls(self) -> int:
-        """Falls after the command ends."""
-        return sum(time >= STOP_TIME for time in self._fall_times)
-
-    @property
-    def stopped(self) -> int:
-        """Robots that stand still at the end."""
-        return sum(
-            not result.metrics.fell
-            and math.hypot(result.metrics.speed_x, result.metrics.speed_y) < STILL
-            and result.metrics.support_changes == 0
-            for score in self.scores
-            for result in score.results
-        )
-
-    @property
-    def _fall_times(self) -> list[float]:
-        times = [result.metrics.fall_time for score in self.scores for result in score.results]
-        return [time for time in times if time is not None]
-
-    def rows(self, name: str) -> list[Measurement]:
-        """Its measurements."""
-        return [
-            Measurement(f"{name}_starts", "starts", self.starts),
-            Measurement(f"{name}_start_falls", "falls", self.start_falls),
-            Measurement(f"{name}_stop_falls", "falls", self.stop_falls),
-            Measurement(f"{name}_stopped", "robots", self.stopped),
-        ]
-
-    def line(self, name: str) -> tuple[TableCell, ...]:
-        """Its row of the table."""
-        loop = loop_name(self.scores[0].closed_loop)
-        return name, loop, self.starts, self.start_falls, self.stop_falls, self.stopped
+def tally(name: str, scores: Sequence[Score]) -> list[Row]:
+    """Starts, falls before and after the end of the command, and robots that stand still then."""
+    robots = [each for score in scores for each in score.metrics]
+    times = [each.fall_time for each in robots if each.fall_time is not None]
+    stopped = [
+        not each.fell and math.hypot(each.speed_x, each.speed_y) < STILL
+        and each.support_changes == 0 for each in robots
+    ]  # fmt: skip
+    return rows_of(
+        name,
+        ("starts", "starts", len(robots)),
+        ("start_falls", "falls", sum(time < STOP_TIME for time in times)),
+        ("stop_falls", "falls", sum(time >= STOP_TIME for time in times)),
+        ("stopped", "robots", sum(stopped)),
+    )
 
 
-def start(options: Options) -> SuiteResult:
+@suite(
+    "start", "Starts and stops", "from standing to full speed at once, and a stop at once",
+    options={"robots": 20, "open_loop": ...}, quick=({"robots": 3},),
+)  # fmt: skip
+def start(options: Options) -> Iterator[Row | str]:
     """A start and a stop of every robot in every case."""
     tasks = [
         Task(
@@ -116,37 +72,14 @@ def start(options: Options) -> SuiteResult:
         )
         for name, command in cases().items()
     ]  # fmt: skip
-    (scores,) = walk_all(options, tasks=tasks, label="starts")
-    rows = [row for score in scores for row in Tally([score]).rows(score.name)]
-    lines = [Tally([score]).line(score.task.name.replace("_", " ")) for score in scores]
+    (scores,) = walk_all(options, tasks)
+    for score in scores:
+        yield from tally(score.name, [score])
     for closed in options.loops:
-        tally = Tally([score for score in scores if score.closed_loop == closed])
-        rows += tally.rows("all" if closed else "all_open_loop")
-        lines.append(tally.line("all"))
-    columns = (
-        Column("command"), Column("loop"), Column("starts"), Column("falls"),
-        Column("falls after", "the stop"), Column("stands", "still"),
-    )  # fmt: skip
-    detection = LoopDetection(scores)
-    return SuiteResult(
-        (*rows, *detection.rows),
-        f"From standing to full speed at once, {STOP_TIME - STAND_TIME:g} s, and a stop at once; "
-        f"{options.title}",
-        (Table(columns, lines),),
-        (
-            f"stands still: {END - STOP_TIME:g} s after the end of the command, for {REST:g} s, "
-            f"below {100 * STILL:g} cm/s and without a step.",
-            *detection.notes,
-        ),
+        every = [score for score in scores if score.closed_loop == closed]
+        yield from tally("all" if closed else "all_open_loop", every)
+    yield from loop_detection(scores)
+    yield (
+        f"At full speed for {STOP_TIME - STAND_TIME:g} s. Stopped: {END - STOP_TIME:g} s after the "
+        f"end of the command, for {REST:g} s, below {100 * STILL:g} cm/s and without a step."
     )
-
-
-SUITE = Suite(
-    name="start",
-    title="Starts and stops",
-    summary="from standing to full speed at once, and a stop at once",
-    measure=start,
-    options=Options,
-    takes=("robots", "open_loop"),
-    quick=({"robots": 3},),
-)
