@@ -7,9 +7,7 @@ from typing import NamedTuple
 
 SILENCE = 1.0
 """[s] without joint states that is an error."""
-
 _KEYS_MAX = 256
-
 
 
 class Level(IntEnum):
@@ -21,18 +19,11 @@ class Level(IntEnum):
     STALE = 3
 
 
-
 class LogLine(NamedTuple):
-    """A line for the log.
-
-    Attributes:
-        level: Its severity.
-        text: The line.
-    """
+    """A line for the log."""
 
     level: Level
     text: str
-
 
 
 class _Episode:
@@ -46,7 +37,6 @@ class _Episode:
         self.until = now + wait
         self.count = self.shown = 1
         self.held_back = 0
-
 
 
 class Throttle:
@@ -70,11 +60,11 @@ class Throttle:
         self._episodes: dict[str, _Episode] = {}
 
     def allow(self, key: str, now: float, burst: int = 1) -> int | None:
-        """Decide whether a message goes into the log.
+        """Decide at `now` [s] whether a message goes into the log.
 
         Args:
             key: Key of messages that are alike.
-            now: Any monotonic time [s].
+            now: Any monotonic time.
             burst: Messages shown in the first period; more than one if those of a key differ.
 
         Returns:
@@ -104,9 +94,6 @@ class Throttle:
     def ended(self, now: float) -> list[tuple[str, int, float]]:
         """The keys whose messages have ended since the last call, if many were held back.
 
-        Args:
-            now: As for `allow`.
-
         Returns:
             Key, number of messages, and time from the first to the last [s].
         """
@@ -118,7 +105,6 @@ class Throttle:
                     episode.held_back = 0
                 episode.count = 0
         return found
-
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,4 +122,3 @@ class Report:
     level: Level
     message: str
     values: Mapping[str, str]
-

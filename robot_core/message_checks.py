@@ -1,6 +1,5 @@
 """Checks of single fields of a message; a NaoGaitError names the field that is refused."""
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 
@@ -10,22 +9,12 @@ from robot_core.errors import NaoGaitError
 from robot_core.types import FloatArray
 
 _NANOSECONDS = 1_000_000_000
-
-
-
 _NAMES_SHOWN = 5
-
-
-
 _NAME_LENGTH = 40
 
 
-
 def stamp_of(sec: int, nanosec: int, field: str) -> int:
-    """Join the two parts of a ROS stamp.
-
-    Returns:
-        The stamp [ns].
+    """Join the two parts of a ROS stamp to [ns].
 
     Raises:
         NaoGaitError: For a negative time, or a second or more in `nanosec`.
@@ -37,47 +26,27 @@ def stamp_of(sec: int, nanosec: int, field: str) -> int:
     return sec * _NANOSECONDS + nanosec
 
 
-
 def finite(value: float, field: str, limit: float, unit: str) -> float:
-    """Check that a number is finite and not beyond `limit` in size.
-
-    Args:
-        value: The number.
-        field: Its topic and field, for the error.
-        limit: Largest size that is allowed.
-        unit: Unit of both, for the error.
-
-    Returns:
-        `value`.
+    """Check that a number is finite and not beyond `limit` in size; returns it.
 
     Raises:
         NaoGaitError: If it is not.
     """
-    if not math.isfinite(value) or abs(value) > limit:
-        raise NaoGaitError(field, value, f"a finite number from {-limit:g} to {limit:g} {unit}")
-    return value
-
+    if -limit <= value <= limit:  # false for NaN as well
+        return value
+    raise NaoGaitError(field, value, f"a finite number from {-limit:g} to {limit:g} {unit}")
 
 
 def read_vector(values: Sequence[float], field: str, limit: float, unit: str) -> FloatArray:
-    """Check the three components of a vector like `finite` does.
-
-    Args:
-        values: x, y, z.
-        field: Topic and field, for the error.
-        limit: Largest size of a component.
-        unit: Unit of all, for the error.
-
-    Returns:
-        The vector (3,).
+    """Check the three components of a vector like `finite` does; returns it as (3,).
 
     Raises:
         NaoGaitError: With the first component that is refused.
     """
     for axis, value in zip("xyz", values, strict=True):
-        finite(value, f"{field}.{axis}", limit, unit)
+        if not -limit <= value <= limit:
+            finite(value, f"{field}.{axis}", limit, unit)
     return np.array(values, dtype=float)
-
 
 
 def some(names: Sequence[str]) -> str:
@@ -87,8 +56,6 @@ def some(names: Sequence[str]) -> str:
     return shown if rest <= 0 else f"{shown} and {rest} more"
 
 
-
 def repeated(names: Sequence[str]) -> str:
     """List the names that occur more than once, shortened."""
     return some([name for name, count in Counter(names).items() if count > 1])
-

@@ -124,6 +124,11 @@ class MotionRequests:
         self._name: str | None = None
         self._started = False
 
+    @property
+    def is_open(self) -> bool:
+        """A motion is followed."""
+        return self._name is not None
+
     def request(self, name: str) -> str | None:
         """A motion was requested and accepted; it replaces one that is not done."""
         replaced, self._name, self._started = self._name, name, False

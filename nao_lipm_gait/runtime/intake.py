@@ -44,6 +44,9 @@ class Gaps(NamedTuple):
     unread_since: int | None = None
 
 
+COMPLETE = Gaps()
+
+
 class NewTime(NamedTuple):
     """The stamps begin, or continue on another time base.
 
@@ -71,11 +74,14 @@ class Taken(NamedTuple):
     """
 
     frames: tuple[SensorFrame, ...] = ()
-    gaps: Gaps = Gaps()
+    gaps: Gaps = COMPLETE
     new_time: NewTime | None = None
     again: JointTargets | None = None
     refused: NaoGaitError | None = None
     repeated: bool = False
+
+
+NOTHING = Taken()
 
 
 class Intake:
@@ -134,7 +140,8 @@ class Intake:
         Raises:
             NaoGaitError: If it cannot be used.
         """
-        return self._completed(self._sync.add_imu(self._validation.imu(message)))
+        frame = self._sync.add_imu(self._validation.imu(message))
+        return NOTHING if frame is None else self._completed((frame,))
 
     def joints(
         self, message: JointInput, now: float, *, walking: bool, tilt: tuple[float, float]
@@ -161,7 +168,8 @@ class Intake:
         before, self._arrived_at = self._arrived_at, now - message.waited
         last = self._stamps.last or 0
         self._stamps.accept(stamp, step)
-        self._settle_doubt(step)
+        if self._doubtful is not None:
+            self._settle_doubt(self._doubtful, step)
         if step is Step.REPEATED:
             return self._repeated(stamp, tilt, asked=self._arrived_at - before > ASKED_AGAIN)
         if step is Step.EARLY:
@@ -171,7 +179,7 @@ class Intake:
         if step is Step.DOUBTFUL:
             self._say.rejected["joint_states"] += 1
             self._doubtful = self._unexpected(step, stamp)
-            return Taken()
+            return NOTHING
         new_time = None if step is Step.NEXT else self._begin(step, sample, stamp - last, now)
         self._continued_at, self._last_position = now, sample.position
         self._check_rate()
@@ -179,7 +187,7 @@ class Intake:
             frames = self._sync.add_joints(sample, tilt)
         except NaoGaitError as error:
             return Taken(new_time=new_time, refused=error)
-        return self._completed(*frames)._replace(new_time=new_time)
+        return self._completed(frames, new_time)
 
     def overdue(self, tilt: tuple[float, float]) -> Taken:
         """Use joints whose IMU sample has not arrived in time; `tilt` as in `joints`.
@@ -187,14 +195,18 @@ class Intake:
         Raises:
             NaoGaitError: If there has never been an IMU sample.
         """
-        return self._completed(self._sync.overdue(tilt))
+        frame = self._sync.overdue(tilt)
+        return NOTHING if frame is None else self._completed((frame,))
 
-    def _completed(self, *frames: SensorFrame | None) -> Taken:
-        aged = tuple(self._aged(frame) for frame in frames if frame is not None)
-        sync = self._sync
-        return Taken(
-            aged, Gaps(sync.blind_since, sync.imu_behind, self._validation.unread_since)
-        )
+    def _completed(
+        self, frames: tuple[SensorFrame, ...], new_time: NewTime | None = None
+    ) -> Taken:
+        """The frames with their age, and what is missing of them."""
+        frames = tuple([self._aged(frame) for frame in frames])
+        blind, unread = self._sync.blind_since, self._validation.unread_since
+        if blind is None and unread is None:
+            return Taken(frames, COMPLETE, new_time)
+        return Taken(frames, Gaps(blind, self._sync.imu_behind, unread), new_time)
 
     def _aged(self, frame: SensorFrame) -> SensorFrame:
         late = self._age.update(frame.stamp, self._arrival)
@@ -211,7 +223,7 @@ class Intake:
             asked: The sender has waited for an answer and asks again.
         """
         try:
-            taken = self._completed(self._sync.repeat(stamp, tilt))._replace(repeated=True)
+            frame = self._sync.repeat(stamp, tilt)
         except NaoGaitError as no_imu:
             return Taken(refused=no_imu, repeated=True)
         self._say.rejected["joint_states"] += 1
@@ -219,10 +231,11 @@ class Intake:
             error = NaoGaitError(STAMP, f"{stamp * 1e-9:.3f} s again", "a later stamp")
             text = f"{error}; the answer is sent again"
             self._say.event(SENSORS, Level.WARN, "repeated joint_states", text)
+        if frame is not None:
+            return self._completed((frame,))._replace(repeated=True)
         sent = self._last_sent
-        if taken.frames or sent is None or sent.stamp != stamp:
-            return taken
-        return taken._replace(again=sent)
+        answered = sent is not None and sent.stamp == stamp
+        return Taken(again=sent if answered else None, repeated=True)
 
     def _early(self, stamp: int, last: int) -> Taken:
         """Answer a stamp [ns] before the next tick is due: in lockstep the robot waits for it."""
@@ -241,10 +254,10 @@ class Intake:
             "new time",
         )
 
-    def _settle_doubt(self, step: Step) -> None:
+    def _settle_doubt(self, error: NaoGaitError, step: Step) -> None:
         """Report the last doubtful stamp, unless this one continues from it."""
-        error, self._doubtful = self._doubtful, None
-        if error is not None and step not in (Step.BACKWARDS, Step.JUMP):
+        self._doubtful = None
+        if step not in (Step.BACKWARDS, Step.JUMP):
             text = f"{error}; message ignored"
             self._say.event(SENSORS, Level.WARN, error.field, text, burst=5)
 

@@ -1,5 +1,6 @@
 """Everything that is said of the gait while it runs: the log, the reports and their numbers."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -64,6 +65,7 @@ class Reporter:
         self._ticks = TickTimes(control_period)
         self._started_at = clock()
         self._sensors_at: float | None = None
+        self._refused_at = -math.inf
         self._state = GaitState.STAND
         self._status: GaitStatus | None = None
         self._soles_logged = False
@@ -73,14 +75,16 @@ class Reporter:
 
     def attempt(self, topic: str, work: Callable[[], object], effect: str) -> None:
         """Do some work for a topic; an exception is counted, logged and reported."""
-        group = COMMANDS if topic == "cmd_vel" or topic.startswith("~/") else SENSORS
         try:
             work()
-        except NaoGaitError as error:
-            self.say.rejected[topic] += 1
-            self.say.event(group, Level.WARN, error.field, f"{error}{effect}", burst=5)
         except Exception as error:
+            group = COMMANDS if topic == "cmd_vel" or topic.startswith("~/") else SENSORS
             self.say.rejected[topic] += 1
+            if topic == "joint_states":
+                self._refused_at = self._clock()
+            if isinstance(error, NaoGaitError):
+                self.say.event(group, Level.WARN, error.field, f"{error}{effect}", burst=5)
+                return
             self.unexpected += 1
             self.say.event(group, Level.ERROR, topic, f"{topic}: {one_line(error)}{effect}")
 
@@ -151,14 +155,20 @@ class Reporter:
             self._soles_logged = True
             message = calibration_report(self._gait, steps_measure=True).message
             self.say.log(Level.OK, f"soles measured, the ankles correct them: {message}")
-        now = self._clock()
+        now, refused = self._clock(), self._joints_are_refused()
+        none = "no usable joint_states" if refused else "no joint_states"
         if self._sensors_at is None:
             if now - self._started_at > WAITING:
-                text = f"no joint_states in the first {WAITING:g} s; is a robot running?"
+                why = ": they are refused" if refused else "; is a robot running?"
+                text = f"{none} in the first {WAITING:g} s{why}"
                 self.say.begin(SENSORS, Level.WARN, "silence", text)
         elif now - self._sensors_at > SILENCE:
-            text = f"no joint_states for over {SILENCE:g} s: the robot holds its last targets"
+            text = f"{none} for over {SILENCE:g} s: the robot holds its last targets"
             self.say.begin(SENSORS, Level.ERROR, "silence", text)
+
+    def _joints_are_refused(self) -> bool:
+        """Joint states arrive, but cannot be read."""
+        return self._clock() - self._refused_at < SILENCE
 
     def note_publishers(self, counts: PublisherCounts) -> None:
         """Report topics that have more publishers than they should; once per second."""
@@ -212,6 +222,7 @@ class Reporter:
         health = Health(
             ticks=self._ticks.summarize(),
             sensor_age=None if self._sensors_at is None else self._clock() - self._sensors_at,
+            joints_refused=self._joints_are_refused(),
             missed_ticks=missed,
             rejected=self.rejected,
             faults=self.faults,

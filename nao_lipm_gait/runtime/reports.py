@@ -100,6 +100,7 @@ class Health:
         command_age: Sensor time [s] since the last velocity command; None before the first.
         command_timed_out: A command to move is too old, so the robot stops.
         gyro_bias_sigma: Standard deviation of the gyro's bias [rad/s].
+        joints_refused: Joint states arrive, but cannot be read.
         remarks: What happened in this second, by report.
     """
 
@@ -113,6 +114,7 @@ class Health:
     command_age: float | None = None
     command_timed_out: bool = False
     gyro_bias_sigma: float = 0.0
+    joints_refused: bool = False
     remarks: Mapping[str, Sequence[Remark]] | None = None
 
 
@@ -138,10 +140,11 @@ def _with_remarks(level: Level, message: str, remarks: Sequence[Remark]) -> tupl
 
 def _sensors(health: Health, remarks: Sequence[Remark]) -> Report:
     level, message = Level.OK, "sensors arrive"
+    none = "no usable joint_states" if health.joints_refused else "no joint_states"
     if health.sensor_age is None:
-        level, message = Level.STALE, "no joint_states so far"
+        level, message = Level.STALE, f"{none} so far"
     elif health.sensor_age > SILENCE:
-        level, message = Level.ERROR, f"no joint_states for {health.sensor_age:.1f} s"
+        level, message = Level.ERROR, f"{none} for {health.sensor_age:.1f} s"
     elif remarks:
         message = ""
     level, message = _with_remarks(level, message, remarks)

@@ -129,10 +129,9 @@ class Supervisor:
             return
         self._held = 0
         self._ticked = True
-        gait = self._gait
-        self._close(
-            self._motions.update(status.state, status.motion, gait.motion_waits, gait.motion_ended)
-        )
+        if self._motions.is_open:
+            waits, ended = self._gait.motion_waits, self._gait.motion_ended
+            self._close(self._motions.update(status.state, status.motion, waits, ended))
 
     def _allowed(self, stamp: int, command: VelocityCommand) -> VelocityCommand:
         """The command, or standstill until motors and gyro are ready."""
@@ -233,8 +232,9 @@ class Supervisor:
 
     def take_results(self) -> tuple[str, ...]:
         """What became of motions since the last call, as `name: outcome`."""
-        results = tuple(self._results)
-        self._results.clear()
+        if not self._results:
+            return ()
+        results, self._results = tuple(self._results), []
         return results
 
     def _sit_down(self, reason: str) -> None:

@@ -418,6 +418,25 @@ def test_silent_sensors_are_logged_when_they_fall_silent_and_when_they_return() 
     ]
 
 
+def test_joint_states_that_are_refused_are_not_silent() -> None:
+    robot = Robot()
+    robot.pose = robot.pose[1:]
+    for _ in range(60):
+        robot.tick(25)
+        robot.take(robot.controller.watch())
+    assert robot.reports()["sensors"].message.startswith("no usable joint_states so far; ")
+    assert "no usable joint_states in the first 10 s: they are refused" in robot.log
+    robot.pose = ROBOT.stand_pose.tolist()
+    robot.tick(25)
+    robot.pose = robot.pose[1:]
+    robot.stamp += 2_000 * MS
+    robot.tick(200)
+    robot.take(robot.controller.watch())
+    expected = "no usable joint_states for over 1 s: the robot holds its last targets"
+    assert robot.log[-1] == expected
+    assert not any("is a robot running" in text for text in robot.log)
+
+
 def test_ticks_that_take_too_long_for_half_an_hour_are_few_lines(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
