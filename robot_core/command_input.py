@@ -80,8 +80,8 @@ class CommandInput:
         """Read a command that was admitted; if it is usable, its sender is in control.
 
         Args:
-            sender: header.frame_id of the command.
-            now: Time [s] of the robot's clock, in a simulation the simulated time.
+            sender: As for `admit`.
+            now: As for `admit`.
             stamp: [ns] of the sensors that the command answers; 0 = of none.
             names: Joints in any order; joints that are not named keep target and stiffness.
             position: [rad], one for each name.

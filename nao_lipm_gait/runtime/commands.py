@@ -13,14 +13,10 @@ LONGEST_BIAS_WAIT = 20.0
 
 
 class HeldVelocity:
-    """Holds the last velocity command until it times out, on the clock of the sensor stamps.
+    """Holds the last velocity command until its `timeout` [s], on the clock of the sensor stamps.
 
     That clock stands still when the robot does, so a paused simulation does not time out, and runs
     are reproducible. With several senders the newest command counts.
-
-    Args:
-        timeout: [s].
-        say: Takes the line of a timeout.
 
     Attributes:
         timed_out: The last command was to move, and it is too old.
@@ -40,12 +36,9 @@ class HeldVelocity:
         self.timed_out = False
 
     def receive(self, command: VelocityCommand, now: int | None) -> None:
-        """Keep a command.
+        """Keep a command of the newest sensor stamp, `now` [ns].
 
-        Args:
-            command: The command.
-            now: The newest sensor stamp [ns]; None before the first, the command's time then begins
-                with the first frame.
+        Before the first it is None: the command's time then begins with the first frame.
         """
         self._command = command
         self._received = now
@@ -74,11 +67,8 @@ class HeldVelocity:
 class BiasWait:
     """The stand before the first walk, in which the gait learns the bias of its gyro.
 
-    Args:
-        longest: Longest time [s] to stand; 0 does not wait.
-
     Attributes:
-        longest: Longest time [s] to stand.
+        longest: Longest time [s] to stand; 0 does not wait.
         over: The robot may walk.
         known: The wait is over because the bias is known.
     """
@@ -94,13 +84,9 @@ class BiasWait:
         self._stands_since: int | None = None
 
     def update(self, stamp: int, state: GaitState, drift_sigma: float | None) -> bool:
-        """Whether to stand in this tick.
+        """Whether to stand in this tick of the stamp [ns].
 
-        Args:
-            stamp: Stamp [ns] of the sensor frame.
-            state: Mode of the gait.
-            drift_sigma: Deviation [rad/s] of the drift of a held heading, see
-                `Gait.heading_drift_sigma`; None before the first tick.
+        drift_sigma: see `Gait.heading_drift_sigma` [rad/s]; None before the first tick.
         """
         if self.over:
             return False

@@ -6,7 +6,6 @@ The ROS node, the fault trials and the benchmarks run this same class. The way o
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
@@ -15,7 +14,7 @@ from nao_lipm_gait.parameters import BY_NAME, NEEDS_RESET, GaitParameters
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput
 from nao_lipm_gait.runtime.intake import Gaps, Intake, NewTime, Taken
 from nao_lipm_gait.runtime.reporter import PublisherCounts, Reporter
-from nao_lipm_gait.runtime.supervisor import Supervisor
+from nao_lipm_gait.runtime.supervisor import ControllerSettings, Supervisor
 from nao_lipm_gait.runtime.target_guard import GuardedTargets, TargetGuard
 from robot_core.errors import NaoGaitError
 from robot_core.head_goals import Goal
@@ -32,25 +31,7 @@ from robot_core.types import (
     SensorFrame,
 )
 
-
-@dataclass(frozen=True, slots=True)
-class ControllerSettings:
-    """What does not change while the controller runs.
-
-    Attributes:
-        control_period: Time between two joint states [s].
-        cmd_vel_timeout: Age [s] at which a velocity command means stop.
-        imu_patience: Time [s] without an IMU after which the robot stops walking.
-        bias_wait: Longest time [s] to stand before the first walk until the gyro's bias is known; a
-            walk with an unknown bias turns.
-        hot_speed: Factor on the commanded velocity while a motor is hot; 1 = unchanged.
-    """
-
-    control_period: float = 0.01
-    cmd_vel_timeout: float = 0.5
-    imu_patience: float = 0.1
-    bias_wait: float = 0.0
-    hot_speed: float = 1.0
+__all__ = ["Answer", "ControllerSettings", "GaitController", "Output"]
 
 
 class Answer(NamedTuple):
@@ -113,14 +94,7 @@ class GaitController:
         self._reporter = Reporter(self._gait, period, clock)
         self._intake = Intake(robot, period, self._reporter.say)
         self._intake.set_delay(parameters.feedback_delay)
-        self._supervisor = Supervisor(
-            self._gait,
-            self._reporter.say,
-            cmd_vel_timeout=settings.cmd_vel_timeout,
-            imu_patience=settings.imu_patience,
-            bias_wait=settings.bias_wait,
-            hot_speed=settings.hot_speed,
-        )
+        self._supervisor = Supervisor(self._gait, settings, self._reporter.say)
         self.parameters = parameters
         self.last_status: GaitStatus | None = None
 

@@ -135,11 +135,7 @@ class Intake:
         self._validation.sent(targets)
 
     def imu(self, message: ImuInput) -> Taken:
-        """Take an IMU message.
-
-        Raises:
-            NaoGaitError: If it cannot be used.
-        """
+        """Take an IMU message; raises NaoGaitError if it cannot be used."""
         frame = self._sync.add_imu(self._validation.imu(message))
         return NOTHING if frame is None else self._completed((frame,))
 
@@ -190,11 +186,7 @@ class Intake:
         return self._completed(frames, new_time)
 
     def overdue(self, tilt: tuple[float, float]) -> Taken:
-        """Use joints whose IMU sample has not arrived in time; `tilt` as in `joints`.
-
-        Raises:
-            NaoGaitError: If there has never been an IMU sample.
-        """
+        """Use joints whose IMU sample has not arrived in time; `tilt` and errors as in `joints`."""
         frame = self._sync.overdue(tilt)
         return NOTHING if frame is None else self._completed((frame,))
 
@@ -215,13 +207,7 @@ class Intake:
     # -- stamps that are not the next one ----------------------------------------------------------
 
     def _repeated(self, stamp: int, tilt: tuple[float, float], *, asked: bool) -> Taken:
-        """The sender missed the answer, or the IMU sample of the stamp [ns] is missing.
-
-        Args:
-            stamp: The stamp [ns].
-            tilt: As in `joints`.
-            asked: The sender has waited for an answer and asks again.
-        """
+        """The sender missed the answer, and may have `asked` again, or an IMU sample is missing."""
         try:
             frame = self._sync.repeat(stamp, tilt)
         except NaoGaitError as no_imu:
@@ -262,14 +248,7 @@ class Intake:
             self._say.event(SENSORS, Level.WARN, error.field, text, burst=5)
 
     def _begin(self, step: Step, sample: JointSample, gap: int, now: float) -> NewTime:
-        """Continue on a new time base.
-
-        Args:
-            step: FIRST, BACKWARDS or JUMP.
-            sample: The first joint state.
-            gap: Time [ns] since the last stamp.
-            now: Wall time [s].
-        """
+        """Continue on a new time base that begins with `sample`, `gap` [ns] after the last one."""
         first, stamp, last = step is Step.FIRST, sample.stamp, self._last_position
         near = last is not None and float(np.abs(sample.position - last).max()) < STEADY_ANGLE
         steady = first or (now - self._continued_at < STEADY_TIME and near)

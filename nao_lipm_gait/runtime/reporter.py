@@ -21,6 +21,18 @@ LEASE = 25.0
 """[s] for which discovery keeps a process that was killed: by default 20 s in Fast DDS, 10 s in
 Cyclone DDS. One publisher too many is logged only after it; the reports show it at once."""
 _CRASHES_MAX = 32
+_MORE_PUBLISHERS = {
+    "joint_states": (
+        SENSORS, Level.ERROR,
+        "; allowed: one robot; does another run share this ROS_DOMAIN_ID?",
+    ),
+    "joint_command": (
+        WALK, Level.ERROR,
+        "; allowed: one gait; the simulated robot executes only the commands of the first",
+    ),
+    "cmd_vel": (COMMANDS, Level.WARN, "; the newest command counts"),
+}  # fmt: skip
+"""Report, level and what is said of more than one publisher on a topic."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,23 +184,8 @@ class Reporter:
 
     def note_publishers(self, counts: PublisherCounts) -> None:
         """Report topics that have more publishers than they should; once per second."""
-        n = counts.joint_states
-        self._check_publishers(
-            "joint_states", n, SENSORS, Level.ERROR,
-            f"{n} publishers on joint_states; allowed: one robot; does another run share this "
-            "ROS_DOMAIN_ID?",
-        )  # fmt: skip
-        n = counts.joint_command
-        self._check_publishers(
-            "joint_command", n, WALK, Level.ERROR,
-            f"{n} publishers on joint_command; allowed: one gait; the simulated robot "
-            "executes only the commands of the first",
-        )  # fmt: skip
-        n = counts.cmd_vel
-        self._check_publishers(
-            "cmd_vel", n, COMMANDS, Level.WARN,
-            f"{n} publishers on cmd_vel; the newest command counts",
-        )  # fmt: skip
+        for topic, (group, level, text) in _MORE_PUBLISHERS.items():
+            self._check_publishers(topic, getattr(counts, topic), group, level, text)
         if counts.mismatched:
             self.say.begin(COMMANDS, Level.ERROR, "cmd_vel type", counts.mismatched)
         else:
@@ -197,7 +194,7 @@ class Reporter:
     def _check_publishers(
         self, topic: str, count: int, group: str, level: Level, text: str
     ) -> None:
-        key = f"publishers of {topic}"
+        key, text = f"publishers of {topic}", f"{count} publishers on {topic}{text}"
         if count <= 1:
             self._more_since.pop(topic, None)
             self.say.end(key, f"one publisher on {topic} again")
@@ -216,8 +213,8 @@ class Reporter:
         Args:
             parameters: Of the gait.
             velocity: The commanded velocity.
-            stamp: Newest stamp of joint states [ns]; None before the first.
-            missed: Joint states that never arrived.
+            stamp: See `Intake.stamp`.
+            missed: See `Intake.missed`.
         """
         health = Health(
             ticks=self._ticks.summarize(),

@@ -19,14 +19,7 @@ _SHOWN = 3
 
 @dataclass(frozen=True, slots=True)
 class TickSummary:
-    """Durations of ticks.
-
-    Attributes:
-        count: Number of ticks.
-        p50: Median [us].
-        p99: 99th percentile [us].
-        maximum: [us].
-    """
+    """Number of ticks, and their durations [us]."""
 
     count: int
     p50: float
@@ -42,11 +35,8 @@ def quantile(ordered: Sequence[float], share: float) -> float:
 class TickTimes:
     """Durations of ticks since the last summary, the newest 10000 at most, and missed deadlines.
 
-    A tick that takes longer than a control period misses its deadline. That is late only if the
-    robot did not wait: in lockstep, no joint state arrives before the last one is answered.
-
-    Args:
-        period: The control period [s].
+    A tick that takes longer than a control `period` [s] misses its deadline. That is late only if
+    the robot did not wait: in lockstep, no joint state arrives before the last one is answered.
 
     Attributes:
         misses: Ticks that took longer than a control period, since the start.
@@ -66,11 +56,7 @@ class TickTimes:
             self._missed_until = end
 
     def was_late(self, arrived: float) -> bool:
-        """Whether the tick before was late; to be called with each new joint state.
-
-        Args:
-            arrived: Arrival of the joint state [s], on the clock of `add`.
-        """
+        """Whether the tick before was late; for each joint state, which `arrived` [s]."""
         end, self._missed_until = self._missed_until, None
         return end is not None and arrived < end
 
@@ -87,17 +73,17 @@ class TickTimes:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """The state of the gait at the end of a second.
+    """The state of the gait at the end of a second; what is None has not happened yet.
 
     Attributes:
-        ticks: Ticks of this second; None without a tick.
-        sensor_age: Wall time [s] since the last joint state; None before the first.
+        ticks: Ticks of this second.
+        sensor_age: Wall time [s] since the last joint state.
         missed_ticks: Frames that never arrived, since the start.
         rejected: Refused messages per topic, since the start.
         faults: Ticks whose targets were held or clipped by the guard, since the start.
         deadline_misses: Ticks that took longer than a control period, since the start.
-        status: Status of the last tick; None before the first.
-        command_age: Sensor time [s] since the last velocity command; None before the first.
+        status: Status of the last tick.
+        command_age: Sensor time [s] since the last velocity command.
         command_timed_out: A command to move is too old, so the robot stops.
         gyro_bias_sigma: Standard deviation of the gyro's bias [rad/s].
         joints_refused: Joint states arrive, but cannot be read.
@@ -120,12 +106,9 @@ class Health:
 
 def reports(health: Health) -> tuple[Report, ...]:
     """Make one report each for the sensors, the walk and the commands."""
+    makers = {SENSORS: _sensors, WALK: _walk, COMMANDS: _commands}
     remarks = health.remarks or {}
-    return (
-        _sensors(health, remarks.get(SENSORS, ())),
-        _walk(health, remarks.get(WALK, ())),
-        _commands(health, remarks.get(COMMANDS, ())),
-    )
+    return tuple(make(health, remarks.get(group, ())) for group, make in makers.items())
 
 
 def _with_remarks(level: Level, message: str, remarks: Sequence[Remark]) -> tuple[Level, str]:

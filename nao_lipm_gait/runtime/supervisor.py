@@ -1,5 +1,6 @@
 """What the gait gets in a tick: the commanded velocity, or what the state of the robot allows."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from nao_lipm_gait.gait import Gait
@@ -33,41 +34,49 @@ SIT_DOWN = "sit"
 """Motion that saves hot legs."""
 
 
+@dataclass(frozen=True, slots=True)
+class ControllerSettings:
+    """What does not change while the controller runs.
+
+    Attributes:
+        control_period: Time between two joint states [s].
+        cmd_vel_timeout: Age [s] at which a velocity command means stop.
+        imu_patience: Time [s] without an IMU after which the robot stops walking.
+        bias_wait: Longest time [s] to stand before the first walk until the gyro's bias is known; a
+            walk with an unknown bias turns.
+        hot_speed: Factor on the commanded velocity while a motor is hot; 1 = unchanged.
+    """
+
+    control_period: float = 0.01
+    cmd_vel_timeout: float = 0.5
+    imu_patience: float = 0.1
+    bias_wait: float = 0.0
+    hot_speed: float = 1.0
+
+
 class Supervisor:
     """Decides what the gait gets, by the commands and by what is wrong with the robot.
 
     Args:
         gait: The gait, of which it requests a stand, a restart, a fall or a motion.
+        settings: What does not change.
         say: Takes what is to be said.
-        cmd_vel_timeout: Age [s] at which a velocity command means stop.
-        imu_patience: Time [s] without an IMU after which the robot stops walking.
-        bias_wait: See `BiasWait`.
-        hot_speed: See `HeatWatch`.
 
     Attributes:
         velocity: The commanded velocity.
     """
 
-    def __init__(
-        self,
-        gait: Gait,
-        say: Diagnostics,
-        *,
-        cmd_vel_timeout: float,
-        imu_patience: float,
-        bias_wait: float,
-        hot_speed: float,
-    ) -> None:
+    def __init__(self, gait: Gait, settings: ControllerSettings, say: Diagnostics) -> None:
         self._gait = gait
         self._say = say
-        self.velocity = HeldVelocity(cmd_vel_timeout, say)
-        self._bias_wait = BiasWait(bias_wait)
+        self.velocity = HeldVelocity(settings.cmd_vel_timeout, say)
+        self._bias_wait = BiasWait(settings.bias_wait)
         self._motions = MotionRequests()
         self._results: list[str] = []
         self._loads = SoleLoads(gait.mass)
         self._lift = None if gait.robot.force_sensors is None else LiftWatch(self._loads)
-        self._outage = SensorOutage(self._loads, imu_patience)
-        self._heat = HeatWatch(gait.robot, say, hot_speed)
+        self._outage = SensorOutage(self._loads, settings.imu_patience)
+        self._heat = HeatWatch(gait.robot, say, settings.hot_speed)
         self._motors_ready = True
         self._ticked = False
         self._held = 0

@@ -21,10 +21,10 @@ class Stepper(Protocol):
     """The part of `Gait` that is guarded."""
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
-        """One control tick."""
+        """See `Gait.step`."""
 
     def coast(self) -> JointTargets | None:
-        """Targets for a control period without a frame; None if there are none."""
+        """See `Gait.coast`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +43,7 @@ class GuardedTargets:
 
 
 class TargetGuard:
-    """Runs the gait's tick so that every exception and every bad target ends here.
-
-    Args:
-        gait: The gait.
-        robot: Robot whose limits apply.
-        control_period: Time between two frames [s].
-    """
+    """Runs the gait's tick so that every exception and every bad target ends here."""
 
     def __init__(
         self, gait: Stepper, robot: RobotDescription, control_period: float = 0.01

@@ -60,13 +60,7 @@ COMMAND_AGE = 300_000_000
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """A validated IMU message.
-
-    Attributes:
-        stamp: [ns].
-        angular_velocity: (3,) [rad/s] in the torso frame.
-        linear_acceleration: (3,) specific force [m/s^2] in the torso frame.
-    """
+    """A validated IMU message [ns, (3,) rad/s, (3,) m/s^2] in the torso frame."""
 
     stamp: int
     angular_velocity: FloatArray
@@ -75,23 +69,14 @@ class ImuSample:
 
 @dataclass(frozen=True, slots=True)
 class JointSample:
-    """A validated joint state, in the order of the robot's joints.
-
-    Attributes:
-        stamp: [ns].
-        position: (n,) [rad].
-    """
+    """A validated joint state [ns, (n,) rad], in the order of the robot's joints."""
 
     stamp: int
     position: FloatArray
 
 
 class JointReader:
-    """Reads joints by name into the order of the robot's joint arrays.
-
-    Args:
-        robot: The robot whose joints must all be there.
-    """
+    """Reads joints by name into the order of the robot's joints, which must all be there."""
 
     def __init__(self, robot: RobotDescription) -> None:
         self._order = robot.joint_names
@@ -101,22 +86,12 @@ class JointReader:
         self._indices = np.zeros(0, dtype=np.intp)
 
     def read(self, message: JointInput) -> FloatArray:
-        """Check the fields of a message.
-
-        Returns:
-            Position (n,) [rad].
-
-        Raises:
-            NaoGaitError: With the field that is refused.
-        """
+        """Position (n,) [rad] of a message; NaoGaitError names the field that is refused."""
         indices = self._indices_of(message.names)
         count = len(message.names)
         if len(message.position) != count:
-            raise NaoGaitError(
-                "joint_states position",
-                f"{len(message.position)} values",
-                f"{count}, one for each name",
-            )
+            got = f"{len(message.position)} values"
+            raise NaoGaitError("joint_states position", got, f"{count}, one for each name")
         q = np.asarray(message.position, dtype=float)[indices]
         inside = (q >= self._lower) & (q <= self._upper)  # false for NaN as well
         if not inside.all():
@@ -133,16 +108,12 @@ class JointReader:
             return self._indices
         place = {name: index for index, name in enumerate(names)}
         if len(place) != len(names):
-            raise NaoGaitError(
-                "joint_states name", f"{repeated(names)} more than once", "each joint once"
-            )
+            twice = f"{repeated(names)} more than once"
+            raise NaoGaitError("joint_states name", twice, "each joint once")
         missing = [name for name in self._order if name not in place]
         if missing:
-            raise NaoGaitError(
-                "joint_states name",
-                f"no {some(missing)}",
-                f"all {len(self._order)} joints of the robot, in any order",
-            )
+            allowed = f"all {len(self._order)} joints of the robot, in any order"
+            raise NaoGaitError("joint_states name", f"no {some(missing)}", allowed)
         self._indices = np.array([place[name] for name in self._order], dtype=np.intp)
         self._names = list(names)
         return self._indices
@@ -174,12 +145,12 @@ class StepFilter:
     def apply(
         self, values: FloatArray, step: FloatArray | float, substitute: FloatArray | None = None
     ) -> tuple[FloatArray, np.ndarray]:
-        """Filter one sample.
+        """Filter one sample (n,).
 
         Args:
-            values: (n,) as measured.
-            step: (n,) or one for all: the largest plausible change.
-            substitute: (n,) what to use instead, for as long as needed; None = the last output, for
+            values: As measured.
+            step: Largest plausible change, (n,) or one for all.
+            substitute: (n,) What to use instead, for as long as needed; None = the last output, for
                 at most SPIKE_SAMPLES samples.
 
         Returns:
@@ -230,14 +201,9 @@ class CommandHistory:
         self._sent.append(targets)
 
     def position_at(self, stamp: int, delay: int) -> FloatArray | None:
-        """Where the joints should be.
+        """Where the joints (n,) [rad] should be at `stamp` [ns], `delay` [ns] after the command.
 
-        Args:
-            stamp: [ns].
-            delay: Time until a command shows in the sensors [ns].
-
-        Returns:
-            (n,) [rad]; None if there is no command that recent, or it took the torque off.
+        None if there is no command that recent, or it took the torque off.
         """
         for targets in reversed(self._sent):
             age = stamp - delay - targets.stamp
@@ -251,15 +217,15 @@ class SensorValidation:
 
     Args:
         robot: The robot that is measured.
-        diagnostics: Takes what was found.
+        say: Takes what was found.
 
     Attributes:
         unread_since: Stamp of the first of the joint states in a row that were substituted at least
             in part [ns]; None while joints are read.
     """
 
-    def __init__(self, robot: RobotDescription, diagnostics: Diagnostics) -> None:
-        self._diagnostics = diagnostics
+    def __init__(self, robot: RobotDescription, say: Diagnostics) -> None:
+        self._say = say
         self._reader = JointReader(robot)
         self._names = robot.joint_names
         self._fastest = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
@@ -280,12 +246,7 @@ class SensorValidation:
         self._joints_stuck = False
 
     def restart(self, joints: JointSample, steady: bool) -> None:
-        """Begin again on a new time base.
-
-        Args:
-            joints: The first sample of it.
-            steady: The robot has not moved meanwhile, so the gyro's last value is still good.
-        """
+        """Begin a new time base with `joints`; the gyro of a `steady` robot is still good."""
         self._forget_repeats(joints.position)
         self._commands.clear()
         self.unread_since = None
@@ -301,11 +262,7 @@ class SensorValidation:
     # -- IMU ---------------------------------------------------------------------------------------
 
     def imu(self, message: ImuInput) -> ImuSample:
-        """Validate an IMU message.
-
-        Raises:
-            NaoGaitError: If it cannot be used, or the IMU is stuck.
-        """
+        """Validate an IMU message; NaoGaitError if it cannot be used, or the IMU is stuck."""
         stamp = stamp_of(message.sec, message.nanosec, "imu/data header.stamp")
         for field, covariance in (
             ("angular_velocity", message.angular_velocity_covariance),
@@ -335,7 +292,7 @@ class SensorValidation:
                 f"{rate[axis]:.3g}; allowed: steps of {limit:.3g} rad/s; "
                 "the last sample is used"
             )
-            self._diagnostics.event(SENSORS, Level.WARN, "gyro spike", text)
+            self._say.event(SENSORS, Level.WARN, "gyro spike", text)
             acceleration = self._acceleration
         self._check_orientation(message)
         if self._imu_is_stuck(rotation, force):
@@ -356,7 +313,7 @@ class SensorValidation:
                 "a unit quaternion, or orientation_covariance[0] = -1 for none",
             )
             text = f"{error}; the gait does not use it and walks on"
-            self._diagnostics.event(SENSORS, Level.WARN, error.field, text)
+            self._say.event(SENSORS, Level.WARN, error.field, text)
 
     def _imu_is_stuck(self, rotation: tuple[float, ...], force: tuple[float, ...]) -> bool:
         values = (rotation, force)
@@ -373,11 +330,7 @@ class SensorValidation:
     # -- joints ------------------------------------------------------------------------------------
 
     def read_joints(self, message: JointInput, stamp: int) -> JointSample:
-        """Check the fields of a joint state that does not follow the last one; keep nothing.
-
-        Raises:
-            NaoGaitError: With the field that is refused.
-        """
+        """Check the fields of a joint state that does not follow the last one; keep nothing."""
         return JointSample(stamp, self._reader.read(message))
 
     def next_joints(
@@ -385,14 +338,8 @@ class SensorValidation:
     ) -> JointSample:
         """Validate the joint state that follows the last one.
 
-        Args:
-            message: The joint state.
-            stamp: Its stamp [ns].
-            delay: Time until a command shows in the sensors [ns].
-            walking: The robot walks, so its joints must move.
-
-        Returns:
-            The sample; positions that cannot be used are replaced by the commanded ones.
+        Positions that cannot be used are replaced by those that were commanded `delay` [ns] before.
+        The joints of a robot that is `walking` must move.
 
         Raises:
             NaoGaitError: If the joints cannot be read and no command tells where they are.
@@ -403,7 +350,7 @@ class SensorValidation:
         except NaoGaitError as error:
             if commanded is None:
                 raise
-            self._diagnostics.rejected["joint_states"] += 1
+            self._say.rejected["joint_states"] += 1
             return self._substituted(stamp, commanded, str(error), error.field)
         if self._are_stuck(position, commanded, walking) and commanded is not None:
             trouble = "joint_states position: stuck while the robot walks"
@@ -434,7 +381,7 @@ class SensorValidation:
     ) -> JointSample:
         self.unread_since = stamp if self.unread_since is None else self.unread_since
         text = f"{trouble}; using the commanded joint positions"
-        self._diagnostics.event(SENSORS, Level.WARN, key, text, burst=5)
+        self._say.event(SENSORS, Level.WARN, key, text, burst=5)
         return JointSample(stamp, commanded)
 
     def _without_spikes(
@@ -451,5 +398,5 @@ class SensorValidation:
             f"joint_states position[{self._names[joint]}]: got {position[joint]:.3g}; allowed: "
             f"changes of {self._fastest[joint]:.3g} rad/s; {filtered[joint]:.3g} is used"
         )
-        self._diagnostics.event(SENSORS, Level.WARN, "joint spike", text)
+        self._say.event(SENSORS, Level.WARN, "joint spike", text)
         return filtered

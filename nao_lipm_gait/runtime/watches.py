@@ -37,11 +37,7 @@ TEMPERATURE_AGE = 10.0
 
 
 class SoleLoads:
-    """Tells from the normal forces since when the soles carry the robot, or do not.
-
-    Args:
-        mass: Mass of the robot [kg].
-    """
+    """Tells from the normal forces since when the soles carry the robot's mass [kg], or do not."""
 
     def __init__(self, mass: float) -> None:
         self._least = LIGHT_SHARE * mass * GRAVITY

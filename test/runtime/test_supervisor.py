@@ -8,7 +8,7 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.diagnostics import Diagnostics
 from nao_lipm_gait.runtime.inputs import LoadInput, TemperatureInput, TwistInput
 from nao_lipm_gait.runtime.intake import Gaps, NewTime
-from nao_lipm_gait.runtime.supervisor import HELD_MAX, Supervisor
+from nao_lipm_gait.runtime.supervisor import HELD_MAX, ControllerSettings, Supervisor
 from nao_lipm_gait.runtime.watches import JOINT_PATIENCE, LIFT_TIME
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
@@ -34,10 +34,8 @@ class Supervised:
         self.stamp = 1_000 * MS
         self.say = Diagnostics(lambda: 0.0)
         self.gait = Gait(ROBOT, GaitParameters())
-        self.supervisor = Supervisor(
-            self.gait, self.say, cmd_vel_timeout=0.5, imu_patience=0.1, bias_wait=bias_wait,
-            hot_speed=hot_speed,
-        )  # fmt: skip
+        settings = ControllerSettings(bias_wait=bias_wait, hot_speed=hot_speed)
+        self.supervisor = Supervisor(self.gait, settings, self.say)
 
     def drive(self) -> None:
         self.supervisor.receive(TwistInput((0.2, 0.0, 0.0), (0.0, 0.0, 0.0)), self.stamp)
