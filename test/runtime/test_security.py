@@ -105,7 +105,8 @@ def test_everything_that_joins_ros_limits_discovery_before() -> None:
             before = text[: text.index("rclpy.init(")]
             # A claimed domain is limited to this machine as well.
             assert "stay_local()" in before or "DomainClaim()" in text, path
-    assert RANGE in (ROOT / "launch" / "walk.launch.py").read_text(encoding="utf-8")
+    launching = (ROOT / "gait_lab" / "launching.py").read_text(encoding="utf-8")
+    assert 'EnvironmentVariable(RANGE, default_value="LOCALHOST")' in launching
 
 
 # -- the SROS2 policy ------------------------------------------------------------------------------
