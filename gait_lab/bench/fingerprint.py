@@ -1,8 +1,9 @@
 """Hashes of reference rollouts: the same hashes, the same walk to the bit.
 
-Every preset walks a short course of commands with a push, and every motion of a robot
-that begins from a stand, the front or the back runs once, in each engine; in MuJoCo, every fault of
-the gait disturbs one walk, and four players play without a referee. Hashed are the motion itself
+Every preset walks a short course of commands with a push, the default one also sideways, and every
+motion of a robot that begins from a stand, the front or the back runs once, in each engine; in
+MuJoCo, every fault of the gait disturbs one walk, and four players play without a referee, and with
+one. Hashed are the motion itself
 (joints, torso, motor torques) and the gait's own estimates (odometry, CoM), so that a refactoring
 can show that it changed nothing, and a figure can say which walk it was measured on.
 """
@@ -18,6 +19,7 @@ import numpy as np
 
 from gait_lab.faults.campaign import FAULTS
 from gait_lab.faults.harness import Harness
+from gait_lab.soccer.match import Match, MatchSpec
 from gait_lab.soccer.pitch import practice
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
@@ -74,6 +76,14 @@ COURSE = (
     (7.0, STANDSTILL),
 )
 """Times [s] and commands, linear between them."""
+SIDE_COURSE = (
+    (1.0, STANDSTILL),
+    (2.0, VelocityCommand(0.0, 0.22, 0.0)),
+    (4.0, VelocityCommand(0.0, 0.22, 0.0)),
+    (5.0, VelocityCommand(0.05, -0.2, 0.2)),
+    (7.0, VelocityCommand(0.0, -0.22, 0.0)),
+    (7.5, STANDSTILL),
+)
 COURSE_TIME = 8.5
 """[s]"""
 PUSH = Push(time=3.0, impulse=0.6, direction=math.radians(100.0))
@@ -87,6 +97,8 @@ PLACE_TOLERANCE, TURN_TOLERANCE = 0.02, math.radians(2.0)
 """[m] and [rad] between two ends of the same walk on other processors."""
 PLAY_SCENE, PLAY_TIME = "pitch_small", 6.0
 """Scene of the players, and for how long [s] they play; they reach the ball in it."""
+MATCH_TIME = 32.0
+"""[s] of the match with a referee; the ball is in play for the last third."""
 MOTION_AT, MOTION_REST = 1.5, 1.0
 """[s] when a motion is requested, and for how long the robot is watched after it."""
 
@@ -98,7 +110,8 @@ class Case:
     Attributes:
         engine: `mujoco` or `pybullet`.
         robot: Name of the URDF.
-        name: `walk/PRESET`, `motion/ROBOT/MOTION`, `fault/FAULT` or `soccer/play`.
+        name: `walk/PRESET`, `side/PRESET`, `motion/ROBOT/MOTION`, `fault/FAULT`, `soccer/play` or
+            `soccer/match`.
     """
 
     engine: str
@@ -148,6 +161,7 @@ def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
             if engine == "mujoco" and preset == "ideal":
                 continue  # motors without any lag are PyBullet's alone
             yield Case(engine, robot, f"walk/{preset}")
+        yield Case(engine, "nao_h21_v33", "side/default")
         for robot in ("nao_h21_v33", "bruno"):
             for name, motion in shipped_library(loaded_robot(robot)).motions.items():
                 if any(map(motion.begins_from, STARTS)):
@@ -156,13 +170,16 @@ def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
             for fault in FAULTS:
                 yield Case(engine, "nao_h21_v33", f"fault/{fault}")
             yield Case(engine, "nao_h21_v33", "soccer/play")
+            yield Case(engine, "nao_h21_v33", "soccer/match")
 
 
 def fingerprint(case: Case) -> Fingerprint:
     """Run one reference rollout."""
     kind, _, name = case.name.partition("/")
     run: Callable[[Case, str], Iterator[Moment]]
-    run = {"walk": _walk, "motion": _motion, "fault": _fault, "soccer": _soccer}[kind]
+    run = {
+        "walk": _walk, "side": _sideways, "motion": _motion, "fault": _fault, "soccer": _soccer,
+    }[kind]  # fmt: skip
     whole = hashlib.sha256()
     states: Sequence[State] = ()
     for states, others in run(case, name.rpartition("/")[2]):
@@ -203,9 +220,12 @@ def _bytes(truth: GroundTruth, status: GaitStatus | None) -> bytes:
     return b"".join(np.asarray(array, dtype=float).tobytes() for array in arrays)
 
 
-def _command_at(time: float, share: float) -> VelocityCommand:
-    times = [knot for knot, _ in COURSE]
-    axes = zip(*(command for _, command in COURSE), strict=True)
+Knots = Sequence[tuple[float, VelocityCommand]]
+
+
+def _command_at(course: Knots, time: float, share: float) -> VelocityCommand:
+    times = [knot for knot, _ in course]
+    axes = zip(*(command for _, command in course), strict=True)
     x, y, yaw = (share * float(np.interp(time, times, axis)) for axis in axes)
     return VelocityCommand(x, y, yaw)
 
@@ -221,10 +241,14 @@ def _spec(case: Case, preset: str, **options: Any) -> TrialSpec:
     )
 
 
-def _walk(case: Case, preset: str) -> Iterator[Moment]:
+def _sideways(case: Case, preset: str) -> Iterator[Moment]:
+    return _walk(case, preset, SIDE_COURSE)
+
+
+def _walk(case: Case, preset: str, course: Knots = COURSE) -> Iterator[Moment]:
     _, plant, options, share = PRESETS[preset]
     spec = _spec(case, preset, plant=plant, plant_options=options)
-    policy = TimedCommands(lambda time: _command_at(time, share), (PUSH,))
+    policy = TimedCommands(lambda time: _command_at(course, time, share), (PUSH,))
     with make_world(spec) as world:
         ticks = run(world, make_gait(spec), policy)
         for tick in islice(ticks, round(COURSE_TIME / CONTROL_PERIOD)):
@@ -271,7 +295,17 @@ def _fault(case: Case, name: str) -> Iterator[Moment]:
             yield [(harness.truth, status)], ()
 
 
-def _soccer(case: Case, _: str) -> Iterator[Moment]:
+def _soccer(case: Case, name: str) -> Iterator[Moment]:
+    if name == "match":
+        spec = MatchSpec(scene=PLAY_SCENE, seed=SEED, engine=case.engine, frames=False)
+        with Match(spec) as match:
+            for ticks in islice(match.run(), round(MATCH_TIME / CONTROL_PERIOD)):
+                score = tuple(match.referee.score.values())
+                yield (
+                    [(tick.truth, tick.status) for tick in ticks],
+                    (*match.pitch.ball_position, *score),
+                )
+        return
     with practice(load_scene(PLAY_SCENE), SEED, case.engine, "reference") as pitch:
         periods = round(PLAY_TIME / CONTROL_PERIOD)
         for ticks in islice(pitch.run(lambda _: None), periods):

@@ -327,12 +327,13 @@ INTRODUCTION = """\
 # Results
 
 Written by `nao_gait results` from [results.csv](results.csv), which holds every measured value
-({sections} sections, {rows} rows); `nao_gait bench SUITE` prints all tables of a suite. Physics and
-noise have seeds: the same walk gives the same figures. Robots are individuals drawn from the plant
-([plants.md](plants.md)): 40 to 59, while the parameters were chosen on others; engine MuJoCo. A
-speed counts only without a fall, with flight of at most 5 %, slip of at most 3 cm/s and no contact
-of the legs. Paper: Graf and Röfer on a real NAO. placo: its open-loop walk on a similar plant, nine
-robots with stronger motors. NAO: the fastest walk measured on NAO hardware. {form}
+({sections} sections, {rows} rows) with commit and command; `nao_gait bench SUITE` prints all tables
+of a suite. Physics and noise have seeds: the same walk gives the same figures. Robots are
+individuals drawn from the plant ([plants.md](plants.md)): 40 to 59, while the parameters were
+chosen on others; engine MuJoCo. A speed counts only without a fall, with flight of at most 5 %,
+slip of at most 3 cm/s and no contact of the legs. Paper: Graf and Röfer on a real NAO. placo: its
+open-loop walk on a similar plant, nine robots with stronger motors. NAO: the fastest walk measured
+on NAO hardware. {form}
 """
 
 
@@ -340,7 +341,7 @@ def write_page(docs: Path) -> Path:
     """Write results.md and its figures from results.csv; the path of the page."""
     results = load(docs / "results.csv")
     commits = sorted({each.commit for each in results.values()})
-    form = f"Measured at {'commit' if len(commits) == 1 else 'commits'} {', '.join(commits)}."
+    form = f"Measured at commit {commits[0]}." if len(commits) == 1 else ""
     if quick := [name for name, each in results.items() if each.head["quick"]]:
         form += f" In the quick form, few robots and short windows: {', '.join(quick)}."
     rows = sum(len(each.rows) for each in results.values())

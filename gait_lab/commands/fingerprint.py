@@ -50,12 +50,9 @@ def _read(file: Path) -> dict[str, list[Any]]:
 def _changed(
     before: Mapping[str, Sequence[Any]], found: "Mapping[str, Fingerprint]", engines: Sequence[str]
 ) -> list[str]:
-    """Keys in these engines that are new, gone, or have another digest."""
-    wanted = {key for key in before if key.split("/")[0] in engines}
-    return [
-        key for key in sorted(wanted | set(found))
-        if key not in found or key not in before or before[key][0] != found[key].digest
-    ]  # fmt: skip
+    """Keys in these engines that are gone or have another digest; new ones were not there."""
+    wanted = sorted(key for key in before if key.split("/")[0] in engines)
+    return [key for key in wanted if key not in found or before[key][0] != found[key].digest]
 
 
 def add(parser: argparse.ArgumentParser) -> None:

@@ -157,9 +157,14 @@ class Match:
 
     def play(self) -> Iterator[Snapshot]:
         """Play the match; yields a frame of the replay now and then."""
-        for ticks in self.pitch.run(self._watch):
+        for ticks in self.run():
             if (self.pitch.count - 1) % FRAME_TICKS == 0:
                 yield self._frame(ticks)
+
+    def run(self) -> Iterator[Sequence[Tick]]:
+        """Play the match; yields the ticks of all robots in each control period."""
+        for ticks in self.pitch.run(self._watch):
+            yield ticks
             if self.referee.over:
                 return
 
