@@ -94,25 +94,26 @@ def shown(cell: Cell) -> str:
 def tables(rows: Iterable[Row]) -> list[tuple[list[str], list[list[Cell]]]]:
     """Heads and lines of the tables: a line per subject, a column per quantity.
 
-    A subject joins the table before it if that has more than half of its quantities.
+    A subject joins the first table that has more than half of its quantities.
     """
     subjects: dict[str, dict[str, Row]] = {}
     for each in rows:
         subjects.setdefault(each.subject, {})[each.quantity] = each
     groups: list[tuple[dict[str, str], list[tuple[str, dict[str, Row]]]]] = []
     for subject, cells in subjects.items():
-        known = groups[-1][0] if groups else {}
-        if not groups or 2 * len(known.keys() & cells.keys()) <= len(cells):
-            groups.append(({}, []))
+        columns, lines = next(
+            (each for each in groups if 2 * len(each[0].keys() & cells.keys()) > len(cells)),
+            ({}, []),
+        )
+        if not lines:
+            groups.append((columns, lines))
         for name, each in cells.items():
-            groups[-1][0].setdefault(name, each.unit)
+            columns.setdefault(name, each.unit)
             if each.paper is not None:
-                groups[-1][0].setdefault(f"{name} (paper)", each.unit)
-        groups[-1][1].append((subject, cells))
+                columns.setdefault(f"{name} (paper)", each.unit)
+        lines.append((subject, cells))
     found = []
     for columns, lines in groups:
-        if not columns:
-            continue
         units = {name: {cells[name].unit for _, cells in lines if name in cells}
                  for name in columns}  # fmt: skip
         heads = ["", *(name.replace("_", " ") + ("" if len(units[name]) != 1 or not unit
