@@ -1,12 +1,13 @@
 """The process that stands for the robot in a replay: sends messages and takes the answers.
 
 Command line: python -m gait_lab.bench.replay_process SCRIPT
-SCRIPT is a JSON file: the control period [s], and for each tick topic, type and fields of its
-messages. The times that were measured (`ReplayTimes`) go to the standard output as JSON.
+SCRIPT is a pickle of the control period [s] and the messages of each tick. The times that were
+measured (`ReplayTimes`) go to the standard output as JSON.
 """
 
 import gc
 import json
+import pickle
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -103,12 +104,6 @@ def _converted(message: Message) -> Any:
     raise TypeError(type(content).__name__)
 
 
-def _message(plain: Mapping[str, Any]) -> Message:
-    """The message of an entry of the script."""
-    (kind,) = (each for each in INPUTS if each.__name__ == plain["type"])
-    return Message(plain["topic"], kind(**plain["fields"]))
-
-
 def _stamp(message: Message) -> int | None:
     """Stamp [ns] of a joint state; None for other messages."""
     content = message.content
@@ -156,11 +151,10 @@ def _serve(executor: SingleThreadedExecutor, until: float) -> None:
 
 def main() -> None:
     """Replay the script of the command line."""
-    script = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    ticks = [[_message(plain) for plain in messages] for messages in script["ticks"]]
+    period, script = pickle.loads(Path(sys.argv[1]).read_bytes())
     stay_local()
     rclpy.init()
-    json.dump(replay(script["period"], ticks), sys.stdout)
+    json.dump(replay(period, script), sys.stdout)
     rclpy.try_shutdown()
 
 

@@ -378,10 +378,10 @@ def _table(table: PageTable, results: Mapping[str, Measured], docs: Path) -> Ite
     body = [[label, *(cell(pattern, line) for pattern in table.columns.values())]
             for label, line in lines.items()]  # fmt: skip
     body = [line for line in body if any(each != "" for each in line[1:])]
-    if table.title:
-        yield f"## {table.title}\n"
     if not used:
         return
+    if table.title:
+        yield f"## {table.title}\n"
     if table.text:
         yield f"{table.text}\n"
     if stale := [name for name in used if results[name].head["stale"]]:

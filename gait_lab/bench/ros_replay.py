@@ -6,15 +6,14 @@ the robot. This one does not import rclpy.
 
 import importlib.util
 import json
+import pickle
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
-
-import numpy as np
 
 from gait_lab.bench.wake_up import deviations
 from gait_lab.demo.node_processes import NodeProcesses
@@ -112,9 +111,8 @@ def replay_over_ros(
     """
     with tempfile.TemporaryDirectory() as name, DomainClaim() as domain:
         folder = Path(name)
-        file = folder / "script.json"
-        ticks = [[_plain(message) for message in messages] for messages in script]
-        file.write_text(json.dumps({"period": period, "ticks": ticks}), encoding="utf-8")
+        file = folder / "script"
+        file.write_bytes(pickle.dumps((period, script)))
         environment = domain.environment()
         with NodeProcesses(environment, folder) as nodes:
             nodes.start("gait", parameters)
@@ -127,11 +125,3 @@ def replay_over_ros(
                 raise NaoGaitError("replay over ROS 2", "; ".join(problem), "a gait that answers")
     return RosReplay.of(ReplayTimes(*json.loads(done.stdout)), period)
 
-
-def _plain(message: Message) -> dict[str, object]:
-    """Topic, type and fields of a message, for JSON."""
-    fields = {
-        name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in asdict(message.content).items()
-    }
-    return {"topic": message.topic, "type": type(message.content).__name__, "fields": fields}

@@ -47,13 +47,9 @@ Script = list[list[Message]]
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """One replay of the messages of a walk in this process.
+    """Sorted times [s] of a replay in this process, and the answers more than a period late.
 
-    Attributes:
-        wake: [s] that the process woke up late, sorted.
-        machine: [s] that a process that only sleeps woke up late, sorted.
-        tick: [s] from waking up to the answer, sorted.
-        misses: Answers more than a period after their message was due.
+    `wake` and `machine`: how late it and a process that only sleeps woke up; `tick`: the answer.
     """
 
     wake: tuple[float, ...]
