@@ -126,7 +126,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Fingerprint:
-    """Of one reference rollout.
+    """Hash and end pose of a reference rollout.
 
     Attributes:
         key: ENGINE/ and the name of the case.

@@ -159,7 +159,7 @@ class StarvedProcessor(TemporaryFault):
         return self.duration - since % self._apart if since >= 0.0 else 0.0
 
     def coasts(self, harness: Timed) -> bool:
-        """Not without processor time."""
+        """A starved gait cannot coast."""
         return self._left(harness) <= 0.0
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:

@@ -74,7 +74,7 @@ def play(
         from gait_lab.soccer import ros_match
 
         with Progress() as progress:
-            status, finished = ros_match.run(spec, out, say, progress, real_time=real_time)
+            status, finished = ros_match.run(spec, out, say, progress.show, real_time=real_time)
         if finished is None:
             return status
         result = finished

@@ -14,7 +14,6 @@ from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
 from gait_lab.soccer.eyes import in_field
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
-from gait_lab.soccer.match_command import Progress
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
 from gait_lab.soccer.snapshots import (
     RobotSnapshot,
@@ -51,7 +50,7 @@ def run(
     spec: MatchSpec,
     out: Path,
     say: Callable[[str], None],
-    progress: Progress,
+    show: Callable[[Snapshot, float], None],
     *,
     real_time: bool = False,
 ) -> tuple[int, MatchResult | None]:
@@ -74,7 +73,7 @@ def run(
         count = _start(nodes, spec, scene, file, domain.domain, real_time=real_time)
         say(f"{count} ROS 2 nodes in domain {domain.domain} of this machine; logs in {out}")
         with ros_node("nao_gait_match") as node, BagWriter(out / "bag") as writer:
-            watcher = _Watcher(node, scene, spec, writer, stop, nodes, progress)
+            watcher = _Watcher(node, scene, spec, writer, stop, nodes, show)
             try:
                 watcher.run()
             except _MatchError as error:
@@ -145,7 +144,7 @@ class _Watcher:
         writer: BagWriter,
         stop: StopRequest,
         nodes: NodeProcesses,
-        progress: Progress,
+        show: Callable[[Snapshot, float], None],
     ) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
         from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
@@ -161,7 +160,7 @@ class _Watcher:
         self._stop = stop
         self._nodes = nodes
         self._writer = writer
-        self._progress = progress
+        self._show_progress = show
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
         self._now = 0
@@ -271,7 +270,7 @@ class _Watcher:
             round(at, 2), self._ball, dict(self._robots), self._game.get("state", ""), score
         )
         self._frames.append(frame)
-        self._progress.show(frame, self._expected)
+        self._show_progress(frame, self._expected)
 
     def _on_game(self, message: Any) -> None:
         self._game = _values(message.status)
