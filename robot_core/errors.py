@@ -3,10 +3,19 @@
 import math
 import os
 import traceback
+from collections.abc import Mapping
+from itertools import chain
+from reprlib import Repr
 from typing import Any, TypeGuard
 
 LONGEST = 300
 """Number of characters of a field or value in an error message."""
+LONGEST_ALLOWED = 2000
+"""Number of characters of what is allowed: it may list the names of a file."""
+MOST_ITEMS = 100
+"""Items of a value, nested ones included, up to which it is shown as `repr` shows it."""
+_SHORT = Repr()
+_SHORT.maxlevel, _SHORT.maxstring = 2, LONGEST
 
 
 class NaoGaitError(ValueError):
@@ -27,6 +36,7 @@ class NaoGaitError(ValueError):
         self.field = field
         self.value = value
         self.allowed = allowed
+        allowed = _clipped(allowed, LONGEST_ALLOWED)
         super().__init__(f"{_clipped(field)}: got {_shown(value)}; allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
@@ -35,21 +45,41 @@ class NaoGaitError(ValueError):
 
 
 def _shown(value: object) -> str:
-    """A value as text, truncated to a readable length."""
+    """A value as text, truncated to a readable length; a huge one is never formatted whole."""
     try:
-        text = repr(value)
+        text = repr(value) if _items(value, MOST_ITEMS) <= MOST_ITEMS else _SHORT.repr(value)
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = f"an {type(value).__name__} too long to print"
     return _clipped(text)
 
 
-def _clipped(text: str) -> str:
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+def _items(value: object, most: int) -> int:
+    """Number of items in nested containers, counted until there are more than `most`."""
+    if isinstance(value, str | bytes):
+        return 1 + len(value) // LONGEST
+    if not isinstance(value, Mapping | list | tuple | set | frozenset):
+        return 1
+    count = 1
+    for each in chain.from_iterable(value.items()) if isinstance(value, Mapping) else value:
+        count += _items(each, most - count)
+        if count > most:
+            break
+    return count
+
+
+def _clipped(text: str, longest: int = LONGEST) -> str:
+    """At most so many characters, in one line that cannot control a terminal."""
+    text = text if len(text) <= longest else f"{text[:longest]}..."
+    if text.isprintable():
+        return text
+    return "".join(
+        each if each.isprintable() else ascii(each)[1:-1] for each in text
+    )
 
 
 def one_line(error: BaseException) -> str:
     """What an unexpected exception says, and where it was raised, in one line."""
-    text = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    text = _clipped(f"{type(error).__name__}: {' '.join(str(error).split())}", LONGEST_ALLOWED)
     frames = traceback.extract_tb(error.__traceback__)
     if not frames:
         return text

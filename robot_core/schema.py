@@ -13,7 +13,9 @@ refusal is one NaoGaitError with the path of the field, its value and what is al
 """
 
 import math
+import os
 import re
+import stat
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from enum import StrEnum
@@ -27,6 +29,12 @@ from robot_core.errors import NaoGaitError, is_number
 
 REQUIRED: Any = attrs.NOTHING
 """Default of a field that has none."""
+LARGEST_FILE = 256 * 1024
+"""[bytes] of a YAML file, or characters of a YAML text from a topic."""
+MOST_NODES, DEEPEST, LONGEST_TEXT = 20_000, 32, 10_000
+"""Values of a YAML text with its aliases replaced, their depth, characters of one of them."""
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""The one in C, where PyYAML has it, is ten times as fast."""
 
 
 class Kind(ABC):
@@ -215,8 +223,10 @@ class Sequence(Kind):
         """What is allowed, for error messages."""
         if self.minimum == self.maximum:
             count = f"{self.minimum} items"
-        else:
+        elif math.isinf(self.maximum):
             count = f"at least {self.minimum} item{'s' * (self.minimum != 1)}"
+        else:
+            count = f"{self.minimum} to {self.maximum} items"
         only = ", each item once" if self.unique else ""
         return f"a list of {count}{only}; an item is {self.item.allowed}"
 
@@ -422,21 +432,73 @@ def join(where: str, key: str) -> str:
     return f"{where}{key}" if not where or where.endswith(": ") else f"{where}.{key}"
 
 
-def read_text(path: Path, what: str) -> str:
-    """Read a UTF-8 file; `what` names the kind of file in the NaoGaitError."""
+def read_text(path: Path, what: str, largest: int = LARGEST_FILE) -> str:
+    """Read a regular UTF-8 file of at most `largest` bytes; `what` names its kind in errors.
+
+    Raises:
+        NaoGaitError: It cannot be read, or is a folder, device or pipe, too large or not UTF-8.
+    """
+    where, allowed = f"{what} {path}", "a readable UTF-8 file"
     try:
-        return path.read_text(encoding="utf-8-sig")
+        # Without O_NONBLOCK, opening a named pipe waits for its writer.
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise NaoGaitError(where, "a folder, device or pipe", allowed)
+            data = file.read(largest + 1)
+        if len(data) > largest:
+            raise NaoGaitError(where, f"more than {largest} bytes", f"at most {largest} bytes")
+        return data.decode("utf-8-sig")
+    except NaoGaitError:
+        raise
     except (OSError, ValueError) as error:  # not UTF-8, or a path that cannot be one
-        raise NaoGaitError(f"{what} {path}", str(error), "a readable UTF-8 file") from error
+        raise NaoGaitError(where, str(error), allowed) from error
 
 
 def parse_yaml(text: str, where: str) -> Any:
-    """Parse a YAML text; `where` names its source in the NaoGaitError."""
+    """Parse a YAML text; `where` names its source in the NaoGaitError.
+
+    What aliases stand for counts towards its size, which is limited before anything is made of it.
+    """
+    if len(text) > LARGEST_FILE:
+        raise NaoGaitError(where, f"{len(text)} characters", f"at most {LARGEST_FILE}")
     try:
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        _check_size(text, where)
+        return yaml.load(text, _Loader)
+    except NaoGaitError:
+        raise
+    except Exception as error:  # PyYAML's constructors raise any: AttributeError of a !!timestamp
         reason = " ".join(str(error).split())
         raise NaoGaitError(where, reason, "a readable YAML file") from error
+
+
+def _check_size(text: str, where: str) -> None:
+    """Refuse a YAML text that is too deep or too large once its aliases are replaced."""
+    sizes: dict[str, int] = {}
+    around: list[tuple[str | None, int]] = []  # anchor and size so far of what is not yet closed
+    for event in yaml.parse(text, _Loader):
+        anchor, size = None, 0
+        if isinstance(event, yaml.CollectionStartEvent):
+            around.append((event.anchor, 1))
+            if len(around) > DEEPEST:
+                raise NaoGaitError(where, f"more than {DEEPEST} levels", f"at most {DEEPEST}")
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, size = around.pop()
+        elif isinstance(event, yaml.AliasEvent):
+            if event.anchor not in sizes:
+                raise NaoGaitError(where, f"*{event.anchor}", "an alias of what is complete before")
+            size = sizes[event.anchor]
+        elif isinstance(event, yaml.ScalarEvent):
+            anchor, size = event.anchor, 1
+            if len(event.value) > LONGEST_TEXT:
+                allowed = f"texts of at most {LONGEST_TEXT} characters"
+                raise NaoGaitError(where, event.value, allowed)
+        if anchor is not None:
+            sizes[anchor] = size
+        if around and size:
+            outer, before = around[-1]
+            around[-1] = outer, before + size
+            if before + size > MOST_NODES:
+                raise NaoGaitError(where, f"more than {MOST_NODES} values", f"at most {MOST_NODES}")
 
 
 def read_yaml(path: Path, what: str) -> Any:

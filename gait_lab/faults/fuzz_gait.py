@@ -219,6 +219,8 @@ class Rig:
         if kind == "motion":
             act = partial(controller.request_motion, content)
             self._checked(what, lambda: controller.run("motion", act))
+            while controller.loads_file:  # else the run would depend on the time that takes
+                self._checked(what, controller.watch)
         elif kind in looks:
             self._checked(
                 what, lambda: controller.run(kind, lambda: controller.look(looks[kind]()))

@@ -109,6 +109,11 @@ class GaitController:
         return self._supervisor.needs_loads
 
     @property
+    def loads_file(self) -> bool:
+        """A requested motion file is loaded; its motion is requested with a later message."""
+        return self._supervisor.loads_file
+
+    @property
     def rejected(self) -> Mapping[str, int]:
         """Refused messages per topic."""
         return self._reporter.rejected
@@ -162,6 +167,8 @@ class GaitController:
         effect: str = "; message ignored",
     ) -> Output:  # fmt: skip
         self._reporter.attempt(topic, work, effect)
+        if self.loads_file:
+            self._reporter.attempt("~/motion", self._supervisor.request_loaded, "; message ignored")
         return Output(
             tuple(answers), self._reporter.say.take_log(), self._supervisor.take_results()
         )

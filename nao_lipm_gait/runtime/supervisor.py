@@ -1,7 +1,6 @@
 """What the gait gets in a tick: the commanded velocity, or what the state of the robot allows."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.scheduler import GET_UP
@@ -13,7 +12,8 @@ from nao_lipm_gait.runtime.watches import LOAD_AGE, HeatWatch, LiftWatch, Sensor
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level
 from robot_core.message_checks import finite, stamp_of
-from robot_core.motion.motion_file import load_motions
+from robot_core.motion.keyframes import Motion
+from robot_core.motion.loader import MotionLoader
 from robot_core.types import (
     BUSY,
     DOWN,
@@ -72,6 +72,7 @@ class Supervisor:
         self.velocity = HeldVelocity(settings.cmd_vel_timeout, say)
         self._bias_wait = BiasWait(settings.bias_wait)
         self._motions = MotionRequests()
+        self._files = MotionLoader(gait.robot)
         self._results: list[str] = []
         self._loads = SoleLoads(gait.mass)
         self._lift = None if gait.robot.force_sensors is None else LiftWatch(self._loads)
@@ -205,11 +206,13 @@ class Supervisor:
 
     def stand(self) -> None:
         """Stop and stand."""
+        self._forget_file("replaced by a stand")
         self.velocity.clear()
         self._gait.request_stand()
 
     def relax(self) -> None:
         """Take the torque off all joints."""
+        self._forget_file("replaced by relax")
         self.velocity.clear()
         self._gait.request_relax()
 
@@ -217,25 +220,48 @@ class Supervisor:
         """Run a motion as soon as it can begin.
 
         Args:
-            name: Name of the motion, or the path of its YAML file.
+            name: Name of the motion, or the path of its YAML file. A file is loaded beside the
+                ticks; its motion is requested by `request_loaded`.
 
         Raises:
             NaoGaitError: For a motion that is unknown or cannot begin here.
         """
+        self._forget_file(f"replaced by {name}")
+        if name.endswith(".yaml"):
+            self._files.request(name)
+        else:
+            self._request(name, name)
+
+    def request_loaded(self) -> None:
+        """Request the motion of a file that has been loaded; raises as `request_motion`."""
+        loaded = self._files.take()
+        if loaded is not None:
+            name, motion = loaded
+            self._request(name, motion)
+
+    @property
+    def loads_file(self) -> bool:
+        """The motion of a file waits for `request_loaded`."""
+        return self._files.busy
+
+    def _request(self, name: str, motion: str | Motion | NaoGaitError) -> None:
         try:
-            if name.endswith(".yaml"):
-                motion = load_motions(Path(name), self._gait.robot)[0]
-                self._gait.request_motion(motion)
-                name = motion.name
-            else:
-                self._gait.request_motion(name)
+            if isinstance(motion, NaoGaitError):
+                raise motion
+            self._gait.request_motion(motion)
         except NaoGaitError as error:
             self._results.append(f"{name}: refused, {error}")
             raise
-        self._close(self._motions.request(name))
+        self._close(self._motions.request(motion if isinstance(motion, str) else motion.name))
+
+    def _forget_file(self, outcome: str) -> None:
+        name = self._files.cancel()
+        if name is not None:
+            self._close(f"{name}: {outcome}")
 
     def get_up(self) -> None:
         """Get up from the floor; raises NaoGaitError if the robot does not lie."""
+        self._forget_file(f"replaced by {GET_UP}")
         self._gait.request_motion(GET_UP)
         self._close(self._motions.request(GET_UP))
 

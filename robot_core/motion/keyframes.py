@@ -100,6 +100,7 @@ class Motion:
         keyframes: Keyframes, at least one.
         balance: Gyro stabilisation of keyframes with a support leg.
         kick: None for motions that are no kick.
+        legs_press: The targets lead the legs into each other, where they press.
     """
 
     name: str
@@ -109,6 +110,7 @@ class Motion:
     keyframes: tuple[Keyframe, ...]
     balance: Balance = Balance()
     kick: Kick | None = None
+    legs_press: bool = False
 
     @property
     def time(self) -> float:

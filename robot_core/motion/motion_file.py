@@ -24,6 +24,7 @@ LIKE = "like"
 """Key in a pose that names the pose which it changes."""
 BASE = "base"
 """Key of a file that names another one in its folder: what it lacks is as in that one."""
+MOST_KEYFRAMES = 200
 _SUPPORTS = {"both": 0, "left": 1, "right": -1}
 _ANGLE = Number(-math.tau, math.tau, "rad")
 _SHARE = Number(0.0, 1.0)
@@ -68,13 +69,16 @@ class MotionFile(Settings):
 
     meaning: str = schema.text()
     keyframes: tuple[KeyframeEntry, ...] = schema.field(
-        schema.Sequence(schema.Group(KeyframeEntry), minimum=1)
+        schema.Sequence(schema.Group(KeyframeEntry), minimum=1, maximum=MOST_KEYFRAMES)
     )
     starts: Posture = choice(Posture)
     ends: Posture = schema.field(schema.Choice(_END_POSTURES, Posture), Posture.STANDING)
     mirrored_as: str | None = schema.field(NAME, None, "Name of the mirror image.")
     balance: Balance = group(Balance, Balance())
     kick: Kick | None = group(Kick, None)
+    legs_press: bool = schema.switch(
+        False, "The legs may be led into each other, as where they press; else that is refused."
+    )
     poses: dict[str, dict[str, Any]] = schema.field(
         Table(_PoseKind(), key=NAME), attrs.Factory(dict)
     )
@@ -100,6 +104,7 @@ def load_motions(path: Path, robot: RobotDescription) -> tuple[Motion, ...]:
         keyframes=_Builder(robot, where).keyframes(file),
         balance=file.balance,
         kick=file.kick,
+        legs_press=file.legs_press,
     )
     check_motion(motion, robot)
     if file.mirrored_as is None:

@@ -8,7 +8,7 @@ from robot_core.resources import find, names
 from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
 from robot_core.robot.robot_file import RobotFile, load_robot_file
 from robot_core.robot.urdf_check import checked_urdf
-from robot_core.robot.urdf_model import UrdfModel
+from robot_core.robot.urdf_model import LARGEST_URDF, UrdfModel
 from robot_core.schema import read_text
 from robot_core.types import FloatArray, Point2
 
@@ -38,7 +38,7 @@ def load_robot(
         NaoGaitError: Names the file and the joint, link or key that is missing or not allowed.
     """
     urdf_path = find("urdf", str(urdf))
-    text = read_text(urdf_path, "URDF")
+    text = read_text(urdf_path, "URDF", LARGEST_URDF)
     model = UrdfModel.parse(text, urdf_path)
     file = _fitting(model) if robot is None else load_robot_file(find("robots", str(robot)))
 

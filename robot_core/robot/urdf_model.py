@@ -8,6 +8,11 @@ from pathlib import Path
 from robot_core.errors import NaoGaitError
 from robot_core.robot.description import JointLimit, LegJoints
 
+LARGEST_URDF = 2 * 1024 * 1024
+"""[bytes] of a URDF."""
+MOST_TAGS, DEEPEST, MOST_LINKS = 40_000, 32, 1_000
+"""Tags of a URDF, levels of its elements, and its links and joints of each."""
+
 
 class UrdfModel:
     """Links and joints of one URDF; a missing or invalid one is refused by name.
@@ -34,10 +39,15 @@ class UrdfModel:
         where = f"URDF {path}"
         if "<!DOCTYPE" in text or "<!ENTITY" in text:  # entities could fill the memory
             raise NaoGaitError(where, "a document type declaration", "plain XML without one")
+        size, tags = len(text), text.count("<")
+        if size > LARGEST_URDF or tags > MOST_TAGS:  # before it is parsed
+            allowed = f"at most {LARGEST_URDF} characters and {MOST_TAGS} tags"
+            raise NaoGaitError(where, f"{size} characters with {tags} tags", allowed)
         try:
             root = ET.fromstring(text)
         except (ET.ParseError, ValueError) as error:
             raise NaoGaitError(where, str(error), "well-formed XML") from error
+        _check_extent(root, where)
         if root.tag != "robot":
             raise NaoGaitError(where, f"<{root.tag}>", "a <robot> element")
         links = {link.get("name", "") for link in root.findall("link")}
@@ -123,3 +133,15 @@ class UrdfModel:
                 ", ".join(chain) or "none",
                 ", ".join(leg.names),
             )
+
+
+def _check_extent(root: ET.Element, where: str) -> None:
+    level = [root]
+    for _ in range(DEEPEST):
+        level = [below for each in level for below in each]
+    if level:
+        raise NaoGaitError(where, f"more than {DEEPEST} levels", f"at most {DEEPEST}")
+    for tag in ("link", "joint"):
+        count = len(root.findall(tag))
+        if count > MOST_LINKS:
+            raise NaoGaitError(where, f"{count} <{tag}>", f"at most {MOST_LINKS}")

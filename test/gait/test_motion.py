@@ -1,5 +1,6 @@
 """Motions: interpolation, mirror images, refused files, and limits while playing."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -207,7 +208,7 @@ def test_a_bad_base_is_refused(tmp_path: Path, text: str, message: str) -> None:
         (changed(starts="hanging"), r"nod\.yaml: starts: got .hanging.; allowed: one of standing"),
         (changed(ends="upright"), r"yaml: ends: got"),
         (changed(meaning=""), r"yaml: meaning: got"),
-        (changed(keyframes=[]), r"keyframes: got \[\]; allowed: a list of at least 1"),
+        (changed(keyframes=[]), r"keyframes: got \[\]; allowed: a list of 1 to 200 items"),
         (changed(keyframes=[{"pose": "sideways", "time": 1}]), r"keyframes\[1\]\.pose.*sideways"),
         (changed(keyframes=[{"pose": "up", "time": 0}]), r"keyframes\[1\].time.*0.02 to 60 s"),
         (changed(keyframes=[{"pose": "up", "time": True}]), r"keyframes\[1\].time.*got True"),
@@ -242,6 +243,24 @@ def test_bad_files_are_refused_with_file_key_and_value(
     with pytest.raises(NaoGaitError, match=message) as caught:
         load_motions(path, ROBOT)
     assert "nod" in str(caught.value)
+
+
+CROSSED = {"LHipRoll": -0.35, "RHipRoll": 0.35}
+
+
+@pytest.mark.parametrize(
+    "poses",
+    [{"down": {}, "up": CROSSED}, {"down": CROSSED, "up": {}},
+     {"down": {"HipRoll": 0.2, "HipYawPitch": 0.0}, "up": {"HipRoll": -0.3}}],
+)  # fmt: skip
+def test_legs_that_cross_are_refused_with_keyframe_and_links(
+    tmp_path: Path, poses: dict[str, object]
+) -> None:
+    keyframes = [{"pose": "down", "time": 2.0}, {"pose": "up", "time": 2.0}]
+    crossing = changed(poses=poses, keyframes=keyframes)
+    found = re.search(r"keyframe [12] .*: got '[LRlr]\S+ \d+ mm in", refusal(tmp_path, crossing))
+    assert found
+    load_motions(written(tmp_path, {**crossing, "legs_press": True}), ROBOT)
 
 
 def test_yaml_that_would_make_objects_is_refused(tmp_path: Path) -> None:

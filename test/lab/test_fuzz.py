@@ -64,6 +64,8 @@ def test_a_motion_file_that_cannot_be_read_is_one_line(name: str) -> None:
     rig.tick()
     controller = rig.controller
     output = controller.run("~/motion", lambda: controller.request_motion(name))
+    while controller.loads_file:
+        output = controller.watch()
     assert controller.unexpected == 0
     (line,) = output.log
     assert "a readable UTF-8 file; message ignored" in line.text

@@ -1,6 +1,8 @@
 """The controller answers each joint state, whatever happens, and reports what happened."""
 
+import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +17,10 @@ from nao_lipm_gait.runtime.supervisor import HELD_MAX
 from nao_lipm_gait.runtime.target_guard import COAST_MAX
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level, Report
-from robot_core.robot import load_robot
+from robot_core.motion import loader
+from robot_core.motion.keyframes import Motion
+from robot_core.motion.motion_file import load_motions
+from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import GaitState, JointTargets, SensorFrame
 
 ROBOT = load_robot()
@@ -317,6 +322,48 @@ def test_a_relaxed_robot_stays_relaxed_when_parameters_change(change: dict[str, 
     robot.tick(20)
     assert robot.controller.state is GaitState.RELAXED
     assert robot.sent[-1].stiffness == 0.0
+
+
+def test_a_motion_file_is_loaded_beside_the_ticks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may_load, threads = threading.Event(), []
+
+    def load(path: Path, of: RobotDescription) -> tuple[Motion, ...]:
+        may_load.wait()
+        threads.append(threading.get_ident())
+        return load_motions(path, of)
+
+    monkeypatch.setattr(loader, "load_motions", load)
+    nod, broken = tmp_path / "nod.yaml", tmp_path / "broken.yaml"
+    text = "meaning: nods\nposes: {down: {HeadPitch: 0.3}}\nkeyframes: [{pose: down, time: 1.0}]\n"
+    nod.write_text(text)
+    broken.write_text("[")
+    robot = Robot()
+    robot.tick(200)
+    robot.request(str(broken))
+    robot.request(str(nod))
+    answers = len(robot.sent)
+    robot.tick(50)
+    assert len(robot.sent) == answers + 50, "answered while the file waits"
+    assert robot.controller.state is GaitState.STAND
+    may_load.set()
+    while robot.controller.loads_file:
+        robot.tick()
+    robot.tick(200)
+    robot.request(str(nod))
+    robot.controller.stand()
+    robot.request(str(broken))
+    while robot.controller.loads_file:
+        robot.tick()
+    assert threading.get_ident() not in threads
+    (replaced, done, stopped, refused) = robot.results
+    assert replaced == f"{broken}: replaced by {nod}"
+    assert done == "nod: done"
+    assert stopped == f"{nod}: replaced by a stand"
+    assert refused.startswith(f"{broken}: refused, motion file {broken}: got")
+    robot.tick(100)
+    assert robot.controller.state is GaitState.STAND
 
 
 def test_a_seated_robot_stays_seated_through_a_gap_and_refuses_a_restart() -> None:

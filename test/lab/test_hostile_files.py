@@ -1,0 +1,193 @@
+"""Files and texts from outside are limited before they are parsed, and again before they are shown.
+
+One process reads more than a hundred hostile files; its memory and its processor time are limited
+by the system.
+"""
+
+import resource
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from gait_lab.tune.study import load_study
+from nao_lipm_gait.calibration_file import load_calibration
+from nao_lipm_gait.parameters import load_preset
+from nao_soccer.behavior.kicks import load_kicks
+from nao_soccer.vision.colors import load_color_table
+from robot_core import schema
+from robot_core.errors import NaoGaitError
+from robot_core.motion.motion_file import load_motions
+from robot_core.resources import share
+from robot_core.robot import load_robot
+from robot_core.robot.robot_file import load_robot_file
+from sim_bridge.plant import load_plant
+from sim_bridge.scene import load_scene, parse_scene
+
+MEMORY = 200 * 2**20
+"""[bytes] that all files together may add to the address space of the process."""
+SECONDS = 1
+"""[s] of processor time for one file, in whole seconds: the system counts no fractions."""
+LONGEST = 3000
+"""[characters] of one refusal."""
+
+
+def bomb(levels: int, width: int = 9) -> str:
+    """YAML whose aliases stand for `width` ** `levels` values."""
+    rows = ["a0: &a0 [" + ", ".join("x" * width) + "]"]
+    rows += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * width)}]" for n in range(1, levels)]
+    return "\n".join(rows)
+
+
+def under(key: str, text: str) -> str:
+    return f"{key}:\n" + "\n".join(f"  {line}" for line in text.splitlines())
+
+
+TEXTS = {
+    "bomb": bomb(9),
+    "small bomb": bomb(4),
+    "mapping bomb": "a0: &a0 {x: 1}\n" + "".join(
+        f"a{n}: &a{n} {{{', '.join(f'k{k}: *a{n - 1}' for k in range(9))}}}\n" for n in range(1, 9)
+    ),
+    "merged bomb": "a0: &a0 {x: 1}\n" + "".join(
+        f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 9)}]}}\n" for n in range(1, 9)
+    ),
+    "recursive": "&a [*a]",
+    "recursive mapping": "&a {meaning: *a, name: *a}",
+    "deep list": "[" * 100_000,
+    "deep mapping": "{a: " * 50_000,
+    "deep block": "- " * 50_000,
+    "long text": "meaning: " + "a" * 200_000,
+    "long key": "a" * 200_000 + ": 1",
+    "many values": "- [" + "1, " * 80_000 + "1]",
+    "many keys": "".join(f"k{n}: 1\n" for n in range(20_000)),
+    "large": "# nothing\n" * 1_000_000,
+    "base 60": "meaning: 1" + ":1" * 4_000,
+    "huge integer": "meaning: " + "9" * 9_000,
+    "huge hexadecimal": "meaning: 0x" + "f" * 9_000,
+    "timestamp": "meaning: !!timestamp never",
+    "boolean": "meaning: !!bool maybe",
+    "object": "!!python/object/apply:os.system [true]",
+    "empty": "",
+    "scalar": "3",
+    "list": "[1, 2]",
+    "nothing": "~",
+    "null byte": "a: \0",
+    "escape": 'meaning: "\\e[2J\\e[31m"\n"\\e]0;title\\a": 1',
+    "two lines": '"a\\nb": "c\\nd"',
+    "not a number": "{name: .nan, time: .inf}",
+    "two documents": "a: 1\n---\nb: 2",
+    "strange key": "? [1, 2]\n: 3",
+    "many anchors": "".join(f"- &a{n} x\n" for n in range(30_000)),
+}  # fmt: skip
+YAML_READERS: dict[str, Callable[[Path], object]] = {
+    "plant": lambda path: load_plant(str(path)),
+    "scene": load_scene,
+    "preset": load_preset,
+    "study": lambda path: load_study(str(path)),
+    "calibration": lambda path: load_calibration(path, load_robot()),
+    "motion": lambda path: load_motions(path, load_robot()),
+    "colours": load_color_table,
+    "kicks": lambda path: load_kicks(path),
+    "robot": load_robot_file,
+}
+"""A file of each kind that the tools and nodes read."""
+HARMLESS = ("preset, empty", "preset, nothing")
+KEYS = {
+    "motion": "poses", "scene": "robots", "plant": "physics", "robot": "joints", "study": "places",
+}  # fmt: skip
+
+
+def urdf_texts() -> Iterator[tuple[str, str]]:
+    whole = share("urdf", "nao_h21_v33.urdf").read_text()
+    end = "</robot>"
+    yield "entities", '<!DOCTYPE a [<!ENTITY a "x">]><robot name="a">&a;</robot>'
+    yield "deep elements", "<robot name='a'>" + "<link>" * 10_000 + "</link>" * 10_000 + end
+    yield "deep elements in a robot", whole.replace(end, "<a>" * 15_000 + "</a>" * 15_000 + end)
+    yield "many links", whole.replace(end, "".join(f"<link name='l{n}'/>" for n in range(9_000)))
+    yield "more links", "<robot>" + "".join(f"<link name='l{n}'/>" for n in range(99_000)) + end
+    yield "a long chain", whole.replace(end, "".join(
+        f"<link name='l{n}'/><joint name='j{n}' type='fixed'><parent link='l{n - 1}'/>"
+        f"<child link='l{n}'/></joint>" for n in range(9_000)
+    ) + end)  # fmt: skip
+    yield "a long name", f"<robot name='a'><link name='{'n' * 100_000}'/>{end}"
+    yield "long numbers", whole.replace('xyz="', f'xyz="{"9" * 50_000} ', 1)
+    yield "large URDF", "<robot>" + " " * 9_000_000 + end
+    yield "no robot", "<a/>"
+    yield "cut off", whole[: len(whole) // 2]
+    yield "no XML", "\x00\x01"
+
+
+def hostile(folder: Path) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Names and readers of hostile files, each of which is written when it is its turn."""
+    for kind, read in YAML_READERS.items():
+        for name, text in TEXTS.items():
+            path = folder / f"{kind}.yaml"
+            path.write_text(text)
+            yield f"{kind}, {name}", partial(read, path)
+        if kind in KEYS:
+            path.write_text(under(KEYS[kind], bomb(9)))
+            yield f"{kind}, bomb in {KEYS[kind]}", partial(read, path)
+    for name, text in TEXTS.items():
+        yield f"scene message, {name}", partial(parse_scene, text)
+    path = folder / "robot.urdf"
+    for name, text in urdf_texts():
+        path.write_text(text)
+        yield f"URDF, {name}", partial(load_robot, str(path))
+    for name, target in (("device", "/dev/zero"), ("process", "/proc/self/mem"), ("folder", "/")):
+        path = folder / "link.yaml"
+        path.unlink(missing_ok=True)
+        path.symlink_to(target)
+        yield name, partial(schema.read_yaml, path, "thing")
+
+
+def read_all(folder: Path) -> int:
+    """Read every hostile file in this process; prints what is wrong, and returns the number."""
+    load_robot()
+    most = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() + MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    count = 0
+    for name, read in hostile(folder):
+        count += 1
+        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + 1 + SECONDS, -1))
+        try:
+            read()
+            if name not in HARMLESS:
+                print(f"{name}: accepted")
+        except NaoGaitError as error:
+            text = str(error)
+            if len(text) > LONGEST or not text.isprintable():
+                print(f"{name}: {text[:500]!r}")
+        except BaseException as error:
+            print(f"{name}: {type(error).__name__} {error}"[:500])
+    return count
+
+
+def test_a_hundred_hostile_files_are_each_refused_in_one_short_line(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, __file__, str(tmp_path)], capture_output=True, text=True, check=False
+    )
+    *wrong, count = done.stdout.splitlines() or ["0"]
+    assert (wrong, done.stderr, done.returncode) == ([], "", 0)
+    assert int(count) > 300
+
+
+@pytest.mark.parametrize("value", [["x"] * 10**6, {n: n for n in range(10**6)}, "x" * 10**7])
+def test_a_huge_value_is_not_shown_whole(value: object) -> None:
+    text = str(NaoGaitError("field", value, "small values"))
+    assert len(text) < 500
+    assert text.startswith("field: got ")
+    assert "..." in text
+
+
+def test_values_of_usual_size_are_shown_as_they_are() -> None:
+    value = {"a": [1, 2.5, ("x", None)], "b": "text"}
+    assert str(NaoGaitError("field", value, "numbers")) == f"field: got {value!r}; allowed: numbers"
+
+
+if __name__ == "__main__":
+    print(read_all(Path(sys.argv[1])))
