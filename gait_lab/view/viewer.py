@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
 from gait_lab.ros_session import ros_node
 from gait_lab.view.pitch import PitchScene
@@ -33,6 +34,8 @@ TEXT_PERIOD = 0.25
 """Wall time between two updates of the text [s]."""
 URDF_TIMEOUT = 3.0
 """Wall time [s] to wait for robot_description before the shipped robot is shown."""
+PING_PERIOD, PING_TIMEOUT = 0.5, 1.5
+"""Wall time [s] between two pings of a page, and without an answer after which it has gone."""
 PUSH_DURATION = 0.1
 """Duration of a push of the simulated robot [s]."""
 CAMERA = (0.75, -0.75, 0.5)
@@ -57,11 +60,13 @@ class Panel:
         follow: Whether the camera follows the robot.
         through: Whether the robot is transparent.
         robot: Which robot is driven, pushed and followed; None if there is only one.
+        driver: Client that moved a slider of the velocity last; None before that.
     """
 
     def __init__(self, server: Any) -> None:
         gui = self._gui = server.gui
         self.robot: Any = None
+        self.driver: int | None = None
         self._text = gui.add_markdown("waiting for the robot")
         with gui.add_folder("Drive"):
             self.x = gui.add_slider("forward [cm/s]", min=-40.0, max=40.0, step=1.0,
@@ -82,8 +87,15 @@ class Panel:
         self.through = gui.add_checkbox("see through the robot", initial_value=False,
                                         hint="to the CoM and the pendulum")  # fmt: skip
         self._pushes: list[tuple[float, float]] = []
+        for slider in (self.x, self.y, self.yaw):
+            slider.on_update(self._note_driver)
         self.stop.on_click(lambda _: self.command_standstill())
         self.push.on_click(lambda _: self.click_push())
+
+    async def _note_driver(self, event: Any) -> None:
+        # On the thread that takes the messages: the driver is known before it can leave.
+        if event.client_id is not None:  # else this program has set the slider
+            self.driver = event.client_id
 
     def offer_robots(self, names: tuple[str, ...]) -> None:
         """Let the user choose one of several robots."""
@@ -213,6 +225,7 @@ class Viewer:
         self._next_frame = self._next_text = self._next_command = 0.0
         self._counted = (time.monotonic(), 0)
         self._followed = (0.0, 0.0)
+        self._had_clients = False
         server.initial_camera.position = CAMERA
         server.initial_camera.look_at = (0.0, 0.0, 0.25)
         node.create_subscription(String, "scene_description", self._on_scene, LATCHED)
@@ -225,6 +238,11 @@ class Viewer:
         """The robot that is driven, pushed and followed."""
         name = "" if self.panel.robot is None else self.panel.robot.value
         return next((robot for robot in self.robots if robot.name == name), self.robots[0])
+
+    @property
+    def clients(self) -> frozenset[int]:
+        """The pages that are connected."""
+        return frozenset(self._server.get_clients())
 
     @property
     def link(self) -> RobotLink:
@@ -240,6 +258,7 @@ class Viewer:
         """Draw the scene, update the text, and send commands, each at its period."""
         now = time.monotonic()
         chosen = self.chosen
+        self._stop_without_driver()
         for robot in self.robots:
             robot.make_scene(now)
         if now >= self._next_frame:
@@ -267,6 +286,17 @@ class Viewer:
         push = self.panel.take_push(heading)
         if push is not None:
             chosen.link.push(push)
+
+    def _stop_without_driver(self) -> None:
+        """Stop at once if the page that drives is gone, or no page is left."""
+        clients = self.clients
+        self._had_clients = self._had_clients or bool(clients)
+        driver = self.panel.driver
+        gone = driver not in clients if driver is not None else self._had_clients and not clients
+        if gone and not self.panel.command.is_zero:
+            self.panel.command_standstill()
+            self._next_command = 0.0
+            self._node.get_logger().warning("the page that drove has gone: the robot is stopped")
 
     def _on_scene(self, message: Any) -> None:
         """Show the robots of a scene in place of the only one."""
@@ -328,14 +358,31 @@ class Viewer:
 
 
 def serve(port: int) -> Any:
-    """Start a viser server on this machine; NaoGaitError if the port cannot be used."""
+    """Start a viser server on this machine; NaoGaitError if the port cannot be used.
+
+    Only its own page may open its socket: a browser lets pages from anywhere try that.
+    """
     import viser
+    from websockets.asyncio import server as websocket_server
+    from websockets.typing import Origin
 
     if not 0 < port < 65536:
         raise NaoGaitError("port", port, "1 to 65535")
+    listen = websocket_server.serve
+
+    def listen_to_own_page(handler: Any, host: str, port: int, **settings: Any) -> Any:
+        own = [Origin(f"http://{name}:{port}") for name in (HOST, "localhost")]
+        return listen(
+            handler, host, port, origins=own, ping_interval=PING_PERIOD, ping_timeout=PING_TIMEOUT,
+            **settings,
+        )  # fmt: skip
+
     try:
-        # viser prints a banner even without `verbose`.
-        with contextlib.redirect_stdout(io.StringIO()):
+        # viser prints a banner even without `verbose`, and passes no origins on.
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            patch.object(websocket_server, "serve", listen_to_own_page),
+        ):
             server = viser.ViserServer(host=HOST, port=port, label="nao_gait view", verbose=False)
     except OSError as error:
         raise NaoGaitError("port", port, f"a free port ({error})") from error

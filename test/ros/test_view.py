@@ -1,5 +1,7 @@
 """The live view with both nodes: it serves a page, shows the robot, drives and pushes it."""
 
+import contextlib
+import os
 import re
 import signal
 import socket
@@ -19,6 +21,9 @@ pytest.importorskip("mujoco")
 from geometry_msgs.msg import PointStamped, Twist, WrenchStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
 
 from gait_lab.view.viewer import HOST, Viewer, serve
 from gait_lab.view.world_scene import WorldScene
@@ -192,6 +197,109 @@ def test_the_tool_serves_on_this_machine_alone(probe: Probe, tmp_path: Path) -> 
         if process.poll() is None:
             process.kill()
         process.wait()
+
+
+@pytest.fixture
+def driven(probe: Probe, server: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """A tab whose slider asks for 1 cm/s, its viewer, and a wait that keeps the viewer going."""
+    monkeypatch.syspath_prepend(ROOT / "test")
+    from browser import open_tab
+
+    viewer = Viewer(probe.node, server)
+    commands = probe.subscribe(Twist, "cmd_vel")
+
+    def until(predicate: Any, what: str) -> None:
+        probe.wait(lambda: (viewer.step(), predicate())[1], what)
+
+    with open_tab(f"http://{HOST}:{server.get_port()}") as tab:
+        push_slider(tab.page)
+        until(lambda: commands and commands[-1].linear.x == 0.01, "the command of the page")
+        yield tab, viewer, commands, until
+
+
+def push_slider(page: Any) -> None:
+    page.wait_for_selector("[role=slider]")
+    page.locator("[role=slider]").first.press("ArrowRight")
+
+
+LEAVE = {
+    "tab closed": lambda page: page.close(),
+    "another page": lambda page: page.goto("about:blank"),
+    "reload": lambda page: page.reload(),
+    "browser closed": lambda page: page.context.browser.close(),
+    "browser killed": lambda page: kill_children(signal.SIGKILL),
+    "asleep": lambda page: kill_children(signal.SIGSTOP),
+}
+
+
+def kill_children(number: int) -> None:
+    """Send a signal to the browser's processes, all of which descend from this one."""
+    parents, names = {}, {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # one that has just ended
+            name, _, rest = stat.read_text().partition("(")[2].rpartition(")")
+            parents[int(stat.parent.name)], names[int(stat.parent.name)] = rest.split()[1], name
+    below = {os.getpid()}
+    while more := {pid for pid, parent in parents.items() if int(parent) in below} - below:
+        below |= more
+    for pid in below:
+        if "chrom" in names.get(pid, "") or "headless" in names.get(pid, ""):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, number)
+
+
+@pytest.mark.parametrize("way", LEAVE)
+def test_who_leaves_the_page_stops_the_robot(driven: Any, way: str) -> None:
+    tab, viewer, commands, until = driven
+    try:
+        LEAVE[way](tab.page)
+        until(lambda: commands[-1].linear.x == 0.0, "the stop")
+        assert viewer.panel.command.is_zero
+    finally:
+        kill_children(signal.SIGCONT)
+
+
+def test_a_second_tab_that_leaves_does_not_stop_the_one_that_drives(driven: Any) -> None:
+    tab, viewer, commands, until = driven
+    second = tab.page.context.browser.new_page()
+    second.goto(tab.page.url)
+    second.wait_for_selector("[role=slider]")
+    until(lambda: len(viewer.clients) == 2, "the second tab")
+    second.close()
+    until(lambda: len(viewer.clients) == 1, "the second tab gone")
+    count = len(commands)
+    until(lambda: len(commands) > count + 3, "more commands")
+    assert {command.linear.x for command in commands[count:]} == {0.01}
+    third = tab.page.context.browser.new_page()
+    third.goto(tab.page.url)
+    push_slider(third)
+    until(lambda: commands[-1].linear.x == 0.02, "the third tab drives")
+    tab.page.close()
+    until(lambda: len(viewer.clients) == 1, "the first tab gone")
+    count = len(commands)
+    until(lambda: len(commands) > count + 3, "more commands")
+    assert {command.linear.x for command in commands[count:]} == {0.02}
+    third.close()
+    until(lambda: commands[-1].linear.x == 0.0, "the stop")
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [None, "null", "http://evil.example", "https://127.0.0.1:{port}", "http://127.0.0.1",
+     "http://127.0.0.1:1", "http://127.0.0.1.evil.example:{port}", "http://evil.example:{port}",
+     "http://localhost:{port}.evil.example", "file://", "http://[::1]:{port}"],
+)  # fmt: skip
+def test_pages_of_other_origins_do_not_get_the_socket(server: Any, origin: str | None) -> None:
+    import viser
+
+    port = server.get_port()
+    protocol = [Subprotocol(f"viser-v{viser.__version__}")]
+    own = f"http://{HOST}:{port}"
+    with connect(f"ws://{HOST}:{port}", origin=Origin(own), subprotocols=protocol) as socket:
+        assert socket.recv()
+    foreign = None if origin is None else Origin(origin.format(port=port))
+    with pytest.raises(InvalidStatus, match="403"):
+        connect(f"ws://{HOST}:{port}", origin=foreign, subprotocols=protocol)
 
 
 def _look(probe: Probe, address: str) -> None:
