@@ -6,15 +6,18 @@ is read from its beginning as far as possible. Reading never writes to a bag. Th
 (`ros2 bag info`, `ros2 bag play`) read what is written here.
 """
 
+import contextlib
+import itertools
 import sqlite3
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -35,6 +38,8 @@ TYPES = get_typestore(Stores.ROS2_JAZZY)
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 SYNC_PERIOD = 0.5
 """[s] of wall time that a killed process may lose."""
+STEP_BACK, STEP_AHEAD = 500_000_000, 10_000_000_000
+"""[ns] between two messages of a steady topic beyond which the clock was set, or it paused."""
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
 _MAGIC = {".mcap": b"\x89MCAP0\r\n", ".db3": b"SQLite format 3\x00"}
 _ZSTD = ".zstd"
@@ -184,14 +189,14 @@ class BagContents:
 
 
 def open_bag(
-    path: Path, topics: Iterable[str] | None = None, types: Iterable[str] | None = None
+    path: Path, topics: Iterable[str] | None = None, wanted: Wanted | None = None
 ) -> BagContents:
     """Read a bag; only messages that are wanted are kept in memory.
 
     Args:
         path: A rosbag2 folder, or one .mcap or .db3 file.
         topics: The wanted topics; None for all.
-        types: The wanted message types; None for all.
+        wanted: Further chooses by topic and type.
 
     Returns:
         The contents; of a damaged bag what is left, with remarks.
@@ -201,17 +206,74 @@ def open_bag(
     """
     files = _files(path)
     remarks: list[str] = []
-    names, kinds = (None if each is None else frozenset(each) for each in (topics, types))
+    names = None if topics is None else frozenset(topics)
 
-    def wanted(topic: str, kind: str) -> bool:
-        return (names is None or topic in names) and (kinds is None or kind in kinds)
+    def chosen(topic: str, kind: str) -> bool:
+        return (names is None or topic in names) and (wanted is None or wanted(topic, kind))
 
     try:
         # An index can be broken in any way, and the reader then raises any exception.
-        found, raw = _whole(path, wanted)
+        found, raw = _whole(path, chosen)
     except Exception as error:
-        found, raw = _salvaged(path, files, wanted, error, remarks)
-    messages: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in (*found, *(names or ()))}
+        found, raw = _salvaged(path, files, chosen, error, remarks)
+    absent: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in names or ()}
+    messages = absent | _deserialised(found, raw, remarks)
+    return BagContents(path, messages, dict(sorted(found.items())), tuple(remarks))
+
+
+def on_one_clock(bag: BagContents, topic: str, always: Collection[str] = ()) -> tuple[
+    BagContents, str
+]:  # fmt: skip
+    """The longer side of a bag whose clock was set while it was recorded.
+
+    Such a bag is in order only in its files: by time, both sides are mixed.
+
+    Args:
+        bag: The bag.
+        topic: One that was sent steadily, by which the steps are found.
+        always: Topics of which all messages are kept, such as latched ones.
+
+    Returns:
+        The bag, and what was left out in words; empty if its clock was not set.
+    """
+    try:
+        files = _files(bag.path)
+        times = np.array([time for file in files for time in _log_times(file, topic)])
+    except Exception:  # damaged, and said so already; or each file is compressed
+        return bag, ""
+    gaps = np.diff(times)
+    steps = np.flatnonzero((gaps < -STEP_BACK) | (gaps > STEP_AHEAD))
+    if not len(steps):
+        return bag, ""
+    bounds = [0, *(steps + 1).tolist(), len(times)]
+    first, last = max(itertools.pairwise(bounds), key=lambda side: side[1] - side[0])
+    wanted = {name for name, messages in bag.messages.items() if messages}
+    kept: list[Raw] = []
+    position = 0
+    for file in files:
+        for each in _MESSAGES[file.suffix](file):
+            # What follows the last message of the other side may be of before or after the step.
+            inside = first < position < last or (position == first and each[0] == topic)
+            if each[0] in always or (each[0] in wanted and (inside or position == first == 0)):
+                kept.append(each)
+            position += each[0] == topic
+    kept.sort(key=lambda each: each[2])
+    remarks = list(bag.remarks)
+    messages = _deserialised(bag.topics, kept, remarks)
+    steps_text = ", ".join(f"{1e-9 * gaps[step]:+.1f} s" for step in steps[:3])
+    more = f" and {len(steps) - 3} more" if len(steps) > 3 else ""
+    text = (
+        f"the clock steps by {steps_text}{more} in this bag: only the longest part is used, "
+        f"{100 * (last - first) / len(times):.0f} % of {topic}"
+    )
+    remarks.append(text)
+    return replace(bag, messages=messages, remarks=tuple(dict.fromkeys(remarks))), text
+
+
+def _deserialised(
+    found: Mapping[str, TopicSummary], raw: Iterable[Raw], remarks: list[str]
+) -> dict[str, list[tuple[int, Any]]]:
+    messages: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in found}
     unreadable: dict[str, int] = {}
     for topic, kind, stamp, data in raw:
         message = _message(kind, data)
@@ -222,7 +284,7 @@ def open_bag(
     for topic, count in unreadable.items():
         each = found[topic]
         remarks.append(f"{topic}: {count} of {each.count} messages ({each.type}) unreadable")
-    return BagContents(path, messages, dict(sorted(found.items())), tuple(remarks))
+    return messages
 
 
 def _files(path: Path) -> list[Path]:
@@ -304,8 +366,7 @@ def _salvaged(
         with tempfile.TemporaryDirectory() as folder:
             plain = _unpacked(file, Path(folder))
             try:
-                read = _mcap_messages if plain.suffix == ".mcap" else _sqlite_messages
-                for topic, kind, stamp, data in read(plain):
+                for topic, kind, stamp, data in _MESSAGES[plain.suffix](plain):
                     count += 1
                     before = topics[topic].count if topic in topics else 0
                     topics[topic] = TopicSummary(kind, before + 1)
@@ -332,6 +393,23 @@ def _unpacked(file: Path, folder: Path) -> Path:
         except zstandard.ZstdError:
             pass  # truncated: the beginning is there
     return out
+
+
+def _log_times(file: Path, topic: str) -> list[int]:
+    """[ns] of the messages of a topic in the order of the file, which has an index."""
+    if file.suffix == ".mcap":
+        from mcap.reader import make_reader
+
+        with file.open("rb") as stream:
+            found = make_reader(stream).iter_messages([topic], log_time_order=False)
+            return [message.log_time for _, _, message in found]
+    connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+    with contextlib.closing(connection):
+        rows = connection.execute(
+            "SELECT timestamp FROM messages WHERE topic_id IN "
+            "(SELECT id FROM topics WHERE name = ?) ORDER BY id", (topic,),
+        )  # fmt: skip
+        return [time for (time,) in rows]
 
 
 def _mcap_messages(file: Path) -> Iterator[Raw]:
@@ -373,6 +451,9 @@ def _sqlite_messages(file: Path) -> Iterator[Raw]:
                 yield *topics[key], stamp, data
         finally:
             connection.close()
+
+
+_MESSAGES = {".mcap": _mcap_messages, ".db3": _sqlite_messages}
 
 
 def _fill_up(database: Path) -> None:

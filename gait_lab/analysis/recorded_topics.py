@@ -62,6 +62,14 @@ PARTS: Mapping[str, Part] = {
 }  # fmt: skip
 
 
+def may_be_part(topic: str, kind: str) -> bool:
+    """Whether a topic of a message type can be a part, of any robot."""
+    return any(
+        kind in part.types and topic.endswith("/" + part.topic.rsplit("/", 1)[1])
+        for part in PARTS.values()
+    )
+
+
 def robots_in(topics: Mapping[str, TopicSummary]) -> dict[str, str]:
     """Prefix of the topics, `/red1`, by the name of each robot that has a namespace."""
     end = PARTS["joints"].topic

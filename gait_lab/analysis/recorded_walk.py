@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_lab.analysis.bag import BagContents, open_bag
+from gait_lab.analysis.bag import BagContents, on_one_clock, open_bag
 from gait_lab.analysis.recorded_topics import (
     PARTS,
     find_parts,
+    may_be_part,
     missing_parts,
     robots_in,
     topics_of,
@@ -24,6 +25,8 @@ IntArray = NDArray[np.int64]
 _NANO = 1e-9
 RESTART = 500_000_000
 """[ns] A longer step back in time begins a new run; a shorter one is a late message."""
+STEADY = ("joints", "odometry", "truth", "targets", "expected")
+"""Parts that are sent in every tick."""
 Messages = Sequence[tuple[int, Any]]
 
 
@@ -88,6 +91,7 @@ class RecordedWalk:
         parts: Topic by part, see `PARTS`.
         missing: Which parts the bag lacks, in words.
         remarks: What was wrong with the bag, in words.
+        step: Which part is used of a bag whose clock was set, in words; empty for any other.
         origin: [ns] the zero of every time axis.
         age: [ns] median age of the sensors when they were recorded; 0 if unknown.
         joint_names: Joint names of the joint states.
@@ -125,6 +129,7 @@ class RecordedWalk:
     parts: dict[str, str]
     missing: tuple[str, ...]
     remarks: tuple[str, ...]
+    step: str
     origin: int
     age: int
     joint_names: tuple[str, ...]
@@ -187,13 +192,17 @@ def read_walk(path: Path, robot: str = "") -> RecordedWalk:
     Raises:
         NaoGaitError: The path is no bag, or the bag has no such robot.
     """
-    # The topics are only known once the bag is open.
-    bag = open_bag(path, types={kind for part in PARTS.values() for kind in part.types})
+    bag = open_bag(path, wanted=may_be_part)
     prefix, topics = topics_of(bag.topics, robot)
     parts = find_parts(topics)
+    steady, step = next((parts[part] for part in STEADY if part in parts), None), ""
+    if steady is not None:
+        latched = {parts[part] for part in ("description", "scene") if part in parts}
+        bag, step = on_one_clock(bag, steady, latched)
 
     def messages(part: str) -> Messages:
-        return bag.messages.get(parts[part], ()) if part in parts else ()
+        found = bag.messages.get(parts[part], ()) if part in parts else ()
+        return _of_one_side(found) if step and "clock" not in parts else found
 
     clock = _Clock(messages("clock"), messages("joints"))
     remarks = list(bag.remarks)
@@ -241,6 +250,7 @@ def read_walk(path: Path, robot: str = "") -> RecordedWalk:
         parts=parts,
         missing=tuple(missing_parts(parts)),
         remarks=tuple(dict.fromkeys(remarks)),
+        step=step,
         origin=min(firsts, default=0),
         age=_age(tables["position"]),
         joint_names=names,
@@ -266,6 +276,22 @@ def read_walk(path: Path, robot: str = "") -> RecordedWalk:
         },
         **tables,
     )
+
+
+def _of_one_side(messages: Messages) -> Messages:
+    """Without those that were stamped before the clock was set and logged after it."""
+    stamps = [_header_stamp(message) for _, message in messages]
+    if not stamps or not all(stamps):
+        return messages
+    ages = np.array([log for log, _ in messages]) - np.array(stamps)
+    near = np.abs(ages - np.median(ages)) < RESTART
+    return [each for each, keep in zip(messages, near, strict=True) if keep]
+
+
+def _header_stamp(message: Any) -> int:
+    """[ns] of a message or its first marker; 0 if it has none."""
+    first = message.markers[0] if getattr(message, "markers", ()) else message
+    return _stamp(first) if hasattr(first, "header") else 0
 
 
 class _Clock:

@@ -192,7 +192,12 @@ class Finding:
 
 
 def headline(analysis: Analysis) -> Finding:
-    """One sentence about the walk."""
+    """One sentence about the walk, and one more if only a part of the bag is used."""
+    found, step = _headline(analysis), analysis.walk.step
+    return Finding(found.grade, f"{found.text} But {step}.") if step else found
+
+
+def _headline(analysis: Analysis) -> Finding:
     walk = analysis.walk
     if not analysis.has_motion:
         topics = ", ".join(list(walk.bag.topics)[:8]) or "none at all"

@@ -1,10 +1,13 @@
 """Bags that lack something: a clear word about what is missing, and a report of what is there."""
 
+import ast
 import dataclasses
 import json
 import os
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +17,12 @@ pytest.importorskip("rclpy")
 pytest.importorskip("mujoco")
 pytest.importorskip("plotly")
 
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import String
 
 from gait_lab import cli
-from gait_lab.analysis.bag import BagWriter
+from gait_lab.analysis.bag import TYPES, BagWriter, open_bag
 from gait_lab.analysis.recorded_topics import PARTS, find_parts, missing_parts
 from gait_lab.report.analysis import analyse
 from gait_lab.report.command import report_page
@@ -194,6 +199,90 @@ def test_what_is_no_bag_is_a_usage_error(
     assert "does not exist" in words
     assert "rosbag2" in words
     assert not (tmp_path / "r.html").exists()
+
+
+def rewritten(
+    bag: Path, out: Path, step: float, share: float, storage: str, start: int = 10**18
+) -> Path:
+    """The bag in wall time, on a clock that steps by so many seconds after a share of the time."""
+    found = open_bag(bag)
+    rows = sorted(
+        (
+            (log, topic, message)
+            for topic, messages in found.messages.items() if topic != "/clock"
+            for log, message in messages
+        ),
+        key=lambda row: row[0],
+    )  # fmt: skip
+    moment = rows[0][0] + share * (rows[-1][0] - rows[0][0])
+    with BagWriter(out, storage) as writer:
+        for topic, each in found.topics.items():
+            if topic != "/clock":
+                writer.add_topic(topic, each.type)
+        for log, topic, message in rows:
+            shift = start + (round(1e9 * step) if log >= moment else 0)
+            for part in (message, *getattr(message, "markers", ())):
+                stamp = getattr(getattr(part, "header", None), "stamp", None)
+                if stamp is not None:
+                    time = stamp.sec * 10**9 + stamp.nanosec + shift
+                    object.__setattr__(stamp, "sec", time // 10**9)
+                    object.__setattr__(stamp, "nanosec", time % 10**9)
+            data = TYPES.serialize_cdr(message, found.topics[topic].type)
+            writer.write(topic, log + shift, bytes(data))
+    return out
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+@pytest.mark.parametrize(
+    ("step", "share"), [(-30.0, 0.4), (-2.0, 0.6), (-1.0, 0.7), (3600.0, 0.3), (3600.0, 0.7)]
+)
+def test_one_side_of_a_clock_that_steps_is_reported(
+    whole: Path, tmp_path: Path, step: float, share: float, storage: str
+) -> None:
+    never = analyse(rewritten(whole, tmp_path / "never", 0.0, 0.5, storage))
+    stepped = analyse(rewritten(whole, tmp_path / "stepped", step, share, storage))
+    assert never.walk.step == ""
+    part = max(share, 1.0 - share)
+    assert stepped.walk.duration == pytest.approx(part * never.walk.duration, abs=0.1)
+    assert f"the clock steps by {step:+.1f} s" in headline(stepped).text
+    assert f"{100 * part:.0f} % of /joint_states" in headline(stepped).text
+    assert len(stepped.steps) <= len(never.steps)
+    assert stepped.robot is not None
+    assert stepped.walk.urdf == never.walk.urdf, "what is latched is kept"
+    inside = np.isin(stepped.walk.position.value, never.walk.position.value).all()
+    assert inside, "joint angles of one side only"
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_messages_that_are_not_used_cost_no_memory(
+    whole: Path, tmp_path: Path, storage: str
+) -> None:
+    size, count = 10**6, 100
+    image, cloud = Image(data=bytes(size)), PointCloud2(data=bytes(size))
+    found = open_bag(whole)
+    with BagWriter(tmp_path / "bag", storage) as writer:
+        writer.add_topic("/camera/image_raw", "sensor_msgs/msg/Image")
+        writer.add_topic("/lidar/points", "sensor_msgs/msg/PointCloud2")
+        for topic, each in found.topics.items():
+            writer.add_topic(topic, each.type)
+            for log, message in found.messages[topic]:
+                data = TYPES.serialize_cdr(message, each.type)
+                writer.write(topic, log, bytes(data))
+        for n in range(count // 2):
+            writer.write("/camera/image_raw", n * 10**7, serialize_message(image))
+            writer.write("/lidar/points", n * 10**7, serialize_message(cloud))
+    script = (
+        "import resource, sys; from pathlib import Path\n"
+        "from gait_lab.report.analysis import analyse\n"
+        "print([(len(analyse(Path(bag)).steps),"
+        " resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) for bag in sys.argv[1:]])"
+    )
+    bags = str(whole), str(tmp_path / "bag")
+    done = subprocess.run([sys.executable, "-c", script, *bags], capture_output=True, text=True,
+                          check=True)  # fmt: skip
+    (steps, before), (same, after) = ast.literal_eval(done.stdout)
+    assert same == steps
+    assert after - before < 30 * 1024, "kilobytes, of a hundred megabytes"
 
 
 def test_a_push_and_a_fall_are_found(tmp_path: Path) -> None:
