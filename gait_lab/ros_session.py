@@ -93,7 +93,9 @@ class VelocityPublisher:
         self._node = node
         self._stamped = stamped
         self.message_type: Any = TwistStamped if stamped else Twist
-        self._publisher = node.create_publisher(self.message_type, topic, 10)
+        # With a queue of one message Fast DDS asks for each acknowledgement at once; with a longer
+        # one `arrived` waits for its next heartbeat, up to 3 s.
+        self._publisher = node.create_publisher(self.message_type, topic, 1)
 
     def publish(self, command: VelocityCommand) -> None:
         """Publish a command [m/s, m/s, rad/s]."""
@@ -105,6 +107,17 @@ class VelocityPublisher:
             twist = message.twist
         twist.linear.x, twist.linear.y, twist.angular.z = command.x, command.y, command.yaw
         self._publisher.publish(message)
+
+    @property
+    def subscribers(self) -> int:
+        """Number of subscribers."""
+        return int(self._publisher.get_subscription_count())
+
+    def arrived(self) -> bool:
+        """Wait until all subscribers have what was published; false if one is late by 10 s."""
+        from rclpy.duration import Duration
+
+        return bool(self._publisher.wait_for_all_acked(Duration(seconds=10)))
 
     def stop(self) -> None:
         """Command standstill, as the last thing before the process ends."""

@@ -25,14 +25,14 @@ from gait_lab.demo.tour_driver import TourDriver, TourError
 from gait_lab.ros_session import ros_node
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find
+from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import DomainClaim, stop_on_signal
 from robot_core.types import VelocityCommand
 
 EXIT_FAILED = 1
 REST_SPEED = 0.02
 """Speed [m/s] above which a robot does not stand."""
-LOCKSTEP_TIMEOUT = 10.0
-"""[s] simulated after which the gait stops: in lockstep a busy machine is late with cmd_vel."""
+NODE = "nao_gait_demo"
 BIAS_WAIT = 5.0
 """Longest stand [s] for the gyro: a tour is short, and its heading need not be exact."""
 
@@ -130,11 +130,10 @@ def _walk(
         )
         nodes.start("sim_bridge", _bridge_parameters(options))
         gait = {"preset": options.preset, "urdf": options.urdf, "bias_wait": BIAS_WAIT}
-        if not options.in_real_time:
-            gait["cmd_vel_timeout"] = LOCKSTEP_TIMEOUT
         nodes.start("gait", gait)
-        with ros_node("nao_gait_demo") as node, BagWriter(out / "bag") as writer:
-            driver = TourDriver(node, TOURS[options.tour], writer, stop, nodes)
+        with ros_node(NODE) as node, BagWriter(out / "bag") as writer:
+            lockstep = None if options.in_real_time else LockstepPartner(node, NODE)
+            driver = TourDriver(node, TOURS[options.tour], writer, stop, nodes, lockstep)
             try:
                 driver.run()
             except TourError as error:
@@ -173,6 +172,7 @@ def _bridge_parameters(options: DemoOptions) -> dict[str, object]:
         "robot_seed": options.robot_seed,
         "gui": options.gui,
         "lockstep": not options.in_real_time,
+        "lockstep_nodes": "" if options.in_real_time else NODE,
         "real_time_factor": 1.0 if options.in_real_time else 0.0,
     }
 

@@ -10,6 +10,7 @@ from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.demo.tour import TourPhase, duration, phase_at
 from gait_lab.record.recorder import TopicRecorder
 from gait_lab.ros_session import VelocityPublisher
+from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import StopRequest
 from robot_core.types import STANDSTILL, VelocityCommand
 
@@ -20,8 +21,9 @@ START_TIMEOUT = 60.0
 """Wall time [s] for both nodes to start and for the robot to stand."""
 STALL_TIMEOUT = 20.0
 """Wall time [s] without a message on `/clock` after which the demo gives up."""
-COMMAND_PERIOD = 0.1
-"""Simulated time [s] between two velocity commands."""
+COMMAND_PERIOD = 0.05
+"""Simulated time [s] between two velocity commands, up to which lockstep runs on; less than fills
+the queue of a publisher, so that the recorder loses nothing."""
 STAND_UP_TIME = 4.0
 """Simulated time [s] before the tour for the gait to stand up and, with the tour's own stand, to
 learn its gyro's bias."""
@@ -40,6 +42,8 @@ class TourError(Exception):
 class TourDriver:
     """Publishes the velocity commands of a tour by simulated time, and records all topics.
 
+    In lockstep each command has reached the gait before the sensors of its time.
+
     Attributes:
         tour_began: Simulated time [s] at which the tour began; None before.
     """
@@ -51,6 +55,7 @@ class TourDriver:
         writer: BagWriter,
         stop: StopRequest,
         nodes: NodeProcesses,
+        lockstep: LockstepPartner | None,
     ) -> None:
         from nav_msgs.msg import Odometry
         from rclpy.executors import SingleThreadedExecutor
@@ -63,6 +68,7 @@ class TourDriver:
         self._tour = tour
         self._stop = stop
         self._nodes = nodes
+        self._lockstep = lockstep
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
         self._recorder = TopicRecorder(node, writer)
@@ -75,7 +81,8 @@ class TourDriver:
             node.create_subscription(kind, topic, callback, qos)
         self._now = 0.0
         self._last_clock = time.monotonic()
-        self._next_command = 0.0
+        self._next_command = 0
+        self._stamp = 0
         self._support = ""
         self._speed = 0.0
         self._up = 1.0
@@ -89,7 +96,7 @@ class TourDriver:
             KeyboardInterrupt: If the user interrupts the demo.
         """
         self._wait_for_stand()
-        self.tour_began = self._now
+        assert self.tour_began is not None
         total = duration(self._tour)
         shown = 0.0
         with _progress_bar(total) as bar:
@@ -110,16 +117,14 @@ class TourDriver:
             self._spin(STALL_TIMEOUT)
 
     def close(self) -> None:
-        """Close the recorder."""
+        """Close the recorder, and let time run on."""
+        if self._lockstep is not None:
+            self._lockstep.leave()
         self._recorder.close()
 
     def _wait_for_stand(self) -> None:
         deadline = time.monotonic() + START_TIMEOUT
-        while (
-            self._now < STAND_UP_TIME
-            or not self._support
-            or len(self._recorder.topics) < TOPICS
-        ):
+        while self.tour_began is None:
             self._recorder.add_new_topics()
             self._spin(max(1.0, deadline - time.monotonic()))
             if time.monotonic() > deadline:
@@ -135,11 +140,28 @@ class TourDriver:
             raise TourError(f"no message on /clock for {stall:.0f} s")
 
     def _on_clock(self, message: Any) -> None:
-        self._now = message.clock.sec + 1e-9 * message.clock.nanosec
+        stamp = message.clock.sec * 1_000_000_000 + message.clock.nanosec
+        self._now = 1e-9 * stamp
         self._last_clock = time.monotonic()
-        if self._now >= self._next_command:
-            self._next_command = self._now + COMMAND_PERIOD
-            self._velocity.publish(self._command())
+        if self.tour_began is None and self._now >= STAND_UP_TIME and self._support:
+            self.tour_began = self._now
+        repeated, self._stamp = stamp == self._stamp, stamp  # time is held
+        if (stamp < self._next_command and not repeated) or not self._may_go_on():
+            return
+        self._velocity.publish(self._command())
+        self._next_command = stamp + round(COMMAND_PERIOD * 1e9)
+        if self._lockstep is not None and self._velocity.arrived():
+            self._lockstep.release(self._next_command)
+
+    def _may_go_on(self) -> bool:
+        """Whether lockstep may go on: the tour has all its topics, and begins at a set time."""
+        if self._lockstep is None or self.tour_began is not None:
+            return True
+        return (
+            self._now < STAND_UP_TIME
+            and len(self._recorder.topics) >= TOPICS
+            and self._velocity.subscribers > 1  # gait and recorder
+        )
 
     def _command(self) -> VelocityCommand:
         if self.tour_began is None:

@@ -9,12 +9,13 @@ from typing import Any
 from geometry_msgs.msg import PointStamped
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import String
+from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
 from robot_core.errors import NaoGaitError
 from robot_core.field import BallPlace
 from robot_core.robot import load_robot
+from robot_core.ros.lockstep import UNTIL, LockstepPartners
 from robot_core.ros.parameters import (
     declare,
     load_from,
@@ -63,6 +64,7 @@ class BridgeNode(Node):
             for robot in self._world.robots
         )
         self._make_world_topics(named=scene != FLOOR)
+        self._partners = self._make_partners(text(declare(self, parameters.LOCKSTEP_NODES)))
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         self.get_logger().info(
             ", ".join(self._titles(plant))
@@ -124,7 +126,7 @@ class BridgeNode(Node):
     def _make_world_topics(self, *, named: bool) -> None:
         """Clock, ball and reset; `named`: the robots have names, the ball is the world's."""
         self._writer = WorldWriter()
-        self._clock_topic = None
+        self._clock_topic: Any = None
         if of_type(declare(self, parameters.PUBLISH_CLOCK), bool):
             self._clock_topic = publisher(self, Clock, "/clock")
         self._ball = self._ball_place_topic = None
@@ -153,6 +155,17 @@ class BridgeNode(Node):
         self._publisher_monitor = PublisherMonitor(advice)
         self._watched_topics = tuple(advice)
 
+    def _make_partners(self, names: str) -> LockstepPartners | None:
+        """The nodes that time waits for; None without lockstep, or without a clock of its own."""
+        partners = LockstepPartners(tuple(each.strip() for each in names.split(",") if each))
+        if not self.lockstep or self._clock_topic is None:
+            if names:
+                allowed = "nothing without lockstep and publish_clock"
+                raise NaoGaitError(parameters.LOCKSTEP_NODES.name, names, allowed)
+            return None
+        Inputs(self).subscribe(Header, UNTIL, self._on_until)
+        return partners
+
     def destroy_node(self) -> None:
         """Free the engine too."""
         self._world.close()
@@ -162,15 +175,25 @@ class BridgeNode(Node):
 
     @property
     def waits_for_answer(self) -> bool:
-        """In lockstep, a last reading has not been answered yet."""
-        return self.lockstep and any(each.awaited is not None for each in self._robots)
+        """In lockstep, a last reading has not been answered yet, or another node holds time."""
+        held = self._partners is not None and self._partners.held is not None
+        return held or (self.lockstep and any(each.awaited is not None for each in self._robots))
 
     def advance(self) -> None:
-        """Step the world by one control period and publish the clock, sensors and ground truth."""
+        """Step the world by one control period and publish the clock, sensors and ground truth.
+
+        While a node holds time in lockstep, only the clock; the others once time goes on.
+        """
         self._world.step()
         now = self._world.time
         if self._clock_topic is not None:
             self._clock_topic.publish(self._writer.clock(now))
+        if self._partners is None or self._partners.reach(now):
+            self._publish()
+
+    def _publish(self) -> None:
+        """Publish the sensors and the ground truth of this time."""
+        now = self._world.time
         for each in self._robots:
             each.publish(now)
         ball = self._world.ball
@@ -182,17 +205,30 @@ class BridgeNode(Node):
             self._ball_place_topic.publish(String(data=str(place)))
 
     def resend(self) -> None:
-        """Publish the readings that have not been answered again, unchanged."""
+        """Publish the readings that have not been answered again, or the clock if it is held."""
+        if self._partners is not None and self._partners.held is not None:
+            self._clock_topic.publish(self._writer.clock(self._partners.held))
         for each in self._robots:
             each.resend()
 
     def release_control(self) -> None:
-        """Let other gaits answer where the one in control does not."""
+        """Let other gaits answer where the one in control does not; forget nodes that ended."""
+        if self._partners is not None and self._partners.forget_vanished(
+            self.count_publishers(UNTIL)
+        ):
+            self._publish()
         for each in self._robots:
             each.release_control()
 
     def report_wait(self, waited: float) -> None:
         """Log that lockstep has waited for an answer for `waited` [s] of wall time."""
+        if self._partners is not None and self._partners.held is not None:
+            held = self._partners.held
+            names = ", ".join(self._partners.missing(held))
+            self.get_logger().warning(
+                f"lockstep: {names} has let time run up to {held * 1e-9:.2f} s on {UNTIL}, "
+                f"not further for {waited:.0f} s"
+            )
         for each in self._robots:
             if each.awaited is not None:
                 self.get_logger().warning(f"lockstep: {each.missing_answer(waited)}")
@@ -204,6 +240,10 @@ class BridgeNode(Node):
             write_log(self, line)
 
     # -- inputs ------------------------------------------------------------------------------------
+
+    def _on_until(self, message: Header) -> None:
+        if self._partners is not None and self._partners.receive(message):
+            self._publish()
 
     def _on_put_ball(self, message: PointStamped) -> None:
         frame = message.header.frame_id

@@ -24,6 +24,10 @@ REAL_TIME_FACTOR = node_parameter(
 LOCKSTEP = node_parameter(
     "lockstep", False, "physics waits for the joint_command that answers the last joint_states"
 )
+LOCKSTEP_NODES = node_parameter(
+    "lockstep_nodes", "", "names, with commas, that lockstep waits for on /clock/until from the "
+    "start; others take part from their first message",
+)  # fmt: skip
 GUI = node_parameter("gui", False, "open the window of the physics engine")
 START_STATE = node_parameter(
     "start_state", "stand", "pose of the robot at the start", choices=START_STATES
@@ -50,8 +54,8 @@ CAMERA_NOISE = node_parameter(
 )  # fmt: skip
 OF_THE_CAMERAS = (CAMERA_RATE, CAMERA_WIDTH, CAMERA_HEIGHT, CAMERA_DELAY, CAMERA_NOISE)
 NODE_PARAMETERS = (
-    SCENE, URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP, GUI,
-    START_STATE, PUSH_DURATION, BALL, PUBLISH_CLOCK, CAMERAS, *OF_THE_CAMERAS,
+    SCENE, URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP,
+    LOCKSTEP_NODES, GUI, START_STATE, PUSH_DURATION, BALL, PUBLISH_CLOCK, CAMERAS, *OF_THE_CAMERAS,
 )  # fmt: skip
 OF_THE_FLOOR = (URDF, ROBOT_SEED, START_STATE, BALL)
 """Parameters that the other scenes give for each robot."""
