@@ -2,14 +2,15 @@
 
 import argparse
 import math
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from gait_lab.command_line import Command, Parser, add_commands, argument
 from gait_lab.commands import bench, fingerprint, results, tune
-from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE
-from robot_core.errors import NaoGaitError
+from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE, accept_any_locale
+from robot_core.errors import NaoGaitError, one_line
 from sim_bridge.trials.compiled import check_fresh
 
 _NAO = "nao_h21_v33"
@@ -215,6 +216,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; the exit status (0 only for success)."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     command = words[0] if words else ""
+    accept_any_locale()
     try:
         # In here, because the options of a suite may need what is not installed.
         parsed = build_parser().parse_args(words)
@@ -224,6 +226,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except NaoGaitError as error:
         sys.stderr.write(f"nao_gait {command}: {error}\n")
         return EXIT_USAGE
+    except BrokenPipeError:  # whoever reads the output has ended, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_FAILED
+    except OSError as error:  # a full disk, a folder that cannot be written
+        sys.stderr.write(f"nao_gait {command}: {one_line(error)}\n")
+        return EXIT_FAILED
     except KeyboardInterrupt:
         sys.stderr.write(f"nao_gait {command}: interrupted\n")
         return EXIT_INTERRUPTED

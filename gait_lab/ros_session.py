@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from robot_core.errors import NaoGaitError
-from robot_core.ros.process import stay_local, stop_on_signal
+from robot_core.ros.process import start_rclpy, stop_on_signal
 from robot_core.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
@@ -66,11 +66,9 @@ def ros_node(name: str, namespace: str = "", use_sim_time: bool = False) -> Iter
     with stop_on_signal() as stop:
         import rclpy
         from rclpy.parameter import Parameter
-        from rclpy.signals import SignalHandlerOptions
 
         checked_namespace(namespace)
-        stay_local()
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        start_rclpy()
         node = rclpy.create_node(
             name,
             namespace=namespace,

@@ -111,9 +111,19 @@ class BagWriter:
 
     def write(self, topic: str, stamp: int, data: bytes) -> None:
         """Append a serialised (CDR) message; stamp in ns."""
-        self._writer.write(self._connections[topic], stamp, data)
+        with self._storing():
+            self._writer.write(self._connections[topic], stamp, data)
         self._counts[topic] += 1
         self.sync()
+
+    @contextlib.contextmanager
+    def _storing(self) -> Iterator[None]:
+        """Turn a full or vanished disk into NaoGaitError."""
+        try:
+            yield
+        except (OSError, sqlite3.Error) as error:
+            allowed = f"a disk with space (after {sum(self._counts.values())} messages)"
+            raise NaoGaitError(f"bag {self.path}", str(error), allowed) from error
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -131,19 +141,21 @@ class BagWriter:
             return
         # rosbags has no flush. Its MCAP writer keeps up to 1 MB in memory: close the chunk early.
         # Its sqlite3 writer has one transaction until the end: commit it and begin another.
-        if isinstance(storage, McapWriter):
-            if storage.chunk.bio.tell():
-                storage.close_chunk()
-                storage.bio.flush()
-        else:
-            storage.conn.commit()
+        with self._storing():
+            if isinstance(storage, McapWriter):
+                if storage.chunk.bio.tell():
+                    storage.close_chunk()
+                    storage.bio.flush()
+            else:
+                storage.conn.commit()
 
     def close(self) -> None:
         """Write the index and metadata.yaml; a second call does nothing."""
         if self._writer.storage is not None:
             if not any(self._counts.values()):
                 self._writer.min_timestamp = 0  # else an empty bag would start in the year 2262
-            self._writer.close()
+            with self._storing():
+                self._writer.close()
 
     def __enter__(self) -> "BagWriter":
         return self

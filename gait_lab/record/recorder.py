@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
-from robot_core.ros.process import stay_local, stop_on_signal
+from robot_core.ros.process import start_rclpy, stop_on_signal
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -294,15 +294,13 @@ def record(
     """
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
-    from rclpy.signals import SignalHandlerOptions
 
     from gait_lab.ros_session import checked_topics
 
     topics = checked_topics(topics)
     if duration is not None and not 0.0 < duration < 1e9:
         raise NaoGaitError("duration", duration, "more than 0 s")
-    stay_local()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    start_rclpy()
     began = time.monotonic()
     try:
         node = rclpy.create_node("nao_gait_record")

@@ -1,5 +1,6 @@
 """Writes the page about one bag, or about two."""
 
+import contextlib
 import os
 from collections.abc import Callable
 from dataclasses import asdict
@@ -80,6 +81,8 @@ def write(out: Path, text: str) -> None:
         part.write_text(text, encoding="utf-8")
         os.replace(part, out)
     except OSError as error:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
         raise NaoGaitError("output", str(out), f"a file that can be written ({error})") from error
 
 

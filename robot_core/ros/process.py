@@ -102,6 +102,25 @@ def stay_local() -> None:
     os.environ.setdefault(RANGE, "LOCALHOST")
 
 
+def start_rclpy() -> None:
+    """Initialise rclpy for a tool on this machine; signals stay with the tool.
+
+    Raises:
+        NaoGaitError: It cannot start, for example because its log folder cannot be written.
+    """
+    import rclpy
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+    from rclpy.signals import SignalHandlerOptions
+
+    stay_local()
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except rclpy_implementation.RCLError as error:
+        reason = " ".join(str(error).split())
+        allowed = "a ROS that starts; ROS_LOG_DIR names a folder for its logs"
+        raise NaoGaitError("ROS", reason, allowed) from error
+
+
 class DomainClaim:
     """Reserves a ROS_DOMAIN_ID until `release` or the end of the process.
 

@@ -304,3 +304,31 @@ def test_an_empty_bag_is_a_bag(tmp_path: Path) -> None:
     begin = info["rosbag2_bagfile_information"]["starting_time"]["nanoseconds_since_epoch"]
     assert begin == 0
     assert open_bag(tmp_path / "bag").messages == {"/text": []}
+
+
+FILL = """
+import resource, sys
+from pathlib import Path
+from gait_lab.analysis.bag import BagWriter
+from robot_core.errors import NaoGaitError
+resource.setrlimit(resource.RLIMIT_FSIZE, (10**6, 10**6))
+try:
+    with BagWriter(Path(sys.argv[1]), sys.argv[2]) as writer:
+        writer.add_topic("/text", "std_msgs/msg/String")
+        for number in range(1000):
+            writer.write("/text", number, bytes(4000))
+except NaoGaitError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_disk_that_is_full_is_one_line(tmp_path: Path, storage: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", FILL, str(tmp_path / "bag"), storage],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    (line,) = done.stdout.splitlines()
+    assert line.startswith(f"bag {tmp_path}/bag: got ")
+    assert "a disk with space" in line
+    assert (done.returncode, done.stderr) == (0, "")

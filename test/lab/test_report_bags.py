@@ -253,6 +253,49 @@ def test_one_side_of_a_clock_that_steps_is_reported(
     assert inside, "joint angles of one side only"
 
 
+LATIN = {"PYTHONIOENCODING": "iso-8859-1"}
+ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+
+
+@pytest.mark.parametrize("locale", [LATIN, ASCII, {"PYTHONIOENCODING": "ascii"}])
+def test_the_terminal_may_have_any_encoding(
+    whole: Path, tmp_path: Path, locale: dict[str, str]
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "gait_lab.cli", "report", str(whole), "-o", str(tmp_path / "r")],
+        env={**os.environ, **locale}, capture_output=True, check=False,
+    )  # fmt: skip
+    words = done.stdout.decode("iso-8859-1")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "The robot walked for" in words
+    assert "\\u" not in words
+    assert "-0" in words, "a minus sign that the encoding has"
+
+
+@pytest.mark.parametrize(
+    ("words", "environment"),
+    [
+        (["report", "{bag}", "-o", "/proc/r.html"], {}),
+        (["report", "{bag}", "-o", "/dev/null/r.html"], {}),
+        (["record", "/proc/bag", "--duration", "1"], {}),
+        (["record", "{new}", "--duration", "1"], {"HOME": "/proc"}),
+        (["demo", "--out", "/proc/demo"], {}),
+        (["teach", "check", "/dev/zero"], {}),
+    ],
+)
+def test_places_that_cannot_be_written_are_one_line(
+    whole: Path, tmp_path: Path, words: list[str], environment: dict[str, str]
+) -> None:
+    given = [word.format(bag=whole, new=tmp_path / "new") for word in words]
+    done = subprocess.run(
+        [sys.executable, "-m", "gait_lab.cli", *given], env={**os.environ, **environment},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"nao_gait {words[0]}: ")
+    assert done.returncode in (1, 2)
+
+
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_messages_that_are_not_used_cost_no_memory(
     whole: Path, tmp_path: Path, storage: str
