@@ -12,7 +12,7 @@ from lola_bridge.codec import JOINTS, LolaSensors
 
 VERY_HOT = 2
 """`Status` from which on a motor takes less than 70 % of its stiffness; 3: none (nao_lola)."""
-FOLLOWS = 0.3
+FOLLOWS = 0.5
 """Stiffness from which on a joint is expected to follow its command."""
 STUCK_ANGLE = 0.15
 """[rad] between a command and that at which the measured angle last changed: an encoder has a

@@ -151,5 +151,17 @@ def table_text(
 
 def as_text(title: str, rows: Iterable[Row], notes: Iterable[str]) -> str:
     """For a terminal."""
-    parts = [title, *(table_text(*table) for table in tables(rows))]
+    parts = [title, *(table_text(*_narrow(*table)) for table in tables(rows))]
     return "\n\n".join((*parts, "\n".join(textwrap.fill(note, WIDTH) for note in notes))).rstrip()
+
+
+def _narrow(heads: list[str], lines: list[list[Cell]]) -> tuple[list[str], list[list[Cell]]]:
+    """The table, or with a line per quantity where its columns would not fit a terminal."""
+    if len(heads) <= COLUMNS or len(lines) >= len(heads):
+        return heads, lines
+    columns = [str(line[0]) for line in lines]
+    return ["", *columns], [
+        [head, *(line[place] for line in lines)] for place, head in enumerate(heads) if place
+    ]
+COLUMNS = 9
+"""Most columns of a table on a terminal."""

@@ -194,7 +194,10 @@ def _check_bodies(
         raise NaoGaitError(f"mass of the robot in {path}", float(mass), allowed)
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
-    place = {name: data.oMf[model.getFrameId(name)].translation for name in (torso, *soles)}
+    place = {
+        name: data.oMf[model.getFrameId(name, pin.FrameType.BODY)].translation
+        for name in (torso, *soles)
+    }
     low, high = REACH_RANGE
     for sole in soles:
         reach = float(np.linalg.norm(place[sole] - place[torso]))
