@@ -301,7 +301,7 @@ class _Clock:
         if clock:
             pairs = [(log, _nanoseconds(message.clock)) for log, message in clock]
         else:
-            pairs = [(log, _stamp(message)) for log, message in joints]
+            pairs = [(log, stamp) for log, m in joints if (stamp := _stamp(m))]
         self._log = np.array([pair[0] for pair in pairs], dtype=np.int64)
         self._offset = np.array([pair[1] - pair[0] for pair in pairs], dtype=np.int64)
         # Recorded on the same clock: nothing to convert, also where a message came a tick late.

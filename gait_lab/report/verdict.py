@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.report.analysis import Analysis
+from gait_lab.report.analysis import SHORTEST, Analysis
 from sim_bridge.trials.metrics import FLIGHT_LIMIT, tilt_of
 
 REACHED = 0.9
@@ -26,6 +26,9 @@ ODOMETRY_BAD = 3.0
 """Multiple of these errors from which the odometry is bad."""
 WHITE = 0.8
 """Share of the lags inside the band from which an innovation counts as nearly white."""
+
+WAY = 0.2
+"""[m] walked from which odometry's error is given as a share of it."""
 
 GOOD, FAIR, BAD, NOTE = "good", "fair", "bad", "note"
 
@@ -204,6 +207,8 @@ def _headline(analysis: Analysis) -> Finding:
         return Finding(BAD, f"Nothing of a walk is in this bag. Its topics: {topics}.")
     if analysis.fall is not None:
         return Finding(BAD, f"The robot fell after {analysis.fall:.1f} s.")
+    if walk.duration < SHORTEST:
+        return Finding(NOTE, f"{walk.duration:.2f} s were recorded, too short for a verdict.")
     walked = analysis.walked
     if walked is None:
         if analysis.phases:
@@ -230,7 +235,9 @@ def _last_tilt(analysis: Analysis) -> float:
 
 
 def findings(analysis: Analysis) -> tuple[Finding, ...]:
-    """All findings, the bad ones first."""
+    """All findings, the bad ones first; none about less than `SHORTEST`."""
+    if analysis.walk.duration < SHORTEST:
+        return ()
     found = [
         *_speeds(analysis),
         *_gait(analysis),
@@ -366,11 +373,13 @@ def _odometry(analysis: Analysis) -> list[Finding]:
     paths = analysis.paths
     if paths is None or not len(paths.error) or not np.isfinite(paths.error).any():
         return []
+    if analysis.walked is None and paths.length <= WAY:
+        return []  # a robot that stands shows nothing about its odometry
     x, y, yaw = paths.error[np.isfinite(paths.error).all(axis=1)][-1].tolist()
     off = math.hypot(x, y)
     text = f"Odometry ends {100 * off:.0f} cm and {math.degrees(yaw):+.0f}° off the truth"
     errors = [abs(yaw) / ODOMETRY_HEADING]
-    if paths.length > 0.2:
+    if paths.length > WAY:
         share = off / paths.length
         errors.append(share / ODOMETRY_DISTANCE)
         text += f", {100 * share:.1f} % of the {paths.length:.1f} m walked"

@@ -3,12 +3,15 @@
 import ast
 import dataclasses
 import json
+import math
 import os
 import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -199,6 +202,73 @@ def test_what_is_no_bag_is_a_usage_error(
     assert "does not exist" in words
     assert "rosbag2" in words
     assert not (tmp_path / "r.html").exists()
+
+
+def altered(
+    bag: Path, out: Path, only: set[str] | None = None, longest: float = math.inf,
+    alter: Callable[[str, Any], object] = lambda topic, message: None,
+) -> Path:  # fmt: skip
+    """The bag with only these topics, so many seconds, and messages that are altered in place."""
+    found = open_bag(bag)
+    rows = [
+        (log, topic, message)
+        for topic, messages in found.messages.items() if only is None or topic in only
+        for log, message in messages
+    ]  # fmt: skip
+    rows.sort(key=lambda row: row[0])
+    with BagWriter(out) as writer:
+        for topic in {topic for _, topic, _ in rows}:
+            writer.add_topic(topic, found.topics[topic].type)
+        for log, topic, message in rows:
+            if log - rows[0][0] <= 1e9 * longest:
+                alter(topic, message)
+                data = TYPES.serialize_cdr(message, found.topics[topic].type)
+                writer.write(topic, log, bytes(data))
+    return out
+
+
+def clear_stamps(_topic: str, message: Any) -> None:
+    for part in (message, *getattr(message, "markers", ())):
+        stamp = getattr(getattr(part, "header", None), "stamp", None)
+        if stamp is not None:
+            object.__setattr__(stamp, "sec", 0)
+            object.__setattr__(stamp, "nanosec", 0)
+
+
+def said(bag: Path) -> str:
+    analysis = analyse(bag)
+    return "\n".join(each.text for each in (headline(analysis), *findings(analysis)))
+
+
+def test_odometry_and_commands_alone_say_nothing_of_hops_falls_and_joints(
+    whole: Path, tmp_path: Path
+) -> None:
+    words = said(altered(whole, tmp_path / "bag", {"/odom", "/cmd_vel"}))
+    assert "whether the robot walked is not in the bag" in words
+    assert not re.search("hop|fall|torque|Timing|CoM|Odometry ends", words)
+    assert "by odometry" in words
+
+
+@pytest.mark.parametrize("longest", [0.0, 0.02, 0.05, 0.3])
+def test_a_moment_is_no_verdict(whole: Path, tmp_path: Path, longest: float) -> None:
+    analysis = analyse(altered(whole, tmp_path / "bag", longest=longest))
+    assert findings(analysis) == ()
+    assert headline(analysis).grade not in ("good", "fair")
+
+
+def test_a_robot_that_stood_neither_walks_nor_hops(tmp_path: Path) -> None:
+    stand = RolloutSpec(task=TASKS["stand"].lasting(1.0), engine="mujoco", robot_seed=1)
+    words = said(write_walk(tmp_path / "bag", stand).bag)
+    assert "did not walk" in words
+    assert not re.search("hop|Odometry|walks|speeds were reached|Steps took", words)
+
+
+def test_without_stamps_the_time_of_arrival_counts(whole: Path, tmp_path: Path) -> None:
+    topics = {"/joint_states", "/odom", "/cmd_vel", "/gait/support", "/joint_command"}
+    words = said(altered(whole, tmp_path / "bag", topics, alter=clear_stamps))
+    assert "The robot walked for" in words
+    assert " ms old" not in words
+    assert "Timing: 100 Hz" in words
 
 
 def rewritten(
