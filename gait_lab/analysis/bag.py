@@ -38,6 +38,8 @@ TYPES = get_typestore(Stores.ROS2_JAZZY)
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 SYNC_PERIOD = 0.5
 """[s] of wall time that a killed process may lose."""
+LARGEST_METADATA = 4 * 1024 * 1024
+"""[bytes] of metadata.yaml, which is parsed as a whole."""
 STEP_BACK, STEP_AHEAD = 500_000_000, 10_000_000_000
 """[ns] between two messages of a steady topic beyond which the clock was set, or it paused."""
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
@@ -302,15 +304,20 @@ def _deserialised(
 def _files(path: Path) -> list[Path]:
     """The storage files of a bag; NaoGaitError if there are none that could be one."""
     if path.is_dir():
-        files = sorted(file for file in path.iterdir() if _suffix(file) in _MAGIC)
+        # A named pipe in place of a file would be waited for.
+        found = (each for each in path.iterdir() if each.is_file())
+        files = sorted(each for each in found if _suffix(each) in _MAGIC)
+        about = path / "metadata.yaml"
+        if about.exists() and not (about.is_file() and about.stat().st_size <= LARGEST_METADATA):
+            raise _no_bag(about, f"no file, or more than {LARGEST_METADATA} bytes")
     else:
         files = [path] if path.is_file() else []
     if not files:
-        found = "does not exist"
+        reason = "does not exist"
         if path.is_dir():
             names = sorted(file.name for file in path.iterdir())
-            found = f"a folder with {', '.join(names[:6])}" if names else "an empty folder"
-        raise _no_bag(path, found)
+            reason = f"a folder with {', '.join(names[:6])}" if names else "an empty folder"
+        raise _no_bag(path, reason)
     for file in files:
         _check_magic(file)
     return files

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import math
+import re
 import tempfile
 import time
 from collections.abc import Callable
@@ -36,6 +37,8 @@ URDF_TIMEOUT = 3.0
 """Wall time [s] to wait for robot_description before the shipped robot is shown."""
 PING_PERIOD, PING_TIMEOUT = 0.5, 1.5
 """Wall time [s] between two pings of a page, and without an answer after which it has gone."""
+LONGEST_STATE = 60
+"""Characters of the gait's state that are shown."""
 PUSH_DURATION = 0.1
 """Duration of a push of the simulated robot [s]."""
 CAMERA = (0.75, -0.75, 0.5)
@@ -135,13 +138,18 @@ class Panel:
         """Show the state of the gait, and the rate [Hz] of the joint states."""
         x, y, yaw = state.speed
         content = (
-            f"**{state.support or 'no gait yet'}**  \n"
+            f"**{_plain(state.support) or 'no gait yet'}**  \n"
             f"{_whole(100 * x)} cm/s forward, {_whole(100 * y)} cm/s left, "
             f"{_whole(math.degrees(yaw))}°/s  \n"
             f"sensors at {rate:.0f} Hz, t = {max(0, state.stamp) * 1e-9:.1f} s"
         )
         if content != self._text.content:
             self._text.content = content
+
+
+def _plain(text: str) -> str:
+    """A text from a topic without what Markdown would turn into links, images or HTML."""
+    return re.sub(r"[^A-Za-z0-9_ ]", "", text)[:LONGEST_STATE]
 
 
 def _whole(value: float) -> int:
@@ -181,7 +189,7 @@ class ShownRobot:
         self.world = None if team is None else WorldScene(node, server, name, team)
         self.link = RobotLink(node, name, stamped=stamped)
         self.scene: RobotScene | None = None
-        self._server, self._color = server, color
+        self._node, self._server, self._color = node, server, color
         self._first_joints: float | None = None
 
     def make_scene(self, now: float) -> None:
@@ -195,10 +203,15 @@ class ShownRobot:
             if now - self._first_joints >= URDF_TIMEOUT:
                 self.scene = RobotScene(self._server, load_robot(), self.name, self._color)
             return
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "robot.urdf")
-            path.write_text(state.urdf, encoding="utf-8")
-            self.scene = RobotScene(self._server, load_robot(path), self.name, self._color)
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder, "robot.urdf")
+                path.write_text(state.urdf, encoding="utf-8")
+                robot = load_robot(path)
+        except (NaoGaitError, UnicodeError) as error:
+            self._node.get_logger().warning(f"robot_description: {error}; the NAO is shown")
+            robot = load_robot()
+        self.scene = RobotScene(self._server, robot, self.name, self._color)
 
 
 class Viewer:

@@ -306,6 +306,26 @@ def test_an_empty_bag_is_a_bag(tmp_path: Path) -> None:
     assert open_bag(tmp_path / "bag").messages == {"/text": []}
 
 
+@pytest.mark.parametrize("name", ["walk.mcap", "walk.db3", "metadata.yaml"])
+@pytest.mark.parametrize("target", ["pipe", "/dev/zero", "/"])
+def test_only_regular_files_are_a_bag(tmp_path: Path, name: str, target: str) -> None:
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    (folder / "other.mcap").write_bytes(b"")
+    if target == "pipe":
+        os.mkfifo(folder / name)
+    else:
+        (folder / name).symlink_to(target)
+    if name == "metadata.yaml":
+        with pytest.raises(NaoGaitError, match=r"metadata\.yaml: no file"):
+            open_bag(folder)
+    else:
+        assert "other.mcap is empty" in open_bag(folder).remarks
+        (folder / "other.mcap").unlink()
+        with pytest.raises(NaoGaitError, match="a folder with"):
+            open_bag(folder)
+
+
 FILL = """
 import resource, sys
 from pathlib import Path

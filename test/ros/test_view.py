@@ -25,7 +25,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
-from gait_lab.view.viewer import HOST, Viewer, serve
+from gait_lab.view.robot_link import RobotState
+from gait_lab.view.viewer import HOST, Panel, Viewer, serve
 from gait_lab.view.world_scene import WorldScene
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import PoseEstimate
@@ -138,6 +139,16 @@ def test_all_robots_of_a_scene_are_shown_and_the_chosen_one_is_driven(
     viewer.panel.x.value = 10.0
     shown(lambda: any(c.linear.x == 0.1 for c in commands["blue2"]), "a command for blue2")
     assert not any(c.linear.x for c in commands["red1"])
+
+
+def test_what_topics_say_is_shown_as_plain_text(server: Any) -> None:
+    panel = Panel(server)
+    state = RobotState(support="walk left ![x](http://evil/x.png) <img src=y> " + "a" * 10**6)
+    panel.show(state, 100.0)
+    content = panel._text.content
+    assert content.startswith("**walk left x")
+    assert not set(content) & set("![]()<>")
+    assert len(content) < 300
 
 
 class Subscriptions:
