@@ -17,7 +17,7 @@ def check_inputs(frame: SensorFrame, command: VelocityCommand, joints: int) -> N
     try:
         position, rate = frame.joint_position, frame.angular_velocity
         force = frame.linear_acceleration
-        total = position.dot(position) + rate.dot(rate) + force.dot(force)
+        total = sum(position.tolist()) + sum(rate.tolist()) + sum(force.tolist())
         total += command.x + command.y + command.yaw
         if len(position) == joints and len(rate) == 3 and len(force) == 3 and math.isfinite(total):
             return
