@@ -13,11 +13,11 @@ import numpy as np
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration, SensorCorrection
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
-from nao_lipm_gait.estimation.state_estimator import StateEstimator
+from nao_lipm_gait.estimation.state_estimator import LYING_TILT, StateEstimator
 from nao_lipm_gait.frame_check import check_inputs
 from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.head_control import HeadControl
-from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
+from nao_lipm_gait.modes import UPRIGHT_TILT, ModeInputs, Modes, Requests, Transition
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import DEFAULT, preset_for
@@ -327,7 +327,11 @@ class Gait:
             self._stamp = frame.stamp
         self._begin_stand(frame.late, frame.joint_position)
         self._sent = self._correction.for_motors(self._measured_position(frame))
-        self._modes.begin(lies=self._estimator.begin(frame))
+        tilt = self._estimator.begin(frame)
+        self._modes.begin(
+            lies=tilt is not None and tilt > LYING_TILT,
+            upright=tilt is not None and tilt < UPRIGHT_TILT,
+        )
         if self._modes.state is MOTION:
             self._estimator.reset_lying_side()
         return 0
@@ -474,14 +478,15 @@ class Gait:
 
     # -- restarts and parameters -------------------------------------------------------------------
 
-    def restart(self) -> None:
+    def restart(self, *, moved: bool = False) -> None:
         """Reset after a gap in the frames, but keep the robot limp, fallen or sitting if it is so.
 
-        A robot that was getting up tries again.
+        A robot that was getting up tries again. `moved`: someone may have put it on its feet
+        meanwhile; a fallen one stands at once if the next frame shows it upright and at rest.
         """
         before, position = self._modes, self._last_position
         self.reset()
-        self._modes.continue_from(before)
+        self._modes.continue_from(before, moved=moved)
         if self._modes.resumes:
             self._last_position = position
 

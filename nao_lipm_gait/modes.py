@@ -133,6 +133,7 @@ class Modes:
         state: Current mode.
         fell: A fall was detected in the last tick.
         resumes: The first frame continues the motion pose that was held before a restart.
+        put_up: A fall before a restart is over if the first frame shows an upright robot at rest.
         motions: Running and requested motions.
     """
 
@@ -146,6 +147,7 @@ class Modes:
         self.state: GaitState = STAND
         self.fell = False
         self.resumes = False
+        self.put_up = False
         self.motions = motions
         self._requests = requests
         self._robot = robot
@@ -155,7 +157,7 @@ class Modes:
 
     # -- before the first frame --------------------------------------------------------------------
 
-    def continue_from(self, before: "Modes") -> None:
+    def continue_from(self, before: "Modes", *, moved: bool) -> None:
         """Keep what outlasts a restart of the gait.
 
         A relaxed robot stays relaxed, a fallen one stays fallen and continues to get up, and a held
@@ -163,7 +165,9 @@ class Modes:
 
         Args:
             before: Modes until the restart.
+            moved: The robot may have been put elsewhere meanwhile, and on its feet.
         """
+        self.put_up = moved
         if before.state is RELAXED:
             self._requests.relax = True
         elif self._requests.fall or before.state in (FALLEN, GETTING_UP):
@@ -173,9 +177,11 @@ class Modes:
             self.motions = before.motions
             self.resumes = True
 
-    def begin(self, *, lies: bool) -> None:
-        """The first frame has arrived; lies: it shows a robot that lies."""
+    def begin(self, *, lies: bool, upright: bool) -> None:
+        """The first frame has arrived; it shows a robot that lies, that is upright, or neither."""
         resumes, self.resumes = self.resumes, False
+        if upright and self.put_up:
+            self._requests.fall = False
         if lies or self._requests.fall:
             self.state = FALLEN
             self.motions.drop_upright()

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
+from robot_core.ros.lockstep import UNTIL, LockstepPartner
 from robot_core.ros.process import start_rclpy, stop_on_signal
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 IMAGE = "sensor_msgs/msg/Image"
+HEADER = "std_msgs/Header"
 DISCOVERY_PERIOD = 0.5
 """[s] of wall time between two searches for new topics."""
 CLOCK_TIMEOUT = 5.0
@@ -118,10 +120,10 @@ def message_class(message_type: str) -> Any:
         raise ImportError(f"no message {message_type}") from error
 
 
-def stamp_of(clock: bytes) -> int:
-    """[ns] in a serialised rosgraph_msgs/Clock."""
-    order = "<" if clock[1] & 1 else ">"
-    seconds, nanoseconds = struct.unpack_from(f"{order}iI", clock, 4)
+def stamp_of(message: bytes) -> int:
+    """[ns] at the begin of a serialised message: a rosgraph_msgs/Clock, or one with a header."""
+    order = "<" if message[1] & 1 else ">"
+    seconds, nanoseconds = struct.unpack_from(f"{order}iI", message, 4)
     return int(seconds) * 1_000_000_000 + int(nanoseconds)
 
 
@@ -138,6 +140,45 @@ class Topic:
     name: str
     type: str
     latched: bool = False
+
+
+class StampGaps:
+    """Counts the messages that are missing on topics of a fixed rate, by their stamps."""
+
+    FIRST = 20
+    """Intervals whose shortest is the period of a topic."""
+    PAUSE = 500_000_000
+    """[ns] A longer gap may be a pause, as of sensors after a reset; the clock has none."""
+    REGULAR = 0.8
+    """Share of the first intervals that are the shortest one, on a topic of a fixed rate."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, int] = {}
+        self._intervals: dict[str, list[int]] = {}
+        self.missing: dict[str, int] = {}
+
+    def add(self, topic: str, stamp: int) -> None:
+        """Take the stamp [ns] of the newest message."""
+        last, self._last[topic] = self._last.get(topic), stamp
+        if last is None or stamp <= last:
+            return  # sent again, or another start
+        known, interval = self._intervals.setdefault(topic, []), stamp - last
+        if len(known) < self.FIRST:
+            known.append(interval)
+            return
+        period = min(known)
+        if interval < 1.5 * period or (interval > self.PAUSE and topic != "/clock"):
+            return
+        if known.count(period) >= self.REGULAR * len(known):
+            self.missing[topic] = self.missing.get(topic, 0) + round(interval / period) - 1
+
+    def text(self) -> str:
+        """What is missing, for the last line of a recording."""
+        total = sum(self.missing.values())
+        if not total:
+            return ""
+        worst = max(self.missing, key=lambda topic: self.missing[topic])
+        return f"; {total} missing by the stamps, most of {worst} ({self.missing[worst]})"
 
 
 class TopicRecorder:
@@ -164,12 +205,18 @@ class TopicRecorder:
             self._order.use_wall_time()
         self._subscriptions: dict[str, tuple[Any, Callable[[bytes, Any], None]]] = {}
         self._types: dict[str, Any] = {}
-        self._refused: set[str] = set()
+        self._refused = {UNTIL}
+        self._gaps = StampGaps()
 
     @property
     def topics(self) -> tuple[str, ...]:
         """The recorded topics."""
         return tuple(self._subscriptions)
+
+    @property
+    def missing(self) -> str:
+        """What is missing by the stamps, as the end of a sentence; empty if nothing is."""
+        return self._gaps.text()
 
     @property
     def now(self) -> float:
@@ -193,6 +240,8 @@ class TopicRecorder:
             ),
         )
         handler: Any = self._handler(name, topic.type == CLOCK)
+        if topic.type == CLOCK or cls.get_fields_and_field_types().get("header") == HEADER:
+            handler = self._counting(name, handler)
         self._types[name] = cls
         self._subscriptions[name] = (
             self._node.create_subscription(cls, name, handler, qos, raw=True), handler
@@ -238,6 +287,17 @@ class TopicRecorder:
         if is_clock and self._simulated is not False:
             return lambda data, info: self._order.tick(name, _arrival(info), stamp_of(data), data)
         return lambda data, info: self._order.message(name, _arrival(info), data)
+
+    def _counting(
+        self, name: str, handler: Callable[[bytes, Any], None]
+    ) -> Callable[[bytes, Any], None]:
+        """The handler of messages that begin with a stamp, counting those that are missing."""
+
+        def handle(data: bytes, info: Any) -> None:
+            self._gaps.add(name, stamp_of(data))
+            handler(data, info)
+
+        return handle
 
     def decide(self, simulated_time: bool) -> None:
         """Choose the time if it was not given."""
@@ -311,6 +371,8 @@ def record(
             wanted = {node.resolve_topic_name(topic) for topic in topics} or None
             if wanted is not None and simulated_time is not False:
                 wanted.add("/clock")
+            lockstep = LockstepPartner(node)
+            lockstep.keep_up()
             say(f"recording to {out}; Ctrl-C ends")
             choice = _ClockChoice(node, simulated_time)
             end = math.inf
@@ -327,12 +389,13 @@ def record(
                         say(f"not recorded: {topic}: {reason}")
                 executor.spin_once(timeout_sec=min(0.2, end - now))
                 writer.sync()
+            lockstep.leave()
             recorder.close()
             total = sum(writer.counts.values())
     finally:
         rclpy.try_shutdown()
     say(f"{out}: {total} messages of {len(writer.counts)} topics, "
-        f"{time.monotonic() - began:.0f} s")  # fmt: skip
+        f"{time.monotonic() - began:.0f} s{recorder.missing}")  # fmt: skip
     return total
 
 

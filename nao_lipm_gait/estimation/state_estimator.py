@@ -124,15 +124,15 @@ class StateEstimator:
         p = self._p = parameters
         self.orientation.set_stance_time(p.tilt_stance_time)
 
-    def begin(self, frame: SensorFrame) -> bool:
-        """Initialise the orientation with the first frame; returns whether the robot lies."""
+    def begin(self, frame: SensorFrame) -> float | None:
+        """Initialise the orientation with the first frame; its tilt [rad], None in motion."""
         force, rate = as_point(frame.linear_acceleration), as_point(frame.angular_velocity)
         at_rest = abs(hypot(*force) - GRAVITY) < REST_FORCE and hypot(rate[0], rate[1]) < REST_RATE
         if not at_rest:
             self.orientation.reset_upright()
-            return False
+            return None
         self.orientation.reset(force)
-        return self.orientation.tilt > LYING_TILT
+        return self.orientation.tilt
 
     def update(
         self,

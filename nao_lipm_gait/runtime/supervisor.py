@@ -191,15 +191,15 @@ class Supervisor:
         if self._lift is not None:
             self._lift.restart()
         if not time.steady:
-            self.restart()
+            self.restart(moved=True)
             return
         self._gait.continue_at(time.stamp)
         if self._gait.state in ON_THE_WAY:
             self._gait.request_stand()
 
-    def restart(self) -> None:
+    def restart(self, *, moved: bool = False) -> None:
         """Restart the gait; its first targets may be anywhere, the guard leads there."""
-        self._gait.restart()
+        self._gait.restart(moved=moved)
         self._bias_wait.restart()
 
     # -- requests ----------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ class LockstepPartner:
         from rclpy.qos import QoSProfile, ReliabilityPolicy
         from rosgraph_msgs.msg import Clock
 
-        reliable = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+        reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         follow = self.follower(ahead)
 
         def on_clock(message: Any) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from geometry_msgs.msg import PointStamped
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
@@ -37,6 +38,8 @@ from sim_bridge.world import World
 
 CONTROL_PERIOD = 0.01
 """[s] between two readings; a NAO's own."""
+CLOCK = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+"""A clock that lockstep holds is repeated, and must not fill the queue of a node that is late."""
 
 
 class BridgeNode(Node):
@@ -128,7 +131,7 @@ class BridgeNode(Node):
         self._writer = WorldWriter()
         self._clock_topic: Any = None
         if of_type(declare(self, parameters.PUBLISH_CLOCK), bool):
-            self._clock_topic = publisher(self, Clock, "/clock")
+            self._clock_topic = publisher(self, Clock, "/clock", CLOCK)
         self._ball = self._ball_place_topic = None
         if self._world.ball is not None:
             self._ball = publisher(self, PointStamped, "ground_truth/ball")

@@ -95,7 +95,7 @@ class Machine:
         self.robot, self.walk, self.requests = Robot(), Walk(), Requests()
         self.gets_up = gets_up
         self.modes = self._modes()
-        self.modes.begin(lies=False)
+        self.modes.begin(lies=False, upright=True)
 
     def _modes(self) -> Modes:
         motions = MotionScheduler(ROBOT, MotionLibrary(MOTIONS))
@@ -105,11 +105,13 @@ class Machine:
     def state(self) -> GaitState:
         return self.modes.state
 
-    def restart(self, *, lies: bool = False) -> None:
+    def restart(
+        self, *, lies: bool = False, upright: bool = False, moved: bool = False
+    ) -> None:
         """A gap in the frames; lies: the first frame after it shows a robot that lies."""
         before, self.modes = self.modes, self._modes()
-        self.modes.continue_from(before)
-        self.modes.begin(lies=lies)
+        self.modes.continue_from(before, moved=moved)
+        self.modes.begin(lies=lies, upright=upright)
 
     def request(self, name: str) -> None:
         self.modes.motions.request(name, self.modes.next_posture)
@@ -482,6 +484,22 @@ def test_every_transition_is_in_the_table_and_every_motion_fits(
                 assert transition.motion is not None
                 # A lying robot begins no motion that needs feet, and no get-up begins on feet.
                 assert transition.motion.gets_up == (transition.after is GETTING_UP)
+
+
+@pytest.mark.parametrize(
+    ("moved", "lies", "upright", "state"),
+    [(True, False, True, STAND), (True, False, False, FALLEN), (True, True, False, FALLEN),
+     (False, False, True, FALLEN)],
+)  # fmt: skip
+def test_a_fallen_robot_that_is_put_on_its_feet_in_a_pause_stands_at_once(
+    moved: bool, lies: bool, upright: bool, state: GaitState
+) -> None:
+    machine = Machine()
+    machine.requests.fall = True
+    assert machine.states(1) == [FALLEN]
+    machine.restart(moved=moved, lies=lies, upright=upright)
+    assert machine.state is state
+    assert machine.states(1) == [state]
 
 
 def test_a_simulated_robot_changes_modes_by_the_table() -> None:

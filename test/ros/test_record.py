@@ -16,6 +16,7 @@ pytest.importorskip("rosbags")
 from rosgraph_msgs.msg import Clock
 
 from gait_lab.analysis.bag import open_bag
+from gait_lab.record.recorder import StampGaps
 from robot_core.errors import NaoGaitError
 from ros_probe import ROOT, TIMEOUT, Probe
 
@@ -101,3 +102,18 @@ def test_a_recording_ends_whole_and_in_order(probe: Probe, tmp_path: Path) -> No
     ages = np.array([stamp for stamp, _ in joints]) - sampled
     # Arrival counts, and not when a busy recorder came round to it.
     assert np.mean((ages >= 40_000_000) & (ages <= 50_000_000)) > 0.95
+
+
+def test_missing_messages_are_counted_by_their_stamps() -> None:
+    gaps = StampGaps()
+    lost, pause = {40, 41, 70}, range(80, 150)
+    for tick in range(200):
+        if tick not in lost:
+            gaps.add("/clock", 10_000_000 * tick)
+        if tick not in lost and tick not in pause:
+            gaps.add("/joint_states", 10_000_000 * tick)
+        if tick % 7 < 2:
+            gaps.add("/footsteps", 10_000_000 * tick)
+    assert gaps.missing == {"/clock": 3, "/joint_states": 3}
+    assert "6 missing" in gaps.text()
+    assert StampGaps().text() == ""
