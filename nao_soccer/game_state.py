@@ -9,6 +9,7 @@ class Phase(StrEnum):
 
     Attributes:
         INITIAL: Stand still beside or on the field.
+        STANDBY: Stand still and wait for the referee's sign (SPL, versions 17 and 18).
         READY: Walk to the places for the kick-off.
         SET: Stand still; the ball lies on its place.
         PLAYING: Play.
@@ -16,10 +17,31 @@ class Phase(StrEnum):
     """
 
     INITIAL = "initial"
+    STANDBY = "standby"
     READY = "ready"
     SET = "set"
     PLAYING = "playing"
     FINISHED = "finished"
+
+
+class GamePhase(StrEnum):
+    """Part of a game, in which the phases above are gone through."""
+
+    NORMAL = "normal"
+    SHOOT_OUT = "shoot_out"
+    EXTRA_TIME = "extra_time"
+    TIMEOUT = "timeout"
+
+
+class Competition(StrEnum):
+    """What is played: the SPL's kinds of games, and the divisions of the Humanoid Soccer League."""
+
+    NORMAL = "normal"
+    MOST_PASSES = "most_passes"
+    SMALL = "small"
+    MIDDLE = "middle"
+    LARGE = "large"
+    OTHER = "other"
 
 
 class SetPlay(StrEnum):
@@ -56,12 +78,17 @@ class GameState:
         set_play: What is going on while playing.
         own_kick: The own team kicks off or has the set play; None = nobody.
         ball_free: A kick-off or set play is over, so that both teams may play the ball.
-        penalized: This player has a penalty: it stands still, and begins anew from its start.
+        penalized: This player has a penalty: it stands still.
+        removed: The penalty takes it off the field; others are served where it stands.
+        selected: This player takes part; in a penalty shoot-out only kicker and goalkeeper do.
         stopped: The referee has stopped the game: all players stand still.
         goalkeeper: This player is the goalkeeper.
         own_score: Goals of the own team.
         other_score: Goals of the other team.
         seconds_remaining: Time [s] left in the half.
+        first_half: It is the first half.
+        game_phase: Part of the game.
+        competition: What is played.
         message_budget: Number of team messages that the team may still send; None = no limit.
     """
 
@@ -70,9 +97,14 @@ class GameState:
     own_kick: bool | None = None
     ball_free: bool = True
     penalized: bool = False
+    removed: bool = False
+    selected: bool = True
     stopped: bool = False
     goalkeeper: bool = False
     own_score: int = 0
     other_score: int = 0
     seconds_remaining: float = 0.0
+    first_half: bool = False
+    game_phase: GamePhase = GamePhase.NORMAL
+    competition: Competition = Competition.NORMAL
     message_budget: int | None = None

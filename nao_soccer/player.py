@@ -7,6 +7,8 @@ player.world.add_odometry(stamp, pose)
 player.world.add_percepts(percepts)
 player.hear_referee(data, time)                  # bytes of the GameController
 player.hear_mate(data, time)                     # bytes of a team mate
+player.hear_whistle(time)
+player.hear_gesture("ready", time)
 decision = player.decide(body, now)
 goal = player.look(decision)                     # for the head
 data = player.team_message(now * 1e-9)           # what to send now, if anything
@@ -21,15 +23,16 @@ from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
 from nao_soccer.behavior.walking import WalkLimits
-from nao_soccer.game_state import GameState, Phase, Role
+from nao_soccer.game_state import Competition, GamePhase, GameState, Phase, Role
 from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
-from nao_soccer.team.link import TeamLink
+from nao_soccer.team.link import GameTime, TeamLink
 from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
 from nao_soccer.team.roles import Claim, RoleChoice
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import IMAGE_AGE_MAX, TeamMate, WorldState
+from robot_core.errors import NaoGaitError
 from robot_core.field import Goals
 from robot_core.head_goals import Goal
 from robot_core.motion.library import shipped_library
@@ -42,6 +45,14 @@ GETTING_UP_TIME = 10.0
 """[s] that a robot on the ground needs before it can walk to the ball."""
 REFEREE_SILENCE = 3.0
 """[s] without the referee, who speaks twice a second, after which this is reported."""
+
+SIGNAL_HOLD = 15.0
+"""[s] for which a whistle or a gesture is believed while the packets do not say it yet; the
+GameController tells of a kick-off so much later."""
+FREE_BALL = 10.0
+"""[s] after the whistle of a kick-off, from which on both teams may play the ball."""
+READY_GESTURE = "ready"
+"""Gesture of the referee that ends `standby`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +81,8 @@ class Player:
         identity: Who it is.
         robot: The robot; its motions say which kicks and dives it has.
         settings: Of the world model; with the field and the goals.
-        start: Pose x, y [m], yaw [rad] in the field of its team at which it begins, and to which
-            the referee puts it with a penalty; None = not known.
+        start: Pose x, y [m], yaw [rad] in the field of its team at which it begins; None = not
+            known. From a penalty it comes back beside the touch line (`Field.entries`).
         limits: Largest speeds; None = the defaults.
         planner: Chooses what to do with the ball; None = the one that plays at the goal.
 
@@ -109,11 +120,15 @@ class Player:
         self._roles = RoleChoice(identity.player)
         self._decision: Decision | None = None
         self._state: WorldState | None = None
-        self._urgent = self._late_start = self._was_penalized = False
+        self._urgent = self._late_start = self._was_penalized = self._was_removed = False
+        self._field = settings.field
+        self._time_of_game = GameTime()
+        self._signal: tuple[Phase, Phase, float] | None = None
         self._packet: int | None = None
         self._packet_time = -math.inf
         self._start = start
-        self._begin_at_start()
+        if start is not None:
+            self.world.start((start,))
 
     # -- hearing -----------------------------------------------------------------------------------
 
@@ -131,7 +146,36 @@ class Player:
             return
         if self._packet is None:
             self._late_start = game.phase in (Phase.SET, Phase.PLAYING)
+        self._time_of_game.hear(game)
         self.game, self._packet, self._packet_time = game, message.packet, time
+        self._obey_signal(time)
+
+    def hear_whistle(self, time: float) -> None:
+        """The whistle at a kick-off: play begins before the packets say so."""
+        if self.game.phase is Phase.SET:
+            self._signal = Phase.SET, Phase.PLAYING, time
+            self._obey_signal(time)
+
+    def hear_gesture(self, name: str, time: float) -> None:
+        """A gesture of the referee; only `READY_GESTURE` is known, others raise NaoGaitError."""
+        if name != READY_GESTURE:
+            raise NaoGaitError("gesture", name, READY_GESTURE)
+        if self.game.phase is Phase.STANDBY:
+            self._signal = Phase.STANDBY, Phase.READY, time
+            self._obey_signal(time)
+
+    def _obey_signal(self, time: float) -> None:
+        """Believe a sign for a while; one of another field is forgotten then."""
+        if self._signal is None:
+            return
+        before, after, since = self._signal
+        if self.game.phase not in (before, after) or not 0.0 <= time - since < SIGNAL_HOLD:
+            self._signal = None
+        elif self.game.phase is before:
+            free = self.game.own_kick is None or time - since >= FREE_BALL
+            self.game = replace(
+                self.game, phase=after, ball_free=free and after is Phase.PLAYING
+            )
 
     def hear_mate(self, data: bytes, time: float) -> None:
         """Take a team message; NaoGaitError as `TeamLink.receive`."""
@@ -147,9 +191,10 @@ class Player:
         if self._late_start:  # it began in the middle of a half: it may be anywhere
             self.world.forget_place()
             self._late_start = False
-        if self._was_penalized and not self.game.penalized:
-            self._begin_at_start()  # there the referee has put the robot
+        if self._was_penalized and not self.game.penalized and self._was_removed:
+            self.world.start(self._entries())
         self._was_penalized = self.game.penalized
+        self._was_removed = self.game.penalized and (self._was_removed or self.game.removed)
         for mate in self.link.mates(now * 1e-9):
             self.world.add_mate(mate)
         state = self.world.state()
@@ -162,7 +207,9 @@ class Player:
             self._restart(time)
         before = self.role
         claims = self.link.claims(time)
-        if self.identity.roles:
+        if self.game.game_phase is GamePhase.SHOOT_OUT:
+            self.role = Role.STRIKER if self.game.own_kick else Role.KEEPER
+        elif self.identity.roles:
             self.role = self._roles.update(
                 time,
                 self._seconds_to_ball(state),
@@ -175,7 +222,7 @@ class Player:
             self.role = Role.KEEPER if self.game.goalkeeper else Role.STRIKER
         self._urgent = self._urgent or self.role is not before
         self._decision = self._mind.update(
-            state, body, self.game, self.role, self._striker(state, claims)
+            state, body, self.game, self.role, self._striker(state, claims), self._rank(claims)
         )
         self._state = state
         return self._decision
@@ -184,9 +231,20 @@ class Player:
         """Where the head looks after a decision; None leaves it to the gait."""
         return self._looking.goal(decision.action.head, decision.world)
 
-    def _begin_at_start(self) -> None:
-        if self._start is not None:
-            self.world.start((self._start,))
+    def _entries(self) -> tuple[Pose2, ...]:
+        """Where the robot stands after a penalty that took it off the field."""
+        game, half = self.game, self._field.length / 2.0
+        if game.game_phase is GamePhase.SHOOT_OUT:
+            kicks = half - self._field.penalty_area_length, 0.0, 0.0
+            return (kicks,) if game.own_kick else ((-half, 0.0, 0.0),)
+        if game.phase in (Phase.INITIAL, Phase.STANDBY) and self._start is not None:
+            return (self._start,)
+        return self._field.entries()
+
+    def _rank(self, claims: list[Claim]) -> int:
+        """The place among the supporters, in the order of their numbers."""
+        before = self.identity.player
+        return sum(each.role is Role.SUPPORTER and each.number < before for each in claims)
 
     def _restart(self, time: float) -> None:
         """The clock has begun again: drop everything that waits for a time of the old one."""
@@ -235,6 +293,8 @@ class Player:
         if self.identity.waits and silence > REFEREE_SILENCE:
             return f"referee not heard for {silence:.0f} s: {game.phase.value} goes on"
         plays = state.upright and game.phase is Phase.PLAYING and not game.penalized
+        if game.competition in (Competition.MOST_PASSES, Competition.OTHER):
+            return f"competition {game.competition.value}: this robot plays for goals all the same"
         if self._mind.lost and plays:
             return "own pose not valid: the robot looks for landmarks"
         alone = self.identity.roles and self.identity.players > 1 and not state.mates
@@ -244,15 +304,17 @@ class Player:
 
     def team_message(self, time: float) -> bytes | None:
         """The team message to send now; None = none. Call it after `decide`."""
-        silent = self.game.phase in (Phase.INITIAL, Phase.FINISHED)
+        game = self.game
+        silent = game.phase in (Phase.INITIAL, Phase.STANDBY, Phase.FINISHED)
+        silent = silent or game.game_phase in (GamePhase.TIMEOUT, GamePhase.SHOOT_OUT)
         if self._state is None or silent or not self.identity.roles:
             return None
         data = self.link.send(
             time,
             self._message,
             urgent=self._urgent,
-            budget=self.game.message_budget,
-            remaining=self.game.seconds_remaining,
+            budget=game.message_budget,
+            remaining=self._time_of_game.left(game),
         )
         if data is not None:
             self._urgent = False

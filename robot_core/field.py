@@ -34,6 +34,8 @@ CIRCLE_SEGMENTS = 64
 """Number of straight pieces in which the circle is painted: 1 mm from a circle of 1.5 m."""
 MARK_LENGTH = 0.1
 """[m] length and width of the cross that marks the penalty spot and the centre."""
+ENTRY_OUT = 0.2
+"""[m] beyond the touch line at which a robot waits for the end of its penalty."""
 
 _COLOR = Choice(tuple(COLORS))
 
@@ -240,6 +242,15 @@ class Field(Settings):
                 x, y = radius * math.cos(i * step), radius * math.sin(i * step)
                 painted.append(Marking(x, y, length, self.line_width, i * step + math.pi / 2.0))
         return tuple(painted)
+
+    def entries(self) -> tuple[Pose2, Pose2]:
+        """x, y [m], yaw [rad] beside the left and the right touch line, in the own team's field.
+
+        There robots come back from a penalty: at the height of the own penalty mark, looking into
+        the field.
+        """
+        x, y = -self.length / 2.0 + (self.penalty_mark or 0.15 * self.length), self.width / 2.0
+        return (x, y + ENTRY_OUT, -math.pi / 2.0), (x, -y - ENTRY_OUT, math.pi / 2.0)
 
     def posts(self, goals: Goals) -> tuple[Point2, ...]:
         """x, y [m] of the middles of the posts: red's right and left, then blue's."""

@@ -14,6 +14,7 @@ from robot_core.geometry import rotation_matrix
 from robot_core.types import FloatArray
 from sim_bridge.robot import SimulatedRobot
 from sim_bridge.shapes import half_height
+from sim_bridge.state import StartState
 from sim_bridge.surroundings import Surroundings
 
 
@@ -52,13 +53,15 @@ def check_places(robots: Sequence[SimulatedRobot], surroundings: Surroundings) -
 
 def check_free(
     robot: SimulatedRobot,
+    start: StartState,
     robots: Iterable[SimulatedRobot],
     ball: tuple[FloatArray, float] | None = None,
 ) -> None:
-    """Refuse to put a robot at its start while another one or the ball is there.
+    """Refuse to put a robot somewhere while another one or the ball is there.
 
     Args:
         robot: The robot.
+        start: Where it is to be.
         robots: All robots.
         ball: (3,) [m] centre and radius [m]; None = none.
 
@@ -68,7 +71,7 @@ def check_free(
     taken = [_now(other) for other in robots if other is not robot]
     if ball is not None:
         taken.append(_ball_at(*ball))
-    _check(_start_of(robot), taken)
+    _check(_at(robot, start), taken)
 
 
 def _check(start: Place, taken: Iterable[Place]) -> None:
@@ -80,7 +83,10 @@ def _check(start: Place, taken: Iterable[Place]) -> None:
 
 
 def _start_of(robot: SimulatedRobot) -> Place:
-    start = robot.start
+    return _at(robot, robot.start)
+
+
+def _at(robot: SimulatedRobot, start: StartState) -> Place:
     low, high = robot.body.bounds(rotation_matrix(start.torso_rotation), start.joint_position)
     return Place(robot.name, low + start.torso_position, high + start.torso_position)
 

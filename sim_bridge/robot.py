@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -196,7 +196,8 @@ class SimulatedRobot:
         self.model = make_robot_model(spec.robot, plant, spec.seed, spec.name, spec.color)
         self.description, self.plant = spec.robot, self.model.plant
         self.individual, self.body = self.model.individual, self.model.body
-        self.start = _start_state(self.body, self.individual.joint_zero, spec, ground)
+        self._spec, self._ground = spec, ground
+        self.start = self.start_at(None)
         self._period = control_period
         self._physics_step = plant.physics.step
         substeps = control_period // round(plant.physics.step * _SECOND)
@@ -221,6 +222,13 @@ class SimulatedRobot:
         self._friction: float | None = None
         self._faults_changed = False
         self._time = self._restarted = 0
+
+    def start_at(self, pose: Pose2 | None) -> StartState:
+        """At rest and upright at x, y [m], heading [rad] in the world; None = at its start."""
+        spec = self._spec
+        if pose is not None:
+            spec = replace(spec, pose=pose, start_state="stand")
+        return _start_state(self.body, self.individual.joint_zero, spec, self._ground)
 
     # -- for users ---------------------------------------------------------------------------------
 

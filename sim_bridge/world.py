@@ -10,7 +10,7 @@ from robot_core.errors import NaoGaitError, is_number
 from robot_core.field import BallPlace
 from robot_core.robot import RobotDescription
 from robot_core.robot.camera import CameraView, RgbImage
-from robot_core.types import Point2
+from robot_core.types import Point2, Pose2
 from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.engines.registry import make_backend
@@ -212,11 +212,15 @@ class World:
         for robot, state in zip(self.robots, self._engine.observe(), strict=True):
             robot.restart(self.time, state)
 
-    def reset_robot(self, name: str) -> None:
+    def reset_robot(self, name: str, pose: Pose2 | None = None) -> None:
         """Put one robot back to its start, at rest; its delayed frames are lost.
 
+        Args:
+            name: The robot.
+            pose: x, y [m], heading [rad] at which it is put instead.
+
         Raises:
-            NaoGaitError: There is no such robot, or another one or the ball is where it starts.
+            NaoGaitError: There is no such robot, or another one or the ball is at this place.
         """
         names = [robot.name for robot in self.robots]
         if name not in names:
@@ -225,8 +229,9 @@ class World:
         robot = self.robots[index]
         spec, ball = self.surroundings.ball, self.ball
         here = None if spec is None or ball is None else (ball.position, spec.radius)
-        check_free(robot, self.robots, here)
-        self._engine.place(index, robot.start)
+        start = robot.start if pose is None else robot.start_at(pose)
+        check_free(robot, start, self.robots, here)
+        self._engine.place(index, start)
         robot.restart(self.time, self._engine.observe()[index])
 
     def step(self) -> None:

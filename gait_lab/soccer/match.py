@@ -183,23 +183,25 @@ class Match:
             if isinstance(order, PutBall):
                 pitch.world.put_ball(*order.position)
             elif isinstance(order, PutRobot):
-                self._put_back(order.name)
+                self._put_back(order)
         self._strikers.watch(REFEREE_TICKS * CONTROL_PERIOD)
         if self.referee.phase is not before or pitch.count % MESSAGE_TICKS == 0:
             self._broadcast(time)
 
     def _broadcast(self, time: float) -> None:
+        self.referee.messages.update(self.pitch.messages_of)
         data = self.referee.message().encode()
         for index, player in enumerate(self.pitch.players):
             for each in self.pitch.channels.referee_message(index, data, time):
                 with contextlib.suppress(NaoGaitError):  # the node logs it
                     player.player.hear_referee(each, time)
 
-    def _put_back(self, name: str) -> None:
+    def _put_back(self, order: PutRobot) -> None:
+        name = order.name
         for robot, player in zip(self.pitch.scene.robots, self.pitch.players, strict=True):
             if robot.name == name:
                 try:
-                    self.pitch.world.reset_robot(name)
+                    self.pitch.world.reset_robot(name, order.pose)
                 except NaoGaitError:
                     self.referee.not_put_back(name)  # something is there
                     return

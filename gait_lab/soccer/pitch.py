@@ -21,7 +21,7 @@ from nao_soccer.vision.percepts import ROBOT_OF
 from nao_soccer.vision.settings import VisionSettings
 from nao_soccer.world.settings import WorldSettings
 from robot_core.errors import NaoGaitError
-from robot_core.field import BallPlace, Field, Goals
+from robot_core.field import TEAMS, BallPlace, Field, Goals
 from robot_core.robot import RobotDescription
 from robot_core.types import DOWN, GETTING_UP, STANDSTILL, GaitStatus, Point2, Point3, Pose2
 from sim_bridge.cameras.camera import CameraSettings
@@ -119,7 +119,7 @@ class RobotPlayer(Policy):
         return () if self.decision is None else self.decision.path
 
     def put_back(self) -> None:
-        """The referee has put the robot back to its start."""
+        """The referee has put the robot beside the field."""
         self.gait.reset()
         self.gait.request_stand()
         self._motion = ""
@@ -140,7 +140,7 @@ class Pitch:
 
     Attributes:
         players: In the order of the scene's robots.
-        messages: Number of team messages that were sent.
+        messages_of: Number of team messages that were sent, by team.
         count: Control periods so far.
 
     Raises:
@@ -171,7 +171,7 @@ class Pitch:
             noise_seed=100 * first,
             cameras=CameraSettings() if rendered else None,
         )
-        self.messages = 0
+        self.messages_of = dict.fromkeys(TEAMS, 0)
         self.count = 0
         self._loss = loss
         self._random = np.random.default_rng([23, first])
@@ -209,6 +209,11 @@ class Pitch:
         self.players[index].start(kind(*self._starts[index]))
 
     @property
+    def messages(self) -> int:
+        """Number of team messages that were sent."""
+        return sum(self.messages_of.values())
+
+    @property
     def ball(self) -> Point2:
         """x, y [m] of the ball."""
         x, y, _ = self.ball_position
@@ -238,7 +243,7 @@ class Pitch:
 
     def tell(self, index: int, data: bytes, time: float) -> None:
         """Send a team message to the team mates; some are lost."""
-        self.messages += 1
+        self.messages_of[self._teams[index]] += 1
         for number, player in enumerate(self.players):
             mate = number != index and self._teams[number] == self._teams[index]
             if mate and self._random.random() >= self._loss:

@@ -11,9 +11,9 @@ FIRST_PORT = 30000
 
 
 def referee_ports(domain: int) -> dict[str, object]:
-    """UDP ports of the referee, which all nodes of a match know."""
+    """UDP ports of the referee; the players know the first two too, and that of their team."""
     first = FIRST_PORT + 10 * domain
-    return {"control_port": first, "return_port": first + 1}
+    return {"control_port": first, "return_port": first + 1, "team_port": first + 2}
 
 
 def player_parameters(
@@ -28,6 +28,6 @@ def player_parameters(
         "number": robot.number,
         "players": sum(each.team == robot.team for each in scene.robots),
         "start": f"{x:.3f} {y:.3f} {heading:.3f}",
-        "team_port": FIRST_PORT + 10 * domain + 2 + TEAMS.index(robot.team),
         **referee_ports(domain),
+        "team_port": FIRST_PORT + 10 * domain + 2 + TEAMS.index(robot.team),
     }

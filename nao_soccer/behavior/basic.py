@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from nao_soccer.behavior.situation import Action, Situation
 from nao_soccer.behavior.walking import FACING, Round, turn_by, walk_to
+from nao_soccer.game_state import SetPlay
 from nao_soccer.world.state import HeadMode
 from robot_core.geometry import rotate_planar
 from robot_core.types import STAND, Point2, Pose2, VelocityCommand
@@ -30,6 +31,16 @@ DIVES = "dive_left", "dive_right"
 """Motions of a goalkeeper; not every kind of robot has them."""
 BALL_FREE_DISTANCE = 0.75
 """[m] that the other team keeps from the ball of a kick-off or set play."""
+
+START_PLACES = (
+    (-0.3, 0.15), (-0.3, -0.15), (-0.2, 0.33), (-0.2, -0.33), (-0.4, 0.32), (-0.4, -0.32),
+)  # fmt: skip
+"""Supporters' places at a kick-off, as shares of the field's length and width."""
+SUPPORT_PLACES = (
+    (0.0, 0.0), (0.05, 0.3), (0.05, -0.3), (-0.05, 0.15), (-0.05, -0.15), (0.1, 0.42),
+)  # fmt: skip
+"""Supporters' places in play, beside the one between ball and own goal: ahead and to the side, as
+shares of the field; the first side is the one where the ball is not."""
 
 
 def stand(s: Situation) -> Action:
@@ -58,7 +69,9 @@ def turn_around(s: Situation) -> Action:
 
 
 def walk_to_middle(s: Situation) -> Action:
-    """Walk to the centre of the field."""
+    """Walk to the centre of the field, unless the ball there is the other team's."""
+    if s.gives_way:
+        return turn_around(s)
     target = s.in_base((0.0, 0.0, s.own[2]))
     return Action(walk_to(target, s.limits, s.obstacles()), head=HeadMode.BALL)
 
@@ -137,18 +150,36 @@ def keep_distance(s: Situation) -> Action:
 
 def take_place(s: Situation) -> Action:
     """Walk to the place for the kick-off."""
-    kicks = s.game.own_kick
-    length = s.field.length
-    circle = s.field.circle_diameter / 2.0
-    if s.striker is None:
-        place = (-0.35 if kicks else -circle - 0.3, 0.0)
-    else:
-        place = (-0.3 * length, 0.15 * s.field.width)
-    if s.game.goalkeeper:
-        place = (-length / 2.0 + 0.3, 0.0)
+    place = _start_place(s)
     # All robots walk at once and none needs the ball: look at landmarks, and ahead in between.
     action = _walk_and_stay(s, (*place, 0.0), Round(s.ball, 0.3, 0.1), facing=FACING)
     return replace(action, head=HeadMode.LOCALIZE)
+
+
+def _start_place(s: Situation) -> Point2:
+    """Place for the kick-off or the penalty kick that is prepared."""
+    game, field = s.game, s.field
+    half = field.length / 2.0
+    along, across = START_PLACES[s.rank % len(START_PLACES)]
+    y = across * field.width
+    if game.set_play is SetPlay.PENALTY_KICK and game.own_kick:
+        if s.striker is None and not game.goalkeeper:
+            return half - field.penalty_mark - 0.4, 0.0
+        return (half - _penalty_room(s), y) if not game.goalkeeper else (0.3 - half, 0.0)
+    if s.defends_penalty:
+        y = 0.0 if s.striker is None else y
+        return (_penalty_room(s) - half, y) if not game.goalkeeper else (-half, 0.0)
+    if game.goalkeeper:
+        return 0.3 - half, 0.0
+    if s.striker is None:
+        return (-0.35 if game.own_kick else -field.circle_diameter / 2.0 - 0.3), 0.0
+    return along * field.length, y
+
+
+def _penalty_room(s: Situation) -> float:
+    """[m] from the goal line to who waits for a penalty kick, outside of the area."""
+    ball = s.field.penalty_mark + BALL_FREE_DISTANCE + 0.1
+    return max(s.field.penalty_area_length + 0.3, ball)
 
 
 def support(s: Situation) -> Action:
@@ -161,8 +192,19 @@ def support(s: Situation) -> Action:
     far = math.hypot(bx - gx, by - gy)
     # Half way to the own goal, but never nearer to the ball than a metre.
     share = min(0.5, max(0.0, (far - 1.0) / far)) if far > 0.0 else 0.0
-    place = (gx + share * (bx - gx), gy + share * (by - gy))
-    return _stand_at(s, _on_field(s, place), Round(s.ball, 0.7))
+    ahead, aside = SUPPORT_PLACES[s.rank % len(SUPPORT_PLACES)]
+    side = -1.0 if by > 0.0 else 1.0
+    place = _on_field(
+        s,
+        (
+            gx + share * (bx - gx) + ahead * s.field.length,
+            gy + share * (by - gy) + side * aside * s.field.width,
+        ),
+    )
+    gap = math.dist(place, (bx, by))
+    if s.rank and 0.0 < gap < 1.0:  # not to the ball, but behind it
+        place = _on_field(s, (bx - 1.0, place[1]))
+    return _stand_at(s, place, Round(s.ball, 0.7))
 
 
 def guard_goal(s: Situation) -> Action:
@@ -172,8 +214,9 @@ def guard_goal(s: Situation) -> Action:
     bx, by = (0.0, 0.0) if ball is None else ball.position_in_field
     far = math.hypot(bx - gx, by) or 1.0
     reach = 0.7 * s.goals.width / 2.0
-    y = min(max(by * KEEPER_OUT / far, -reach), reach)
-    return _walk_and_stay(s, (gx + KEEPER_OUT, y, math.atan2(by - y, bx - gx - KEEPER_OUT)))
+    out = 0.0 if s.defends_penalty else KEEPER_OUT
+    y = min(max(by * out / far, -reach), reach)
+    return _walk_and_stay(s, (gx + out, y, math.atan2(by - y, bx - gx - out)))
 
 
 def dive_left(s: Situation) -> Action:
@@ -212,6 +255,11 @@ def _walk_and_stay(
 
 
 def _on_field(s: Situation, place: Point2) -> Point2:
-    """The nearest place on the field."""
+    """The nearest place on the field; in some set plays outside of a penalty area."""
     x, y = s.field.length / 2.0 - 0.2, s.field.width / 2.0 - 0.2
-    return min(max(place[0], -x), x), min(max(place[1], -y), y)
+    low, high = -x, x
+    if s.gives_way and s.game.set_play is SetPlay.GOAL_KICK:
+        high = s.field.length / 2.0 - s.field.penalty_area_length - 0.3
+    elif s.gives_way and s.defends_penalty:
+        low = _penalty_room(s) - s.field.length / 2.0
+    return min(max(place[0], low), high), min(max(place[1], -y), y)

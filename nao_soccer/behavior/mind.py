@@ -6,11 +6,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
+from nao_soccer.behavior.basic import BALL_FREE_DISTANCE
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.option_tree import Activation, OptionTree
 from nao_soccer.behavior.options import PLAYER
 from nao_soccer.behavior.situation import Action, Body, Situation
-from nao_soccer.behavior.walking import WalkLimits, kept_apart
+from nao_soccer.behavior.walking import APART_FROM, Round, WalkLimits, kept_apart
 from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.world.looking import unseen_robot
 from nao_soccer.world.state import HeadMode, TeamMate, WorldState
@@ -85,6 +86,7 @@ class Mind:
         game: GameState | None = None,
         role: Role = Role.STRIKER,
         striker: TeamMate | None = None,
+        rank: int = 0,
     ) -> Decision:
         """Decide.
 
@@ -94,6 +96,7 @@ class Mind:
             game: The state of the game; None = a game without a referee.
             role: The own role.
             striker: The team mate who is the striker, if it is another one.
+            rank: Place among the supporters, from 0.
         """
         if world.own.valid or self._last_valid is None:
             self._last_valid = world.stamp
@@ -112,11 +115,16 @@ class Mind:
             self._goals,
             self._limits,
             striker,
+            rank,
             self._lost,
             self._dives,
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
         walk = kept_apart(action.walk, situation.near_robots(), self._limits)
+        if situation.gives_way and world.ball is not None and role is not Role.KEEPER:
+            # Whatever the state of the tree: the ball is the other team's.
+            near = Round(situation.ball, BALL_FREE_DISTANCE, APART_FROM)
+            walk = kept_apart(walk, [near], self._limits)
         action = replace(action, walk=walk, head=_watching_way(action, situation))
         return Decision(world, action, path, self._plan)
 

@@ -68,26 +68,31 @@ STRIKER: _Option = Option(
     _State(
         "search",
         SEARCH,
-        [When(symbols.ball_known, "play")],
+        [When(symbols.must_give_way, "wait"), When(symbols.ball_known, "play")],
     ),
     _State(
         "play",
         PLAY_BALL,
         [
-            When(symbols.ball_lost, "search"),
             When(symbols.must_give_way, "wait"),
+            When(symbols.ball_lost, "search"),
             When(symbols.place_lost, "find place"),
         ],
     ),
     _State(
         "find place",
         basic.find_place,
-        [When(symbols.place_known, "play"), After(3.0, "wait for the team")],
+        [
+            When(symbols.must_give_way, "wait"),
+            When(symbols.place_known, "play"),
+            After(3.0, "wait for the team"),
+        ],
     ),
     _State(
         "wait for the team",
         basic.find_place,
         [
+            When(symbols.must_give_way, "wait"),
             When(symbols.place_known, "play"),
             When(symbols.is_alone, "play all the same"),
             After(9.0, "play all the same"),
@@ -96,7 +101,11 @@ STRIKER: _Option = Option(
     _State(
         "play all the same",
         PLAY_BALL,
-        [When(symbols.place_known, "play"), When(symbols.ball_lost, "search")],
+        [
+            When(symbols.must_give_way, "wait"),
+            When(symbols.place_known, "play"),
+            When(symbols.ball_lost, "search"),
+        ],
     ),
     _State(
         "wait",
@@ -168,7 +177,7 @@ GAME: _Option = Option(
 
 PLAYER: _Option = Option(
     "player",
-    _State("upright", GAME, [When(symbols.fallen, "get up")]),
+    _State("upright", GAME, [When(symbols.must_get_up, "get up")]),
     _State("get up", basic.get_up, [When(symbols.upright, "upright"), After(20.0, "lie")]),
     # A gait gives up after some attempts, or was started again: each request is a new one.
     _State("lie", basic.stand, [When(symbols.upright, "upright"), When(symbols.lies, "get up")]),

@@ -14,7 +14,7 @@ from nao_soccer.behavior.walking import (
     Round,
     WalkLimits,
 )
-from nao_soccer.game_state import GameState, Phase, Role
+from nao_soccer.game_state import GameState, Phase, Role, SetPlay
 from nao_soccer.world.settings import BALL_DECELERATION
 from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
 from robot_core.field import Field, Goals
@@ -67,6 +67,7 @@ class Situation:
     Attributes:
         plan: What to do with the ball; None while no ball is known.
         striker: The team mate who is the striker, if it is another one.
+        rank: The robot's place among the supporters of its team, from 0.
         lost: The own pose has not been valid for a while.
         dives: The robot can dive.
     """
@@ -80,8 +81,19 @@ class Situation:
     goals: Goals
     limits: WalkLimits
     striker: TeamMate | None = None
+    rank: int = 0
     lost: bool = False
     dives: bool = True
+
+    @property
+    def gives_way(self) -> bool:
+        """The other team has a kick-off or a set play that is not over."""
+        return self.game.own_kick is False and not self.game.ball_free
+
+    @property
+    def defends_penalty(self) -> bool:
+        """The other team has a penalty kick."""
+        return self.game.set_play is SetPlay.PENALTY_KICK and self.game.own_kick is False
 
     @property
     def own(self) -> Pose2:

@@ -6,7 +6,7 @@ Thresholds come in pairs, so that decisions do not flicker.
 import math
 
 from nao_soccer.behavior.situation import Situation
-from nao_soccer.game_state import Phase, Role
+from nao_soccer.game_state import GamePhase, Phase, Role
 from nao_soccer.world.settings import BALL_DECELERATION
 from robot_core.types import FALLEN, IN_MOTION, STAND
 
@@ -43,6 +43,11 @@ def fallen(s: Situation) -> bool:
     return not s.world.upright
 
 
+def must_get_up(s: Situation) -> bool:
+    """The robot lies and may get up; while the game is stopped nobody moves."""
+    return fallen(s) and not s.game.stopped
+
+
 def lies(s: Situation) -> bool:
     """The robot lies and does not get up."""
     return s.body.state is FALLEN
@@ -68,8 +73,8 @@ def in_motion(s: Situation) -> bool:
 
 def must_stand(s: Situation) -> bool:
     """The rules want the robot to stand still, or it does not see where it walks."""
-    still = s.game.phase in (Phase.INITIAL, Phase.SET, Phase.FINISHED)
-    return still or not _may_move(s)
+    moves = s.game.phase in (Phase.READY, Phase.PLAYING)
+    return not (moves and _may_move(s))
 
 
 def ready(s: Situation) -> bool:
@@ -83,17 +88,19 @@ def playing(s: Situation) -> bool:
 
 
 def _may_move(s: Situation) -> bool:
-    return not (s.game.penalized or s.game.stopped or s.world.blind)
+    game = s.game
+    away = game.penalized or game.stopped or not game.selected
+    return not (away or game.game_phase is GamePhase.TIMEOUT or s.world.blind)
 
 
 def must_give_way(s: Situation) -> bool:
     """The other team has a kick-off or a set play that is not over."""
-    return s.game.own_kick is False and not s.game.ball_free
+    return s.gives_way
 
 
 def may_play(s: Situation) -> bool:
     """The opposite of `must_give_way`."""
-    return not must_give_way(s)
+    return not s.gives_way
 
 
 # -- the team --------------------------------------------------------------------------------------

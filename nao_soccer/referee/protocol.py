@@ -1,11 +1,12 @@
 """Messages of the RoboCup GameController: bytes to values and back.
 
-Sizes, order and codes are those of `RoboCupGameControlData.h`: version 18 of the Standard Platform
-League (github.com/RoboCup-SPL/GameController3, folder game_controller_msgs/headers), versions 19
-and 20 of the Humanoid Soccer League (github.com/RoboCup-HumanoidSoccerLeague/GameController, the
-same folder, releases 6 and 7). All numbers are little-endian. Bytes of a control message:
+Sizes, order and codes are those of `RoboCupGameControlData.h`: versions 15 to 18 of the Standard
+Platform League (github.com/RoboCup-SPL/GameController3, folder game_controller_msgs/headers), which
+differ in the last state and the last penalties only, and versions 19 and 20 of the Humanoid Soccer
+League (github.com/RoboCup-HumanoidSoccerLeague/GameController, the same folder, releases 6 and 7).
+All numbers are little-endian. Bytes of a control message:
 
-| bytes | 18 | 19 and 20 |
+| bytes | 15 to 18 | 19 and 20 |
 |---|---|---|
 | 0-3 | `RGme` | the same |
 | 4 5 6 | version, packet number, players per team | the same |
@@ -27,7 +28,7 @@ import struct
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from nao_soccer.game_state import GameState, Phase, SetPlay
+from nao_soccer.game_state import Competition, GamePhase, GameState, Phase, SetPlay
 from robot_core.errors import NaoGaitError
 from robot_core.types import Point2, Pose2
 
@@ -44,7 +45,7 @@ _RETURN_VERSION = 4
 _HEADER = struct.Struct("<4s10B2h")
 _TEAM = struct.Struct("<6B2H")
 _RETURN = struct.Struct("<4s4B6f")
-_PLAYER_BYTES = {18: 2, 19: 4, 20: 3}
+_PLAYER_BYTES = {15: 2, 16: 2, 17: 2, 18: 2, 19: 4, 20: 3}
 VERSIONS = tuple(_PLAYER_BYTES)
 """Versions of the control message that can be read and written."""
 SIZES = {
@@ -53,8 +54,12 @@ SIZES = {
 }
 """Length [bytes] of a control message by version."""
 
-_PHASES = (Phase.INITIAL, Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED, Phase.INITIAL)
-"""By state code. 5 is `standby` of version 18: the robots stand until the whistle."""
+_PHASES = (Phase.INITIAL, Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED, Phase.STANDBY)
+"""By state code; 5 is there in versions 17, where it is called setup, and 18."""
+_STANDBY = (17, 18)
+_GAME_PHASES = tuple(GamePhase)
+_SPL_COMPETITIONS = (Competition.NORMAL, Competition.MOST_PASSES)
+_HSL_COMPETITIONS = (Competition.SMALL, Competition.MIDDLE, Competition.LARGE)
 _SPL_SET_PLAYS = (
     SetPlay.NONE, SetPlay.GOAL_KICK, SetPlay.FREE_KICK, SetPlay.CORNER_KICK, SetPlay.KICK_IN,
     SetPlay.PENALTY_KICK,
@@ -63,7 +68,19 @@ _HSL_SET_PLAYS = (
     SetPlay.NONE, SetPlay.FREE_KICK, SetPlay.FREE_KICK, SetPlay.PENALTY_KICK, SetPlay.KICK_IN,
     SetPlay.GOAL_KICK, SetPlay.CORNER_KICK,
 )  # fmt: skip
-_SET_PLAYS = {18: _SPL_SET_PLAYS, 19: _HSL_SET_PLAYS, 20: _HSL_SET_PLAYS}
+
+
+def _spl(version: int) -> bool:
+    """The version is one of the Standard Platform League."""
+    return version <= 18
+
+
+def _set_plays(version: int) -> tuple[SetPlay, ...]:
+    return _SPL_SET_PLAYS if _spl(version) else _HSL_SET_PLAYS
+
+
+def _competitions(version: int) -> tuple[Competition, ...]:
+    return _SPL_COMPETITIONS if _spl(version) else _HSL_COMPETITIONS
 
 
 class Penalty(StrEnum):
@@ -72,7 +89,10 @@ class Penalty(StrEnum):
     NONE = "none"
     ILLEGAL_POSITION = "illegal_position"
     MOTION_IN_SET = "motion_in_set"
+    MOTION_IN_STANDBY = "motion_in_standby"
     MOTION_IN_STOP = "motion_in_stop"
+    POSITION_IN_SET = "position_in_set"
+    STANCE = "stance"
     GAME_STUCK = "game_stuck"
     INCAPABLE = "incapable"
     PICK_UP = "pick_up"
@@ -86,12 +106,20 @@ class Penalty(StrEnum):
     OTHER = "other"
 
 
+IN_PLACE = frozenset((Penalty.MOTION_IN_SET, Penalty.MOTION_IN_STANDBY, Penalty.MOTION_IN_STOP))
+"""Penalties that are served where the robot stands; for all others it is taken off the field."""
+
+_SPL_PENALTIES = {
+    Penalty.NONE: 0, Penalty.BALL_HOLDING: 1, Penalty.PUSHING: 2, Penalty.MOTION_IN_SET: 3,
+    Penalty.INCAPABLE: 4, Penalty.ILLEGAL_POSITION: 5, Penalty.LEAVING: 6, Penalty.PICK_UP: 7,
+    Penalty.GAME_STUCK: 8, Penalty.POSITION_IN_SET: 9, Penalty.STANCE: 10, Penalty.SUBSTITUTE: 14,
+    Penalty.OTHER: 15,
+}  # fmt: skip
+_MOVED = {Penalty.MOTION_IN_STANDBY: 11}
+"""From version 16 on; it is called motion in initial before version 18."""
 _PENALTIES = {
-    18: {
-        Penalty.NONE: 0, Penalty.BALL_HOLDING: 1, Penalty.PUSHING: 2, Penalty.MOTION_IN_SET: 3,
-        Penalty.INCAPABLE: 4, Penalty.ILLEGAL_POSITION: 5, Penalty.LEAVING: 6, Penalty.PICK_UP: 7,
-        Penalty.GAME_STUCK: 8, Penalty.SUBSTITUTE: 14, Penalty.OTHER: 15,
-    },
+    15: _SPL_PENALTIES, 16: _SPL_PENALTIES | _MOVED, 17: _SPL_PENALTIES | _MOVED,
+    18: _SPL_PENALTIES | _MOVED,
     19: {
         Penalty.NONE: 0, Penalty.ILLEGAL_POSITION: 1, Penalty.MOTION_IN_SET: 2,
         Penalty.GAME_STUCK: 3, Penalty.INCAPABLE: 4, Penalty.PICK_UP: 5, Penalty.BALL_HOLDING: 6,
@@ -153,7 +181,10 @@ class ControlMessage:
 
     Attributes:
         teams: The teams.
-        phase: Phase of the game. `standby` is read as `INITIAL`.
+        phase: Phase of the game. Versions without `STANDBY` write it as `INITIAL`.
+        game_phase: Part of the game.
+        competition: What is played. A code that is not known is read as `OTHER`.
+        competition_phase: 0 = round robin, 1 = play-off; to version 18.
         set_play: The set play.
         kicking_team: Number of the team that kicks off or has the set play; None = nobody.
         first_half: It is the first half.
@@ -177,19 +208,30 @@ class ControlMessage:
     packet: int = 0
     stopped: bool = False
     version: int = 18
+    game_phase: GamePhase = GamePhase.NORMAL
+    competition: Competition = Competition.NORMAL
+    competition_phase: int = 0
 
     def encode(self) -> bytes:
         """The bytes of the message; NaoGaitError if a value does not fit."""
         if self.version not in VERSIONS:
             raise NaoGaitError("control message version", self.version, f"one of {VERSIONS}")
         _check_players(self.players_per_team)
-        old = self.version == 18
+        kinds = _competitions(self.version)
+        kind = kinds.index(self.competition) if self.competition in kinds else 0
+        if _spl(self.version):
+            first, second = self.competition_phase, kind
+        else:
+            first, second = kind, int(self.stopped)
+        state = _PHASES.index(self.phase)
+        if self.phase is Phase.STANDBY and self.version not in _STANDBY:
+            state = _PHASES.index(Phase.INITIAL)
         try:
             parts = [
                 _HEADER.pack(
-                    _MAGIC, self.version, self.packet, self.players_per_team, 0,
-                    0 if old else int(self.stopped), 0, _PHASES.index(self.phase),
-                    _SET_PLAYS[self.version].index(self.set_play), int(self.first_half),
+                    _MAGIC, self.version, self.packet, self.players_per_team, first, second,
+                    _GAME_PHASES.index(self.game_phase), state,
+                    _set_plays(self.version).index(self.set_play), int(self.first_half),
                     NOBODY if self.kicking_team is None else self.kicking_team,
                     self.seconds_remaining, self.secondary_time,
                 )
@@ -235,12 +277,16 @@ def decode(data: bytes) -> ControlMessage:
         allowed = f"{SIZES[version]} bytes in version {version}"
         raise NaoGaitError(where, f"{len(data)} bytes", allowed)
     (
-        _, _, packet, per_team, _, eighth, _, state, set_play, first, kicking, left, secondary,
+        _, _, packet, per_team, seventh, eighth, part, state, set_play, first, kicking, left,
+        secondary,
     ) = _HEADER.unpack_from(data)  # fmt: skip
-    last = len(_PHASES) - 1 if version == 18 else 4  # standby is one of the SPL
+    last = len(_PHASES) - 1 if version in _STANDBY else 4
     if state > last:
         raise NaoGaitError(f"{where} state", state, f"0 to {last} in version {version}")
-    set_plays = _SET_PLAYS[version]
+    if part >= len(_GAME_PHASES):
+        raise NaoGaitError(f"{where} game phase", part, f"0 to {len(_GAME_PHASES) - 1}")
+    set_plays, kinds = _set_plays(version), _competitions(version)
+    kind = eighth if _spl(version) else seventh
     if set_play >= len(set_plays):
         raise NaoGaitError(f"{where} set play", set_play, f"0 to {len(set_plays) - 1}")
     _check_players(per_team)
@@ -258,8 +304,11 @@ def decode(data: bytes) -> ControlMessage:
         secondary_time=secondary,
         players_per_team=per_team,
         packet=packet,
-        stopped=version != 18 and bool(eighth),
+        stopped=not _spl(version) and bool(eighth),
         version=version,
+        game_phase=_GAME_PHASES[part],
+        competition=kinds[kind] if kind < len(kinds) else Competition.OTHER,
+        competition_phase=seventh if _spl(version) else 0,
     )
 
 
@@ -344,18 +393,36 @@ def seen_by(message: ControlMessage, team: int, player: int) -> GameState:
         raise NaoGaitError("player", player, f"1 to {len(own.players)}, as the referee says")
     kicking = message.kicking_team
     playing = message.phase is Phase.PLAYING
+    own_kick = None if kicking is None else kicking == team
+    penalty = own.players[player - 1].penalty
     return GameState(
         phase=message.phase,
         set_play=message.set_play,
-        own_kick=None if kicking is None else kicking == team,
+        own_kick=own_kick,
         # After a kick-off the secondary time runs until the other team may play the ball.
         ball_free=kicking is None
         or (playing and message.set_play is SetPlay.NONE and message.secondary_time <= 0),
-        penalized=own.players[player - 1].penalty is not Penalty.NONE,
+        penalized=penalty is not Penalty.NONE,
+        removed=penalty is not Penalty.NONE and penalty not in IN_PLACE,
+        selected=message.game_phase is not GamePhase.SHOOT_OUT
+        or (own_kick is not None and player == _selected(own, kicks=own_kick)),
         stopped=message.stopped,
         goalkeeper=own.goalkeeper == player,
         own_score=own.score,
         other_score=other.score,
         seconds_remaining=float(message.seconds_remaining),
+        first_half=message.first_half,
+        game_phase=message.game_phase,
+        competition=message.competition,
         message_budget=own.message_budget,
     )
+
+
+def _selected(team: TeamInfo, *, kicks: bool) -> int | None:
+    """Who plays for a team in a penalty shoot-out; the GameController makes the others substitutes.
+
+    If several are left, the goalkeeper keeps and the first of the others kicks.
+    """
+    free = [n for n, each in enumerate(team.players, start=1) if each.penalty is Penalty.NONE]
+    fit = [number for number in free if (number == team.goalkeeper) is not kicks]
+    return next(iter(fit or free), None)

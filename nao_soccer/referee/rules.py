@@ -5,8 +5,8 @@ what the robots are told. Places are in the frame of the field (see `robot_core.
 do not change sides.
 
 The rules are a short form of those of the Standard Platform League. Different, because a simulated
-robot is not carried: a robot that lies for too long or leaves the field is put back to its start
-and then waits out its penalty there; a ball that was out is put a little inside of the line.
+robot is not carried: a robot that lies for too long or leaves the field is put beside the touch
+line and waits out its penalty there; a ball that was out is put a little inside of the line.
 """
 
 import math
@@ -27,7 +27,7 @@ from nao_soccer.referee.protocol import (
 )
 from robot_core.field import SIDES, TEAMS, BallPlace, Field, Goals
 from robot_core.schema import Settings, number
-from robot_core.types import Point2, Point3
+from robot_core.types import Point2, Point3, Pose2
 
 TEAM_NUMBERS = {"red": 1, "blue": 2}
 """Number of each team in messages."""
@@ -38,6 +38,8 @@ TOUCH = 0.28
 TOUCH_SPEED = 0.15
 """[m/s] by which a touch changes the velocity of the ball; one that only rolls past a robot loses
 0.03 m/s between two looks."""
+ENTRY_ROOM = 0.6
+"""[m] between two robots that wait beside the touch line."""
 MOVED = 0.1
 """[m] by which the ball has to move to be in play, or not to be stuck."""
 
@@ -47,6 +49,8 @@ class Rules(Settings):
     """Times of a match."""
 
     half: float = number(120.0, 5.0, 3600.0, "s", "Duration of a half.")
+    initial: float = number(1.0, 0.0, 120.0, "s", "Before a half.")
+    standby: float = number(1.0, 0.0, 120.0, "s", "From then to the sign for the robots to walk.")
     ready: float = number(15.0, 1.0, 120.0, "s", "To walk to the places for a kick-off.")
     set: float = number(3.0, 1.0, 60.0, "s", "Of standing before a kick-off.")
     pause: float = number(2.0, 0.0, 600.0, "s", "Between the halves.")
@@ -65,7 +69,7 @@ class Rules(Settings):
     @property
     def duration(self) -> float:
         """[s] of a match with one kick-off in each half; goals do not make it longer."""
-        return 2.0 * (self.ready + self.set + self.half) + self.pause
+        return 2.0 * (self.initial + self.standby + self.ready + self.set + self.half) + self.pause
 
 
 class RobotPlace(NamedTuple):
@@ -91,9 +95,15 @@ class PutBall(NamedTuple):
 
 
 class PutRobot(NamedTuple):
-    """A robot is to be put back to its start; `Referee.not_put_back` if that cannot be done now."""
+    """A robot is to be put somewhere; `Referee.not_put_back` if that cannot be done now.
+
+    Attributes:
+        name: The robot.
+        pose: x, y [m], yaw [rad].
+    """
 
     name: str
+    pose: Pose2
 
 
 Order = PutBall | PutRobot
@@ -150,6 +160,7 @@ class Referee:
     Attributes:
         goals_scored: The goals so far.
         falls: Number of falls of each robot.
+        messages: Team messages that were heard, by team; they reduce the announced budget.
     """
 
     def __init__(
@@ -165,6 +176,7 @@ class Referee:
         self.rules = Rules() if rules is None else rules
         self.goals_scored: list[Goal] = []
         self.falls = dict.fromkeys(players, 0)
+        self.messages = dict.fromkeys(TEAMS, 0)
         self._field = field
         self._goals = goals
         self._radius = ball_radius
@@ -205,26 +217,34 @@ class Referee:
         return self._players[name].penalty is not Penalty.NONE
 
     def message(self, version: int = 18) -> ControlMessage:
-        """What the robots are told now; each call counts as a packet.
-
-        The messages of the teams are not counted: the announced budget stays the initial one.
-        """
+        """What the robots are told now; each call counts as a packet."""
         self._packet = (self._packet + 1) % 256
-        free_in = self._free_at - self._time if self._kicks is not None else 0.0
         return ControlMessage(
             teams=(self._team("red"), self._team("blue")),
             phase=self._phase,
             set_play=self._set_play,
             kicking_team=None if self._kicks is None else TEAM_NUMBERS[self._kicks],
             first_half=self._half < 2,
-            seconds_remaining=max(0, math.ceil(self._half_ends - self._time))
+            seconds_remaining=_whole(self._half_ends - self._time)
             if self._half_ends
             else round(self.rules.half),
-            secondary_time=max(0, math.ceil(free_in)) if self._phase is Phase.PLAYING else 0,
+            secondary_time=_whole(self._secondary()),
             players_per_team=max(Counter(each.team for each in self._players.values()).values()),
             packet=self._packet,
             version=version,
         )
+
+    def _secondary(self) -> float:
+        """Time [s] until the phase ends, or until both teams may play the ball."""
+        rules, phase = self.rules, self._phase
+        if phase is Phase.PLAYING:
+            return self._free_at - self._time if self._kicks is not None else 0.0
+        lasts = {
+            Phase.READY: rules.ready,
+            Phase.SET: rules.set,
+            Phase.FINISHED: 0.0 if self.over else rules.pause,
+        }
+        return lasts.get(phase, 0.0) - (self._time - self._since)
 
     def _team(self, team: str) -> TeamInfo:
         infos = [PlayerInfo(Penalty.SUBSTITUTE)] * MAX_PLAYERS  # of those who are not in the match
@@ -234,14 +254,15 @@ class Referee:
                 away = player.penalty is not Penalty.NONE
                 infos[player.number - 1] = PlayerInfo(player.penalty, left if away else 0)
         return TeamInfo(
-            TEAM_NUMBERS[team], self.score[team], self._keepers.get(team, 0), self.rules.budget,
+            TEAM_NUMBERS[team], self.score[team], self._keepers.get(team, 0),
+            max(0, self.rules.budget - self.messages[team]),
             COLOR_CODES[team], COLOR_CODES[team], tuple(infos),
         )  # fmt: skip
 
     # -- update ------------------------------------------------------------------------------------
 
     def not_put_back(self, name: str) -> None:
-        """A robot could not be put back, for example because something is on its start.
+        """A robot could not be put back, for example because something is there.
 
         The next update orders it again, unless the penalty has ended by then.
         """
@@ -262,10 +283,16 @@ class Referee:
         self._watch_ball(ball, robots, since)
         waiting, self._not_put_back = self._not_put_back, set()
         self._watch_robots(robots, orders)
-        orders += [PutRobot(name) for name in sorted(waiting) if self.penalized(name)]
+        for name in sorted(waiting):
+            if self.penalized(name):
+                self._take_off(name, robots, orders)
         if self._phase is Phase.INITIAL:
-            self._half = 1
-            self._enter(Phase.READY)
+            self._half = max(self._half, 1)
+            if time - self._since >= self.rules.initial:
+                self._enter(Phase.STANDBY)
+        elif self._phase is Phase.STANDBY:
+            if time - self._since >= self.rules.standby:
+                self._enter(Phase.READY)
         elif self._phase is Phase.READY:
             if time - self._since >= self.rules.ready:
                 self._enter(Phase.SET)
@@ -279,7 +306,7 @@ class Referee:
         elif not self.over and time - self._since >= self.rules.pause:
             self._half, self._half_ends = 2, 0.0
             self._kicks = _other(self._first_kick)
-            self._enter(Phase.READY)
+            self._enter(Phase.INITIAL)
         if self._half_ends and time >= self._half_ends and self._phase is not Phase.FINISHED:
             self._enter(Phase.FINISHED)
             self._set_play, self._kicks = SetPlay.NONE, None
@@ -293,7 +320,7 @@ class Referee:
                 continue
             own_side = SIDES[TEAMS.index(player.team)]
             if -own_side * robot.position[0] > self.rules.half_slack:
-                self._punish(name, Penalty.ILLEGAL_POSITION, orders)
+                self._punish(name, Penalty.ILLEGAL_POSITION, robots, orders)
 
     def _begin_play(self, ball: Point3) -> None:
         if not self._half_ends:
@@ -369,16 +396,48 @@ class Referee:
             beyond = max(abs(robot.position[0]) - x, abs(robot.position[1]) - y)
             lies = player.lies_since is not None
             if lies and self._time - (player.lies_since or 0.0) > self.rules.fallen:
-                self._punish(name, Penalty.INCAPABLE, orders)
+                self._punish(name, Penalty.INCAPABLE, robots, orders)
             elif beyond > self.rules.leave and self._phase is Phase.PLAYING:
-                self._punish(name, Penalty.LEAVING, orders)
+                self._punish(name, Penalty.LEAVING, robots, orders)
 
-    def _punish(self, name: str, penalty: Penalty, orders: list[Order]) -> None:
+    def _punish(
+        self,
+        name: str,
+        penalty: Penalty,
+        robots: Mapping[str, RobotPlace],
+        orders: list[Order],
+    ) -> None:
         player = self._players[name]
         player.penalty, player.until = penalty, self._time + self.rules.penalty
         if player.lies_since is not None:
             player.lies_since = player.until  # time to get up begins after it
-        orders.append(PutRobot(name))
+        self._take_off(name, robots, orders)
+
+    def _take_off(
+        self, name: str, robots: Mapping[str, RobotPlace], orders: list[Order]
+    ) -> None:
+        """Order a robot beside the nearer touch line, at the height of its own penalty mark."""
+        turn = 1.0 if self._players[name].team == TEAMS[0] else -1.0
+        entries = [
+            (turn * x, turn * y, math.remainder(yaw + (math.pi if turn < 0.0 else 0.0), math.tau))
+            for x, y, yaw in self._field.entries()
+        ]
+        here = robots[name].position[1] if name in robots else 0.0
+        entries.sort(key=lambda pose: abs(pose[1] - here))
+        taken = [place.position for other, place in robots.items() if other != name]
+        taken += [order.pose[:2] for order in orders if isinstance(order, PutRobot)]
+        # If that is taken, as near as possible, but in its own half.
+        tried = [
+            (x + step * ENTRY_ROOM, y, yaw)
+            for step in (0, turn, -turn)
+            for x, y, yaw in entries
+            if turn * (x + step * ENTRY_ROOM) < 0.0
+        ]
+        free = [
+            pose for pose in tried
+            if all(math.dist(pose[:2], place) > ENTRY_ROOM - 0.1 for place in taken)
+        ]  # fmt: skip
+        orders.append(PutRobot(name, (free or tried)[0]))
 
     # -- the ball in play --------------------------------------------------------------------------
 
@@ -453,6 +512,11 @@ def free_place(place: Point2, robots: Sequence[Point2], room: float = 0.25) -> P
         if all(math.dist(tried, robot) > room for robot in robots):
             return tried
     return place
+
+
+def _whole(seconds: float) -> int:
+    """Seconds to tell: never more than there were, whatever the sum of many short times."""
+    return max(0, math.ceil(seconds - 1e-6))
 
 
 def _other(team: str) -> str:

@@ -6,7 +6,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Empty, String
 
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.situation import Body
@@ -95,7 +95,9 @@ class PlayerNode(Node):
         control, back = (of_type(declare(self, each), int) for each in (CONTROL, RETURN))
         self._team = UdpLink(team_port, address)
         self._referee = UdpLink(control, address, target_port=back)
+        self._controller = ""  # address of the GameController, of its last message
         self._body = Body()
+        self._now = 0.0
         self._motion = ""
         self._head: type[Goal] | None = None
         self._decisions, self._reports = _Timer(PERIOD), _Timer(REPORT_PERIOD)
@@ -107,6 +109,9 @@ class PlayerNode(Node):
         subscribe(Odometry, "odom", self._on_odometry, sensors)
         subscribe(PointCloud2, "vision/percepts", self._on_percepts, sensors)
         subscribe(String, "gait/support", self._on_support, LATCHED)
+        for place in ("", "/"):  # of this robot, or of the world
+            subscribe(Empty, f"{place}whistle", self._on_whistle)
+            subscribe(String, f"{place}gesture", self._on_gesture)
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         self.get_logger().info(f"{robot.name}, player {identity.player} of team {number}")
 
@@ -149,6 +154,12 @@ class PlayerNode(Node):
         self._player.world.set_upright(state not in DOWN and state is not GETTING_UP)
         self._body = Body(state)
 
+    def _on_whistle(self, _message: Empty) -> None:
+        self._player.hear_whistle(self._now)
+
+    def _on_gesture(self, message: String) -> None:
+        self._player.hear_gesture(message.data, self._now)
+
     def _hear(self, time: float) -> None:
         """Take what team mates and referee have sent; `time` [s] of the robot's clock."""
         for link, take in (
@@ -158,6 +169,8 @@ class PlayerNode(Node):
             for data, sender in link.received():
                 try:
                     take(data, time)
+                    if link is self._referee:
+                        self._controller = sender
                 except NaoGaitError as error:
                     text = f"{sender}: {error}; ignored"
                     self._inputs.warn(f"{sender} {error.field}", text)
@@ -165,7 +178,8 @@ class PlayerNode(Node):
     # -- deciding ----------------------------------------------------------------------------------
 
     def _decide(self, now: int) -> None:
-        self._hear(now * 1e-9)
+        self._now = now * 1e-9
+        self._hear(self._now)
         decision = self._player.decide(self._body, now)
         if decision is None:
             self._decisions.reset()
@@ -189,7 +203,8 @@ class PlayerNode(Node):
         if data is not None:
             self._team.send(data)
         if self._returns.due(now):
-            self._referee.send(self._player.return_message())
+            if self._controller:  # the rules want this to go to the GameController alone
+                self._referee.send_to(self._player.return_message(), self._controller)
             self._report.publish(self._diagnostics(now, decision))
 
     def _turn_head(self, goal: Goal | None, now: int) -> None:
@@ -223,6 +238,8 @@ class PlayerNode(Node):
         values = {
             "role": player.role.value,
             "phase": player.game.phase.value,
+            "game_phase": player.game.game_phase.value,
+            "competition": player.game.competition.value,
             "plan": "none" if decision.plan is None else decision.plan.name,
             "messages": str(player.link.sent),
         }

@@ -3,18 +3,20 @@
 The node follows the simulated time of the bridge, which is that of the ball's stamps.
 """
 
+import math
 from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, PoseStamped
 from nav_msgs.msg import Odometry
-from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from rclpy.task import Future
+from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
+from nao_soccer.game_state import Phase
+from nao_soccer.player import READY_GESTURE
 from nao_soccer.referee.attendance import MatchClock, RollCall, players_of_scene
 from nao_soccer.referee.protocol import (
     CONTROL_PORT,
@@ -32,6 +34,7 @@ from nao_soccer.referee.rules import (
     Rules,
 )
 from nao_soccer.ros.status_message import status_message
+from nao_soccer.team.message import PORT_BASE
 from nao_soccer.team.udp import LOCAL, UdpLink
 from nao_soccer.vision.settings import settings_of_scene
 from robot_core.errors import NaoGaitError
@@ -60,15 +63,28 @@ BACK = node_parameter(
 VERSION = node_parameter(
     "protocol", 18, "version of the control message", minimum=min(VERSIONS), maximum=max(VERSIONS)
 )
+TEAM_PORT = node_parameter(
+    "team_port",
+    0,
+    f"UDP port of red's team messages, which are counted, blue's is the next one; "
+    f"0 = {PORT_BASE} + number of the team",
+    "",
+    0,
+    65534,
+)
 WAIT = node_parameter("wait", 0.0, "simulated time before the match begins", "s", 0.0, 600.0)
 NODE_PARAMETERS = (
-    SCENE, MINUTES, KICK_OFF, KEEPERS, ADDRESS, PORT, BACK, VERSION, WAIT
+    SCENE, MINUTES, KICK_OFF, KEEPERS, ADDRESS, PORT, BACK, VERSION, TEAM_PORT, WAIT
 )  # fmt: skip
 
 PERIOD = 100_000_000
 """[ns] between two looks."""
 MESSAGE_PERIOD = 500_000_000
 """[ns] between two messages, as of the GameController."""
+PUT_TIME = 1_000_000_000
+"""[ns] after which a robot is where it was put, or is ordered again."""
+PUT_ERROR = 0.5
+"""[m] from there."""
 STANDING_SHARE = 0.6
 """Share of its largest height so far above which a torso is said to stand."""
 
@@ -97,7 +113,13 @@ class RefereeNode(Node):
         self._match_clock = MatchClock(round(1e9 * of_type(declare(self, WAIT), float)))
         port, back = of_type(declare(self, PORT), int), of_type(declare(self, BACK), int)
         self._control = UdpLink(port, address)
-        self._returns = UdpLink(back, address if address == LOCAL else "0.0.0.0")
+        # Robots answer to the address from which they hear the referee: on this machine, this one.
+        self._returns = UdpLink(back, "127.0.0.1" if address == LOCAL else "0.0.0.0")
+        first = of_type(declare(self, TEAM_PORT), int)
+        self._teams_heard = {}
+        for index, (team, team_number) in enumerate(TEAM_NUMBERS.items()):
+            port = first + index if first else PORT_BASE + team_number
+            self._teams_heard[team] = UdpLink(port, address if address == LOCAL else "0.0.0.0")
         self._robots: dict[str, RobotPlace] = {}
         self._heights: dict[str, float] = {}
         self._roll_call = RollCall((TEAM_NUMBERS[team], each) for team, each in players.values())
@@ -106,9 +128,13 @@ class RefereeNode(Node):
         self._inputs = Inputs(self, burst=1)
         self._state = self.create_publisher(DiagnosticArray, "game_state", 10)
         self._put = self.create_publisher(PointStamped, "put_ball", 10)
-        self._resets: dict[str, Client] = {
-            name: self.create_client(Trigger, f"{name}/sim_bridge/reset") for name in players
+        self._put_robots = {
+            name: self.create_publisher(PoseStamped, f"{name}/put_robot", 10) for name in players
         }
+        self._puts: dict[str, tuple[int, PutRobot]] = {}
+        self._whistle = self.create_publisher(Empty, "/whistle", 10)
+        self._gesture = self.create_publisher(String, "/gesture", 10)
+        self.create_service(Trigger, "~/whistle", self._on_whistle)
         self._teams = {team: [n for n, each in players.items() if each[0] == team]
                        for team in ("red", "blue")}  # fmt: skip
         for name in players:
@@ -127,6 +153,8 @@ class RefereeNode(Node):
         """Close the sockets too."""
         self._control.close()
         self._returns.close()
+        for link in self._teams_heard.values():
+            link.close()
         super().destroy_node()
 
     # -- ground truth ------------------------------------------------------------------------------
@@ -153,12 +181,13 @@ class RefereeNode(Node):
     def _look(self, now: int, time: int, ball: Point3) -> None:
         """Keep the rules at a time [ns] of the match; `now` [ns] is that of the simulation."""
         self._hear(time)
+        self._check_puts(now)
         before = self._referee.phase
         for order in self._referee.update(time * 1e-9, ball, self._robots):
             if isinstance(order, PutBall):
                 self._put_ball(now, order)
             elif isinstance(order, PutRobot):
-                self._put_robot(order.name)
+                self._put_robot(now, order)
         for goal in self._referee.goals_scored[self._goals :]:
             score = self._referee.score
             self.get_logger().info(
@@ -166,30 +195,47 @@ class RefereeNode(Node):
                 f"{score['red']} : {score['blue']}"
             )
         self._goals = len(self._referee.goals_scored)
+        self._signal(before, self._referee.phase)
         if self._referee.phase is not before or time - self._told >= MESSAGE_PERIOD:
             self._told = time
             message = self._referee.message(self._version)
             self._control.send(message.encode())
             self._state.publish(self._game_state(now, time, message))
 
-    def _put_robot(self, name: str) -> None:
-        reset = self._resets[name]
-        if not reset.service_is_ready():  # its request would be lost, and kept for ever
-            text = f"{name} cannot be put back: no service {reset.srv_name}"
-            self._inputs.warn(f"reset of {name}", text)
-            self._referee.not_put_back(name)
-            return
-        future = reset.call_async(Trigger.Request())
-        future.add_done_callback(partial(self._on_put_back, name))
+    def _on_whistle(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """A person blows the whistle."""
+        self._whistle.publish(Empty())
+        response.success, response.message = True, "whistled"
+        return response
 
-    def _on_put_back(self, name: str, future: Future) -> None:
-        answer = future.result()
-        if answer is not None and answer.success:
-            self.get_logger().info(f"{name} is put back to its start")
-            return
-        self._referee.not_put_back(name)
-        text = "no answer" if answer is None else answer.message
-        self._inputs.warn(f"reset of {name}", f"{name} cannot be put back yet: {text}")
+    def _signal(self, before: Phase, after: Phase) -> None:
+        """Whistle and gesture, which tell of a new phase before the message does."""
+        if (before, after) == (Phase.SET, Phase.PLAYING):
+            self._whistle.publish(Empty())
+        elif (before, after) == (Phase.STANDBY, Phase.READY):
+            self._gesture.publish(String(data=READY_GESTURE))
+
+    def _put_robot(self, now: int, order: PutRobot) -> None:
+        message = PoseStamped()
+        message.header.stamp = to_time(now)
+        message.header.frame_id = "world"
+        x, y, yaw = order.pose
+        message.pose.position.x, message.pose.position.y = x, y
+        message.pose.orientation.z = math.sin(yaw / 2.0)
+        message.pose.orientation.w = math.cos(yaw / 2.0)
+        self._put_robots[order.name].publish(message)
+        self._puts[order.name] = now, order
+
+    def _check_puts(self, now: int) -> None:
+        """Order again what the bridge could not do: something was there, or it did not hear."""
+        for name, (since, order) in list(self._puts.items()):
+            if 0 <= now - since < PUT_TIME:
+                continue
+            del self._puts[name]
+            robot = self._robots.get(name)
+            if robot is None or math.dist(robot.position, order.pose[:2]) > PUT_ERROR:
+                self._inputs.warn(f"put {name}", f"{name} cannot be put beside the field yet")
+                self._referee.not_put_back(name)
 
     def _put_ball(self, now: int, order: PutBall) -> None:
         message = PointStamped()
@@ -199,6 +245,8 @@ class RefereeNode(Node):
         self._put.publish(message)
 
     def _hear(self, time: int) -> None:
+        for team, link in self._teams_heard.items():
+            self._referee.messages[team] += sum(1 for _ in link.received())
         for data, sender in self._returns.received():
             try:
                 message = decode_return(data)

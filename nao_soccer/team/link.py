@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from nao_soccer.game_state import GamePhase, GameState, Phase
 from nao_soccer.team.message import TeamMessage, decode
 from nao_soccer.team.roles import Claim
 from nao_soccer.world.state import TeamBall, TeamMate
@@ -16,12 +17,45 @@ PERIOD = 0.5
 SOONEST = 0.2
 """[s] after the last message, one that tells of a new role may be sent."""
 SILENCE = 2.0
-"""[s] after which a team mate is not counted on any longer."""
+"""[s] after which a team mate is not counted on any longer, if it speaks as often as it may."""
+SILENT_PERIODS = 2.5
+"""Periods between messages after which the same holds when the budget runs short."""
 OFF_FIELD = 1.5
 """[m] beyond the lines; a team mate or a ball that is told to be farther away is not believed."""
 BEHIND = 32768
 """A message whose count is behind the last one by less than this is old."""
 _NEAR = "a place near the field"
+
+
+HALF = 600.0
+"""[s] of a half, if the referee was not heard before its kick-off."""
+EXTRA_HALF = 0.5
+"""A half of extra time, as a share of one."""
+SLACK = 0.4
+"""Share of a half for which messages are kept beyond the known end of a game: time to walk to the
+places, which is not counted, added time, and extra time, for which a team gets no new messages in
+every league."""
+
+
+class GameTime:
+    """How long the messages of a team have to last: not for this half only."""
+
+    def __init__(self) -> None:
+        self._half = 0.0
+
+    def hear(self, game: GameState) -> None:
+        """Take the state of the game; before a kick-off all of the half is left."""
+        waits = game.phase in (Phase.INITIAL, Phase.STANDBY, Phase.READY, Phase.SET)
+        if waits and game.game_phase is GamePhase.NORMAL:
+            self._half = max(self._half, game.seconds_remaining)
+
+    def left(self, game: GameState) -> float:
+        """[s] to the end of the game, both halves and what may follow."""
+        half = self._half or HALF
+        now = max(0.0, game.seconds_remaining)
+        if game.game_phase is GamePhase.EXTRA_TIME:
+            return now + (EXTRA_HALF * half if game.first_half else 0.0) + 0.25 * SLACK * half
+        return now + (half if game.first_half else 0.0) + SLACK * half
 
 
 @dataclass(slots=True)
@@ -55,6 +89,7 @@ class TeamLink:
         self._limit = (field.length / 2.0 + OFF_FIELD, field.width / 2.0 + OFF_FIELD)
         self._heard: dict[int, _Heard] = {}
         self._last_sent = -math.inf
+        self._silence = SILENCE
 
     def reset(self) -> None:
         """Begin anew, because the clock did; the count of the own messages goes on."""
@@ -93,7 +128,7 @@ class TeamLink:
         if not self._near_field(message.pose[:2]):
             raise NaoGaitError(f"{_name(message)}: pose", message.pose, _NEAR)
         last = self._heard.get(message.player)
-        if last is not None and time - last.time < SILENCE:
+        if last is not None and time - last.time < self._silence:
             ahead = (message.count - last.message.count) % 65536
             if ahead == 0 or ahead >= BEHIND:
                 allowed = f"a count after {last.message.count}"
@@ -104,14 +139,14 @@ class TeamLink:
         return [
             Claim(number, each.message.role, each.message.seconds_to_ball)
             for number, each in sorted(self._heard.items())
-            if time - each.time < SILENCE and not each.message.penalized
+            if time - each.time < self._silence and not each.message.penalized
         ]
 
     def mates(self, time: float) -> tuple[TeamMate, ...]:
         """The team mates who were heard lately, for the world model."""
         found = []
         for number, each in sorted(self._heard.items()):
-            if time - each.time >= SILENCE:
+            if time - each.time >= self._silence:
                 continue
             message, ball = each.message, each.message.ball
             seen = None
@@ -144,14 +179,15 @@ class TeamLink:
             make: Makes the message from its count.
             urgent: The role has changed.
             budget: Messages that the team may still send; None = no limit.
-            remaining: [s] for which they have to last.
+            remaining: [s] for which they have to last; see `GameTime`.
         """
-        period, soonest = PERIOD, SOONEST
+        period, soonest, self._silence = PERIOD, SOONEST, SILENCE
         if budget is not None:
             if budget <= self._players:
                 return None
             period = max(period, remaining * self._players / budget)
             soonest = soonest if period == PERIOD else period
+            self._silence = max(SILENCE, SILENT_PERIODS * period)
         since = time - self._last_sent
         if since < period - 1e-6 and not (urgent and since >= soonest):
             return None

@@ -51,6 +51,11 @@ class UdpLink:
         with contextlib.suppress(OSError):
             self._socket.sendto(data, self._target)
 
+    def send_to(self, data: bytes, host: str) -> None:
+        """Send to one address, on the same port; as `send`."""
+        with contextlib.suppress(OSError):
+            self._socket.sendto(data, (host, self._target[1]))
+
     def received(self) -> Iterator[tuple[bytes, str]]:
         """The packets that have come, and the address of each sender."""
         for _ in range(BURST):

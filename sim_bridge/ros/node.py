@@ -3,10 +3,11 @@
 The node owns `/clock`; `stepping` calls `advance`, no timer does.
 """
 
+import math
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, PoseStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -15,6 +16,7 @@ from std_srvs.srv import Trigger
 
 from robot_core.errors import NaoGaitError
 from robot_core.field import BallPlace
+from robot_core.geometry import yaw_of_quaternion
 from robot_core.robot import load_robot
 from robot_core.ros.lockstep import UNTIL, LockstepPartners
 from robot_core.ros.parameters import (
@@ -40,6 +42,9 @@ CONTROL_PERIOD = 0.01
 """[s] between two readings; a NAO's own."""
 CLOCK = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 """A clock that lockstep holds is repeated, and must not fill the queue of a node that is late."""
+
+MAX_PLACE = 50.0
+"""[m] Largest coordinate at which a robot is put, as in a scene."""
 
 
 class BridgeNode(Node):
@@ -147,6 +152,8 @@ class BridgeNode(Node):
         for each in self._robots if named else ():
             service = f"{each.robot.name}/{self.get_name()}/reset"
             self.create_service(Trigger, service, partial(self._on_reset_robot, each))
+            put_robot = f"{each.robot.name}/put_robot"
+            Inputs(self).subscribe(PoseStamped, put_robot, partial(self._on_put_robot, each))
         advice = {
             each.joint_states: "is there another robot? Use another namespace or ROS_DOMAIN_ID"
             for each in self._robots
@@ -253,6 +260,18 @@ class BridgeNode(Node):
         if frame not in ("", "world"):
             raise NaoGaitError("put_ball header.frame_id", frame, "world, or empty")
         self._world.put_ball(message.point.x, message.point.y)
+
+    def _on_put_robot(self, interface: RobotInterface, message: PoseStamped) -> None:
+        frame = message.header.frame_id
+        if frame not in ("", "world"):
+            raise NaoGaitError("put_robot header.frame_id", frame, "world, or empty")
+        place, q = message.pose.position, message.pose.orientation
+        pose = place.x, place.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)
+        if not all(math.isfinite(each) and abs(each) <= MAX_PLACE for each in pose):
+            allowed = f"numbers from -{MAX_PLACE:g} to {MAX_PLACE:g}"
+            raise NaoGaitError("put_robot pose", pose, allowed)
+        self._world.reset_robot(interface.robot.name, pose)
+        interface.restart(self._world.time)
 
     def _on_reset(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
         self._world.reset()

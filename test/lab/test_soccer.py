@@ -22,9 +22,9 @@ from gait_lab.soccer.snapshots import (
 from gait_lab.soccer.solo import SoloSpec, solo
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.game_state import GameState, Phase
-from nao_soccer.referee.rules import Goal
+from nao_soccer.referee.rules import Goal, PutRobot
 from robot_core.errors import NaoGaitError
-from robot_core.types import GETTING_UP
+from robot_core.types import GETTING_UP, Pose2
 from sim_bridge.scene import load_scene
 from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
 from sim_bridge.trials.kick import KickResult, KickSpec
@@ -94,18 +94,18 @@ def test_a_player_that_is_started_again_does_nothing_of_before() -> None:
         assert player._walk.is_zero
 
 
-def test_a_robot_whose_start_is_taken_is_put_back_once_it_is_free() -> None:
+def test_a_robot_whose_place_is_taken_is_put_back_once_it_is_free() -> None:
     with Match(MatchSpec(minutes=0.2, seed=2)) as match:
         name, calls = match.pitch.scene.robots[0].name, []
 
-        def reset(robot: str) -> None:
+        def reset(robot: str, _pose: Pose2) -> None:
             calls.append(robot)
             if len(calls) < 3:
                 raise NaoGaitError("reset", robot, "a free place")
 
         match.pitch.world.reset_robot = reset  # type: ignore[method-assign]
         match.referee.penalized = lambda _: True  # type: ignore[method-assign]
-        match._put_back(name)
+        match._put_back(PutRobot(name, match.pitch.scene.robots[0].pose))
         for frame in match.play():
             if frame.time >= 1.0:
                 break
@@ -116,7 +116,7 @@ def test_a_match_begins_and_each_team_has_one_striker() -> None:
     with Match(MatchSpec(minutes=0.1, seed=2)) as match:
         for frame in match.play():
             last = frame
-            if frame.time >= 2.0:
+            if frame.time >= 4.0:
                 break
         players = match.pitch.players
     assert last.phase == Phase.READY

@@ -583,7 +583,7 @@ def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> Non
             if data is not None and random.random() >= 0.3:
                 mate.hear_mate(data, time)
         counts.append(sum(each.role is Role.STRIKER for each in team))
-    assert np.mean(np.array(counts[20:]) == 1) > 0.98  # the first messages take a second
+    assert np.mean(np.array(counts[30:]) == 1) > 0.98  # the first messages take 1.25 s each
     assert team[0].role is Role.STRIKER
 
 
@@ -709,7 +709,7 @@ def test_only_who_begins_in_the_middle_of_a_half_does_not_know_its_place(
     assert knows(), "forgotten only once"
 
 
-def test_a_player_takes_its_start_for_its_place_after_a_penalty() -> None:
+def test_a_player_comes_back_beside_the_touch_line_unless_its_penalty_was_in_place() -> None:
     start = (-1.5, 1.0, -1.5)
     player = new_player(start, players=1)
     stamp = 0
@@ -730,10 +730,16 @@ def test_a_player_takes_its_start_for_its_place_after_a_penalty() -> None:
     away = place(control(Phase.PLAYING, 2), control(Phase.PLAYING, 3, Penalty.INCAPABLE))
     assert math.dist(away[:2], start[:2]) == pytest.approx(2.0, abs=0.3)
     back = place(control(Phase.PLAYING, 4))
-    assert math.dist(back[:2], start[:2]) == pytest.approx(1.0, abs=0.2), "one meter since then"
+    (entry_x, entry_y, _), _ = SCENE.field.entries()
+    assert back[0] == pytest.approx(entry_x, abs=0.3)
+    assert abs(back[1]) < entry_y + 0.1, "on either side"
+    before = place(control(Phase.SET, 5, Penalty.MOTION_IN_SET))
+    after = place(control(Phase.SET, 6))
+    assert math.dist(after[:2], before[:2]) == pytest.approx(1.0, abs=0.3), "it stayed there"
+    player.world.start((start,))
     stopped, resumed = (
         replace(decode_control(control(Phase.PLAYING, packet)), version=20, stopped=stop).encode()
-        for packet, stop in ((5, True), (6, False))
+        for packet, stop in ((7, True), (8, False))
     )
     away = place(stopped)
     assert player.game.stopped

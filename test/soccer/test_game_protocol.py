@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nao_soccer.game_state import Phase, SetPlay
+from nao_soccer.game_state import Competition, GamePhase, Phase, SetPlay
 from nao_soccer.referee.protocol import (
     SIZES,
     VERSIONS,
@@ -28,10 +28,10 @@ def layout(version: int, penalty: int = 0, state: int = 3, set_play: int = 0) ->
 
     Player 2 of team 7 has the penalty.
     """
-    seventh, eighth = (1, 0) if version == 18 else (0, 0)
+    seventh, eighth = (1, 0) if version <= 18 else (0, 0)
     data = b"RGme" + bytes((version, 200, 4, seventh, eighth, 0, state, set_play, 1, 7))
     data += struct.pack("<hh", 431, -3)
-    extra = {18: 0, 19: 2, 20: 1}[version]
+    extra = {19: 2, 20: 1}.get(version, 0)
     for number, score in ((5, 2), (7, 1)):
         data += bytes((number, 0, 2, 1, score, 0)) + struct.pack("<HH", 0, 1111)
         for player in range(1, 21):
@@ -40,7 +40,7 @@ def layout(version: int, penalty: int = 0, state: int = 3, set_play: int = 0) ->
     return data
 
 
-@pytest.mark.parametrize(("version", "size"), [(18, 118), (19, 198), (20, 158)])
+@pytest.mark.parametrize(("version", "size"), [(15, 118), (18, 118), (19, 198), (20, 158)])
 def test_a_message_of_each_version_is_read(version: int, size: int) -> None:
     data = layout(version)
     assert len(data) == size == SIZES[version]
@@ -65,6 +65,9 @@ def test_a_message_of_each_version_is_read(version: int, size: int) -> None:
         (19, 5, Penalty.PICK_UP),
         (20, 6, Penalty.PICK_UP),
         (18, 99, Penalty.OTHER),
+        (18, 11, Penalty.MOTION_IN_STANDBY),
+        (15, 11, Penalty.OTHER),
+        (20, 3, Penalty.MOTION_IN_STOP),
     ],
 )
 def test_penalties_are_numbered_by_the_version(version: int, code: int, penalty: Penalty) -> None:
@@ -113,6 +116,12 @@ def test_more_players_than_a_message_holds_are_refused(count: int) -> None:
         replace(decode(data), players_per_team=count).encode()
 
 
+def with_competition(message: ControlMessage) -> ControlMessage:
+    """The same with a competition that its version knows."""
+    old = message.version <= 18
+    return replace(message, competition=Competition.MOST_PASSES if old else Competition.MIDDLE)
+
+
 players = st.lists(
     st.builds(PlayerInfo, st.sampled_from([Penalty.NONE, Penalty.PUSHING]), st.integers(0, 255)),
     min_size=20, max_size=20,
@@ -122,12 +131,13 @@ teams = st.builds(
     st.integers(0, 9), st.integers(0, 9), players,
 )  # fmt: skip
 messages = st.builds(
-    ControlMessage, st.tuples(teams, teams), st.sampled_from(Phase),
+    ControlMessage, st.tuples(teams, teams),
+    st.sampled_from([each for each in Phase if each is not Phase.STANDBY]),
     st.sampled_from([SetPlay.NONE, SetPlay.KICK_IN, SetPlay.CORNER_KICK, SetPlay.GOAL_KICK]),
     st.none() | st.integers(0, 254), st.booleans(), st.integers(-32768, 32767),
     st.integers(-32768, 32767), st.just(6), st.integers(0, 255), st.just(False),
-    st.sampled_from(VERSIONS),
-)  # fmt: skip
+    st.sampled_from(VERSIONS), st.sampled_from(GamePhase),
+).map(with_competition)  # fmt: skip
 
 
 @given(messages)

@@ -72,7 +72,9 @@ def test_a_match_goes_through_its_phases_and_ends_in_time() -> None:
         game.ball = (0.3 * math.sin(game.time), 0.0, 0.05)
         if not phases or phases[-1] is not game.referee.phase:
             phases.append(game.referee.phase)
-    half = [Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED]
+    half = [
+        Phase.INITIAL, Phase.STANDBY, Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED,
+    ]  # fmt: skip
     assert phases == half + half
     assert game.time == pytest.approx(game.referee.rules.duration, abs=1.0)
 
@@ -85,7 +87,9 @@ def test_the_second_half_begins_where_the_pause_ends() -> None:
         message = game.referee.message()
         if (message.phase, message.first_half) not in told:
             told.append((message.phase, message.first_half))
-    phases = [Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED]
+    phases = [
+        Phase.INITIAL, Phase.STANDBY, Phase.READY, Phase.SET, Phase.PLAYING, Phase.FINISHED,
+    ]  # fmt: skip
     assert told == [(phase, first) for first in (True, False) for phase in phases]
 
 
@@ -206,7 +210,7 @@ def test_a_robot_that_lies_is_put_back_and_waits() -> None:
         orders += game.run(1.0)
         if orders:
             break
-    assert orders == [PutRobot("blue2")]
+    assert [order.name for order in orders if isinstance(order, PutRobot)] == ["blue2"]
     message = game.referee.message()
     assert message.teams[1].players[1].penalty is Penalty.INCAPABLE
     assert seen_by(message, 2, 2).penalized
@@ -220,21 +224,61 @@ def test_a_robot_that_leaves_the_field_is_put_back() -> None:
     game = Game()
     game.kick_off()
     game.robots["red1"] = RobotPlace((-1.0, 2.0), True)
-    assert PutRobot("red1") in game.run(0.2)
+    (order,) = game.run(0.2)
+    assert isinstance(order, PutRobot)
+    left, _ = SCENE.field.entries()
+    assert order == PutRobot("red1", left), "beside the touch line, where it left the field"
+
+
+def test_two_robots_are_not_put_onto_each_other_and_the_other_team_is_in_its_own_half() -> None:
+    game = Game()
+    game.kick_off()
+    for name in ("red1", "red2", "blue1", "blue2"):
+        game.robots[name] = RobotPlace((0.1, 2.0), True)
+    poses = {order.name: order.pose for order in game.run(0.1) if isinstance(order, PutRobot)}
+    assert len(poses) == 4
+    for name, (x, y, yaw) in poses.items():
+        own = -1.0 if name.startswith("red") else 1.0
+        assert own * x > 0.0
+        assert abs(y) > SCENE.field.width / 2.0
+        assert math.sin(yaw) * y < 0.0, "it looks into the field"
+        rest = [pose[:2] for other, pose in poses.items() if other != name]
+        assert min(math.dist((x, y), other) for other in rest) > 0.4
+
+
+def test_the_told_times_count_down_and_never_say_more_than_there_is() -> None:
+    game = Game(Rules(half=60.0, ready=5.0, set=2.0, pause=3.0))
+    most: dict[Phase, int] = {}
+    while not game.referee.over and game.time < 1000.0:
+        game.run(0.1)
+        game.ball = (0.3 * math.sin(game.time), 0.0, 0.05)
+        message = game.referee.message()
+        assert message.seconds_remaining <= 60
+        most[message.phase] = max(most.get(message.phase, 0), message.secondary_time)
+    assert most == {
+        Phase.INITIAL: 0, Phase.STANDBY: 0, Phase.READY: 5, Phase.SET: 2, Phase.PLAYING: 10,
+        Phase.FINISHED: 3,
+    }  # fmt: skip
+
+
+def test_the_budget_counts_down_with_the_messages_of_a_team() -> None:
+    game = Game()
+    game.referee.messages["blue"] = 7
+    assert [team.message_budget for team in game.referee.message().teams] == [1200, 1193]
 
 
 def test_a_robot_that_could_not_be_put_back_is_ordered_again_while_its_penalty_lasts() -> None:
     game = Game()
     game.kick_off()
     game.robots["red1"] = RobotPlace((-1.0, 2.0), True)
-    assert game.run(0.1) == [PutRobot("red1")]
+    (first,) = game.run(0.1)
     game.referee.not_put_back("red1")
-    assert game.run(0.5) == [PutRobot("red1")]
+    assert game.run(0.5) == [first]
     game.robots["red1"] = RobotPlace(STARTS["red1"], True)
     game.run(RULES.penalty)
     assert not game.referee.penalized("red1")
     game.referee.not_put_back("red1")
-    assert PutRobot("red1") not in game.run(0.5)
+    assert not any(isinstance(order, PutRobot) for order in game.run(0.5))
 
 
 def test_a_ball_that_rests_for_long_is_put_to_the_middle() -> None:
