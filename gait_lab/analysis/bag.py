@@ -40,6 +40,8 @@ SYNC_PERIOD = 0.5
 """[s] of wall time that a killed process may lose."""
 LARGEST_METADATA = 4 * 1024 * 1024
 """[bytes] of metadata.yaml, which is parsed as a whole."""
+LARGEST_CHUNK, LARGEST_OFFSET = 64 * 1024 * 1024, 2**62
+"""[bytes] of an unpacked chunk of MCAP, and of a place in a file."""
 STEP_BACK, STEP_AHEAD = 500_000_000, 10_000_000_000
 """[ns] between two messages of a steady topic beyond which the clock was set, or it paused."""
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
@@ -341,6 +343,30 @@ def _check_magic(file: Path) -> None:
         raise _no_bag(file, str(error)) from error
     if start and start != magic[: len(start)]:
         raise _no_bag(file, f"a file that begins with {start[:8]!r}")
+    if file.suffix == ".mcap":
+        _check_chunks(file)
+
+
+def _check_chunks(file: Path) -> None:
+    """Refuse an MCAP file with a chunk that would fill the memory when it is unpacked."""
+    import zstandard
+
+    with file.open("rb") as stream:
+        stream.seek(len(_MAGIC[".mcap"]))
+        while len(head := stream.read(9)) == 9:
+            end = stream.tell() + int.from_bytes(head[1:], "little")
+            if head[0] == 6:  # times, size, checksum, name of the compression, length, data
+                begin = stream.read(100)
+                size = int.from_bytes(begin[16:24], "little")
+                data = 40 + int.from_bytes(begin[28:32], "little")
+                if begin[32 : data - 8] == b"zstd":
+                    with contextlib.suppress(zstandard.ZstdError):  # damaged: found when read
+                        size = max(size, zstandard.frame_content_size(begin[data:]))
+                if size > LARGEST_CHUNK:
+                    raise _no_bag(file, f"a chunk of {size} bytes, more than {LARGEST_CHUNK}")
+            if end > LARGEST_OFFSET:
+                return  # damaged
+            stream.seek(end)
 
 
 def _no_bag(path: Path, found: str) -> NaoGaitError:

@@ -9,9 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK, say
 from robot_core.errors import NaoGaitError
+from robot_core.schema import read_text
 
 if TYPE_CHECKING:
     from gait_lab.bench.fingerprint import Fingerprint
+
+
+LARGEST = 4 * 1024 * 1024
+"""[bytes] of an earlier output."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -40,9 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
 def _read(file: Path) -> dict[str, list[Any]]:
     """Key -> digest and end pose of an earlier output; raises NaoGaitError."""
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        content = json.loads(read_text(file, "fingerprints", LARGEST))
         return {key: [str(digest), *map(float, pose)] for key, (digest, *pose) in content.items()}
-    except (OSError, ValueError, TypeError, AttributeError) as error:
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
         allowed = f"output of nao_gait fingerprint ({error})"
         raise NaoGaitError("compare", str(file), allowed) from error
 

@@ -14,8 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from robot_core.errors import NaoGaitError
+from robot_core.schema import read_text
 
 _KEY = "run"
+LARGEST = 256 * 1024 * 1024
+"""[bytes] of a file of finished runs."""
 
 
 class ResultCache:
@@ -37,10 +40,10 @@ class ResultCache:
         if not self._path.exists():
             return
         try:
-            for line in self._path.read_text(encoding="utf-8").splitlines():
+            for line in read_text(self._path, "results", LARGEST).splitlines():
                 values = json.loads(line)
                 self._lines[values.pop(_KEY)] = values
-        except (OSError, ValueError, AttributeError, KeyError, TypeError) as error:
+        except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as error:
             allowed = f"a file of finished runs ({type(error).__name__}: {error})"
             raise NaoGaitError("resume", path, allowed) from error
 

@@ -326,6 +326,23 @@ def test_only_regular_files_are_a_bag(tmp_path: Path, name: str, target: str) ->
             open_bag(folder)
 
 
+def test_a_chunk_that_unpacks_to_more_than_the_memory_is_refused(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    file = tmp_path / "bomb.mcap"
+    with file.open("wb") as stream:
+        writer = Writer(stream, chunk_size=2**30)
+        writer.start()
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"")
+        channel = writer.register_channel("/text", "cdr", schema)
+        for time in range(8):
+            writer.add_message(channel, time, bytes(10**7), time)
+        writer.finish()
+    assert file.stat().st_size < 20_000
+    with pytest.raises(NaoGaitError, match="a chunk of 8000"):
+        open_bag(file)
+
+
 FILL = """
 import resource, sys
 from pathlib import Path
