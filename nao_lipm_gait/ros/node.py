@@ -57,7 +57,15 @@ from robot_core.ros.parameters import (
     refused,
     warn_of_unknown_overrides,
 )
-from robot_core.ros.topics import LATCHED, MOTORS, RELIABLE, publisher, subscription, write_log
+from robot_core.ros.topics import (
+    LATCHED,
+    MOTORS,
+    RELIABLE,
+    publisher,
+    subscription,
+    unheard_senders,
+    write_log,
+)
 from robot_core.types import BUSY, GaitStatus, Pose6
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
@@ -196,16 +204,19 @@ class GaitNode(Node):
         self._subscribe(Temperature, "temperature", temperature_input, MOTORS)
         controller, robot = self._controller, self._robot
 
-        def on(kind: type, topic: str, act: Callable[[Any], object], qos: Any = RELIABLE) -> None:
+        def on(
+            kind: type, topic: str, act: Callable[[Any], object], qos: Any = RELIABLE
+        ) -> Subscription:
             def receive(message: Any) -> None:
                 self._publish(controller.run(topic, partial(act, message)))
 
-            subscription(self, kind, topic, receive, qos)
+            return subscription(self, kind, topic, receive, qos)
 
         def look(kind: type, topic: str, goal: Callable[[Any], Goal | None]) -> None:
             on(kind, topic, lambda message: controller.look(goal(message)))
 
-        on(Bool, "motors_ready", lambda m: controller.note_motors(m.data), LATCHED)
+        self._motors_ready, self._motors_unheard = True, False
+        self._motors_topic = on(Bool, "motors_ready", self._receive_motors, LATCHED)
         on(String, "~/motion", lambda m: controller.request_motion(m.data))
         look(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
         look(String, "~/head_mode", lambda m: head_mode(m.data))
@@ -226,9 +237,7 @@ class GaitNode(Node):
             self.create_service(Trigger, name, partial(self._answer, act))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0, self._report, clock=steady)
-        self.create_timer(
-            WATCHDOG_PERIOD, lambda: self._publish(controller.watch()), clock=steady
-        )
+        self.create_timer(WATCHDOG_PERIOD, self._watch, clock=steady)
 
     def _answer(
         self, act: Callable[[], str], _request: Any, response: Trigger.Response
@@ -366,19 +375,28 @@ class GaitNode(Node):
             )
         )
 
+    def _watch(self) -> None:
+        if (unheard := bool(unheard_senders(self, self._motors_topic))) != self._motors_unheard:
+            self._motors_unheard = unheard
+            self._note_motors()
+        self._publish(self._controller.watch())
+
+    def _receive_motors(self, message: Bool) -> None:
+        self._motors_ready = message.data
+        self._note_motors()
+
+    def _note_motors(self) -> None:
+        """A sender of `motors_ready` that is not heard may say that they are not."""
+        self._controller.note_motors(self._motors_ready and not self._motors_unheard)
+
     def _mismatched_senders(self) -> str:
-        """Senders of `cmd_vel` whose message type differs from ours, described; empty if none."""
-        stamped, unstamped = (
-            f"geometry_msgs/msg/{name}" for name in ("TwistStamped", "Twist")
-        )
-        ours = stamped if self._stamped else unstamped
-        for sender in self.get_publishers_info_by_topic(self._cmd_vel.topic_name):
-            if sender.topic_type != ours:
-                return (
-                    f"cmd_vel: got {sender.topic_type} from {sender.node_name}, which is not "
-                    f"received; allowed: {ours}, or set enable_stamped_cmd_vel to "
-                    f"{'false' if self._stamped else 'true'}"
-                )
+        """Senders that this node subscribes to and cannot receive, described; empty if none."""
+        for each in self.subscriptions:
+            for text in unheard_senders(self, each):
+                if each is self._cmd_vel and "TwistStamped" in text:
+                    flag = "false" if self._stamped else "true"
+                    text += f", or set enable_stamped_cmd_vel to {flag}"
+                return text
         return ""
 
 

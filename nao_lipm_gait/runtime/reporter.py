@@ -43,7 +43,7 @@ class PublisherCounts:
         cmd_vel: Senders of velocity commands.
         joint_states: Robots.
         joint_command: Gaits, this one included.
-        mismatched: Senders of `cmd_vel` with another message type, described.
+        mismatched: A sender of an input whose type or quality of service does not fit.
     """
 
     cmd_vel: int = 1
@@ -187,9 +187,9 @@ class Reporter:
         for topic, (group, level, text) in _MORE_PUBLISHERS.items():
             self._check_publishers(topic, getattr(counts, topic), group, level, text)
         if counts.mismatched:
-            self.say.begin(COMMANDS, Level.ERROR, "cmd_vel type", counts.mismatched)
+            self.say.begin(COMMANDS, Level.ERROR, "inputs", counts.mismatched)
         else:
-            self.say.end("cmd_vel type", "every sender of cmd_vel uses the right type")
+            self.say.end("inputs", "every sender of an input is received")
 
     def _check_publishers(
         self, topic: str, count: int, group: str, level: Level, text: str

@@ -15,6 +15,7 @@ from nao_soccer.vision.controller import VisionController
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percepts
 from nao_soccer.vision.settings import settings_of_scene
 from robot_core.robot import load_robot
+from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.messages import stamp_in
 from robot_core.ros.parameters import (
     declare,
@@ -47,6 +48,8 @@ class VisionNode(Node):
         self._inputs = Inputs(self, burst=1)
         self._make_publishers()
         self._make_subscriptions()
+        # Images wait for the joints and the torso pose of their time.
+        LockstepPartner(self, self.get_fully_qualified_name().lstrip("/")).keep_up()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         self.get_logger().info(
             f"{robot.name}; waiting for images of {', '.join(self._controller.cameras)}"

@@ -18,6 +18,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 MOTORS = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
 """For one message of each motor at once."""
+_LOSSY = (ReliabilityPolicy.BEST_EFFORT, ReliabilityPolicy.RELIABLE)
+_FLEETING = (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def publisher(node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> Any:
@@ -43,6 +45,29 @@ def subscription(
     return node.create_subscription(
         kind, topic, callback, qos, callback_group=group, event_callbacks=events
     )
+
+
+def unheard_senders(node: Node, subscription: Subscription) -> list[str]:
+    """Publishers of a topic whose type or quality of service keeps their messages away."""
+    topic = subscription.topic_name
+    if not node.count_publishers(topic):
+        return []
+    kind: Any = subscription.msg_type
+    ours = f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
+    texts = []
+    for sender in node.get_publishers_info_by_topic(topic):
+        name, theirs, asked = sender.node_name, sender.qos_profile, subscription.qos_profile
+        got, allowed = sender.topic_type, ours
+        if got == ours:
+            got, allowed = "", ""
+            if (theirs.reliability, asked.reliability) == _LOSSY:
+                got, allowed = "best effort", "reliable"
+            elif (theirs.durability, asked.durability) == _FLEETING:
+                got, allowed = "volatile", "transient local"
+        if got:
+            text = f"{topic.lstrip('/')}: got {got} from {name}, which is not received"
+            texts.append(f"{text}; allowed: {allowed}")
+    return texts
 
 
 def write_log(node: Node, line: LogLine) -> None:

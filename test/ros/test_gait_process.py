@@ -10,8 +10,9 @@ from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Float64MultiArray, String
+from std_msgs.msg import Bool, Float64MultiArray, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -227,6 +228,39 @@ def test_a_sender_of_the_other_twist_is_named(probe: Probe, stamped: bool):
     names = f"got geometry_msgs/msg/{theirs.__name__} from probe, .*allowed: .*{ours.__name__},"
     probe.wait(lambda: robot.gait.says(names), "the type of the sender")
     probe.node.destroy_publisher(sender)
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind", "got"),
+    [("cmd_vel", Twist, "best effort"), ("gait/motion", String, "best effort"),
+     ("temperature", Twist, "geometry_msgs/msg/Twist")],
+)  # fmt: skip
+def test_a_sender_that_an_input_does_not_receive_is_named(
+    probe: Probe, topic: str, kind: type, got: str
+) -> None:
+    robot = StandingRobot(probe)
+    robot.tick()
+    sender = probe.node.create_publisher(kind, topic, qos_profile_sensor_data)
+    names = f"{topic}: got {got} from probe, which is not received; allowed: "
+    probe.wait(lambda: robot.gait.says(names), "what the sender offers")
+    probe.node.destroy_publisher(sender)
+
+
+def test_an_unheard_sender_of_motors_ready_means_that_they_are_not(probe: Probe) -> None:
+    robot = StandingRobot(probe, bias_wait=0.0)
+    sender = probe.node.create_publisher(Bool, "motors_ready", 10)  # volatile
+    names = "motors_ready: got volatile from probe, .*allowed: transient local"
+    robot.tick()
+    probe.wait(lambda: robot.gait.says(names), "what the sender offers")
+    velocity = probe.publisher(Twist, "cmd_vel")
+    message = Twist()
+    message.linear.x = 0.1
+    for _ in range(60):
+        velocity.publish(message)
+        robot.tick()
+    assert robot.gait.says("standing until the motors are ready")
+    probe.node.destroy_publisher(sender)
+    probe.wait(lambda: robot.gait.says("the motors are ready"), "the motors")
 
 
 def test_silence_is_reported_in_log_and_diagnostics(probe: Probe):
