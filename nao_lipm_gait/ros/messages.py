@@ -211,25 +211,26 @@ class StatusWriter:
 
     Args:
         base_frame: The root link of the robot.
+        prefix: Before the names of all frames, as of robot_state_publisher.
     """
 
-    def __init__(self, base_frame: str = "base_link") -> None:
+    def __init__(self, base_frame: str = "base_link", prefix: str = "") -> None:
         self._odometry = Odometry()
-        self._odometry.header.frame_id = ODOM
-        self._odometry.child_frame_id = BASE_FOOTPRINT
+        self._odometry.header.frame_id = prefix + ODOM
+        self._odometry.child_frame_id = prefix + BASE_FOOTPRINT
         # x, y, z, roll, pitch, yaw. Height, roll and pitch of base_footprint are 0 by definition.
         self._odometry.pose.covariance = _diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
         self._odometry.twist.covariance = _diagonal(0.0025, 0.0025, 1e-6, 1e-6, 1e-6, 0.0)
         self._point = PointStamped()
-        self._point.header.frame_id = Q
+        self._point.header.frame_id = prefix + Q
         self._transform = TransformStamped()
-        self._transform.header.frame_id = ODOM
-        self._transform.child_frame_id = BASE_FOOTPRINT
+        self._transform.header.frame_id = prefix + ODOM
+        self._transform.child_frame_id = prefix + BASE_FOOTPRINT
         self._base = TransformStamped()
-        self._base.header.frame_id = BASE_FOOTPRINT
-        self._base.child_frame_id = base_frame
+        self._base.header.frame_id = prefix + BASE_FOOTPRINT
+        self._base.child_frame_id = prefix + base_frame
         self._torso = PoseStamped()
-        self._torso.header.frame_id = BASE_FOOTPRINT
+        self._torso.header.frame_id = prefix + BASE_FOOTPRINT
 
     def odometry(self, status: GaitStatus) -> Odometry:
         """Pose of base_footprint in odom and its velocity in its own frame, with covariances."""
@@ -295,7 +296,7 @@ def support_text(status: GaitStatus) -> str:
     return f"{status.state.value} {status.support}"
 
 
-def footsteps(status: GaitStatus) -> MarkerArray:
+def footsteps(status: GaitStatus, prefix: str = "") -> MarkerArray:
     """Soles, pendulum origin and CoM in `odom`; the sole of the swing foot is pale."""
     left = _LEFT_UP if status.support == "right" else _LEFT
     right = _RIGHT_UP if status.support == "left" else _RIGHT
@@ -318,6 +319,8 @@ def footsteps(status: GaitStatus) -> MarkerArray:
     com = _marker(status.stamp, 3, "com", Marker.SPHERE, _COM, (0.03, 0.03, 0.03))
     com.pose.position = _from_q(status.q_in_odom, status.com_estimated_in_q)
     markers.markers += [origin, com]
+    for marker in markers.markers:
+        marker.header.frame_id = prefix + ODOM
     return markers
 
 
@@ -330,7 +333,6 @@ def _marker(
     size: tuple[float, float, float],
 ) -> Marker:
     marker = Marker(ns=name, id=identity, type=kind, action=Marker.ADD, color=color)
-    marker.header.frame_id = ODOM
     marker.header.stamp = to_time(stamp)
     marker.scale.x, marker.scale.y, marker.scale.z = size
     return marker

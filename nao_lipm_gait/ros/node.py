@@ -106,9 +106,12 @@ COAST = node_parameter(
     "coast", False,
     "walk on for a few control periods whose sensors are lost; not where a simulator waits for it",
 )
+FRAME_PREFIX = node_parameter(
+    "frame_prefix", "", "before the names of all frames, as of robot_state_publisher: robot1/"
+)
 NODE_PARAMETERS = (
     URDF, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
-    HOT_SPEED, SENSOR_AGE, COAST,
+    HOT_SPEED, SENSOR_AGE, COAST, FRAME_PREFIX,
 )  # fmt: skip
 
 WATCHDOG_PERIOD = 0.25
@@ -138,6 +141,7 @@ class GaitNode(Node):
         self._measures_age = of_type(declare(self, SENSOR_AGE), bool)
         coasts = of_type(declare(self, COAST), bool)
         interface = text(declare(self, INTERFACE))
+        self._prefix = text(declare(self, FRAME_PREFIX))
         parameters = self._declare_gait_parameters(preset)
         warm_up(self._robot, parameters, ControllerSettings(period, timeout))
         settings = ControllerSettings(period, timeout, bias_wait=bias_wait, hot_speed=hot_speed)
@@ -152,7 +156,7 @@ class GaitNode(Node):
         self._tick_count = 0
 
         self._command_writer = COMMAND_WRITERS[interface](self._robot.joint_names, period)
-        self._status_writer = StatusWriter(self._robot.base_frame)
+        self._status_writer = StatusWriter(self._robot.base_frame, self._prefix)
         self._make_publishers()
         self._stamped = stamped
         self._make_subscriptions()
@@ -221,11 +225,15 @@ class GaitNode(Node):
         look(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
         look(String, "~/head_mode", lambda m: head_mode(m.data))
         look(PointStamped, "~/look_at", lambda m: head_point(
-            "~/look_at", (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
+            "~/look_at", (m.point.x, m.point.y, m.point.z), self._unprefixed(m), robot
         ))  # fmt: skip
         look(PointStamped, "~/follow", lambda m: head_follow(
-            (m.point.x, m.point.y, m.point.z), m.header.frame_id, robot
+            (m.point.x, m.point.y, m.point.z), self._unprefixed(m), robot
         ))  # fmt: skip
+
+    def _unprefixed(self, message: PointStamped) -> str:
+        """The frame of a point, whether it is named with `frame_prefix` or without."""
+        return str(message.header.frame_id).removeprefix(self._prefix)
 
     def _make_services(self) -> None:
         controller = self._controller
@@ -324,7 +332,7 @@ class GaitNode(Node):
             self._step_count = status.step_count
             self._tick_count = 0
             if self._footsteps.get_subscription_count():
-                self._footsteps.publish(footsteps(status))
+                self._footsteps.publish(footsteps(status, self._prefix))
 
     # -- parameters and diagnostics ----------------------------------------------------------------
 

@@ -7,7 +7,7 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from scipy.spatial.transform import Rotation
 
-from nao_lipm_gait.ros.messages import StatusWriter
+from nao_lipm_gait.ros.messages import StatusWriter, footsteps
 from robot_core.types import VelocityCommand
 from sim_bridge.trials.rollout import RolloutSpec, make_pair
 from sim_bridge.trials.tasks import TASKS
@@ -65,3 +65,22 @@ def test_the_transforms_are_a_chain_that_ends_at_the_torso() -> None:
         assert np.linalg.norm(error[:3, 3]) < 0.05
         assert abs(error[2, 3]) < 0.015
         assert Rotation.from_matrix(error[:3, :3]).magnitude() < np.radians(8.0)
+
+
+def test_the_prefix_is_before_every_frame() -> None:
+    pytest.importorskip("mujoco")
+    world, gait = make_pair(RolloutSpec(TASKS["stand"], robot_seed=-1, engine="mujoco"))
+    writer = StatusWriter(gait.robot.base_frame, "robot1/")
+    with world:
+        status = next(t.status for t in run(world, gait, _Walk()) if t.status is not None)
+    odometry, foot = writer.odometry(status), writer.transform(status)
+    base = writer.base_transform(0, gait.torso_pose)
+    frames = [
+        odometry.header.frame_id, odometry.child_frame_id, foot.header.frame_id,
+        foot.child_frame_id, base.header.frame_id, base.child_frame_id,
+        writer.torso_pose(0, gait.torso_pose).header.frame_id,
+        writer.point_in_q((0.0, 0.0, 0.0), 0).header.frame_id,
+        *(marker.header.frame_id for marker in footsteps(status, "robot1/").markers),
+    ]  # fmt: skip
+    assert len(frames) == 12
+    assert all(frame.startswith("robot1/") and frame != "robot1/" for frame in frames)
