@@ -40,8 +40,8 @@ SYNC_PERIOD = 0.5
 """[s] of wall time that a killed process may lose."""
 LARGEST_METADATA = 4 * 1024 * 1024
 """[bytes] of metadata.yaml, which is parsed as a whole."""
-LARGEST_CHUNK, LARGEST_OFFSET = 64 * 1024 * 1024, 2**62
-"""[bytes] of an unpacked chunk of MCAP, and of a place in a file."""
+LARGEST_CHUNK = 64 * 1024 * 1024
+"""[bytes] of an unpacked chunk of MCAP."""
 STEP_BACK, STEP_AHEAD = 500_000_000, 10_000_000_000
 """[ns] between two messages of a steady topic beyond which the clock was set, or it paused."""
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
@@ -351,6 +351,7 @@ def _check_chunks(file: Path) -> None:
     """Refuse an MCAP file with a chunk that would fill the memory when it is unpacked."""
     import zstandard
 
+    length = file.stat().st_size
     with file.open("rb") as stream:
         stream.seek(len(_MAGIC[".mcap"]))
         while len(head := stream.read(9)) == 9:
@@ -364,8 +365,8 @@ def _check_chunks(file: Path) -> None:
                         size = max(size, zstandard.frame_content_size(begin[data:]))
                 if size > LARGEST_CHUNK:
                     raise _no_bag(file, f"a chunk of {size} bytes, more than {LARGEST_CHUNK}")
-            if end > LARGEST_OFFSET:
-                return  # damaged
+            if end > length:
+                return  # damaged: found when it is read
             stream.seek(end)
 
 
