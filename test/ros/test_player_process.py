@@ -8,10 +8,11 @@ from geometry_msgs.msg import PointStamped, Twist
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import String
+from std_msgs.msg import Empty, String
 
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.protocol import (
+    VERSIONS,
     ControlMessage,
     Penalty,
     PlayerInfo,
@@ -75,7 +76,7 @@ def test_a_player_obeys_a_game_controller_of_each_version(probe: Probe) -> None:
     walks = probe.subscribe(Twist, "cmd_vel")
     robot = StandingRobot(probe)
     referee = UdpLink(numbers["control_port"])
-    listener = UdpLink(numbers["return_port"])
+    listener = UdpLink(numbers["return_port"], "127.0.0.1")  # as a GameController
     heard = []
     packet = 0
 
@@ -98,7 +99,7 @@ def test_a_player_obeys_a_game_controller_of_each_version(probe: Probe) -> None:
         probe.wait(lambda: reports and len(walks) > 5, "a first report", every=robot.step)
         assert values(reports[-1])["phase"] == "initial"
         assert not walks_now()
-        for version in (18, 19, 20):
+        for version in VERSIONS:
             probe.wait(walks_now, "walking", every=lambda v=version: say(Phase.PLAYING, v))
             probe.wait(
                 lambda: not walks_now(),
@@ -130,6 +131,7 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
     referee = probe.start("referee", scene="pitch_small", minutes=1.0, **numbers)
     states = probe.subscribe(DiagnosticArray, "game_state")
     puts = probe.subscribe(PointStamped, "put_ball")
+    whistles = probe.subscribe(Empty, "/whistle")
     balls = probe.publisher(PointStamped, "ground_truth/ball")
     link = UdpLink(numbers["control_port"])
     back = UdpLink(numbers["return_port"])
@@ -151,8 +153,9 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
 
     try:
         probe.wait(lambda: state("state") == "playing", "the kick-off", every=step)
+        probe.wait(lambda: whistles, "the whistle", every=step)
         for team in (1, 9):
-            back.send(ReturnMessage(2, team).encode())
+            back.send_to(ReturnMessage(2, team).encode(), "127.0.0.1")
         probe.wait(lambda: state("robots_heard") == "1", "a player", every=step)
         probe.wait(lambda: state("robots_heard") == "0", "its silence", every=step)
         bad = PointStamped()

@@ -1,12 +1,13 @@
 """`sim_bridge` with a scene: topics per robot, lockstep with all of them, reset of one."""
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 import yaml
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, PoseStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
@@ -181,6 +182,17 @@ def test_reset_of_one_robot_and_of_the_world(pitch: Pitch) -> None:
     pitch.run(lambda: longest_gap(red) >= 600_000_000, "0.6 s without sensors of red1")
     assert longest_gap(blue) == 10_000_000, "the other robot's sensors went on"
     reset("/sim_bridge/reset")
+    puts = probe.publisher(PoseStamped, "/red1/put_robot")
+    message = PoseStamped()
+    message.pose.position.x, message.pose.position.y = -1.6, 1.7
+    message.pose.orientation.z, message.pose.orientation.w = -math.sqrt(0.5), math.sqrt(0.5)
+    puts.publish(message)
+
+    def away() -> bool:
+        at = red.odometry[-1].pose.pose.position
+        return math.dist((at.x, at.y), (-1.6, 1.7)) < 0.05
+
+    pitch.run(away, "red1 beside the touch line")
 
 
 @pytest.mark.parametrize(

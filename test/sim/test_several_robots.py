@@ -202,6 +202,12 @@ def test_one_robot_is_reset_and_the_other_goes_on(make: MakeWorld) -> None:
         assert world.ball is not None
         assert world.ball.position[:2] == pytest.approx((-0.5, -0.5), abs=1e-3)
         assert world.time == 1_600_000_000
+        world.reset_robot("a", (-1.0, 1.0, -math.pi / 2.0))
+        x, y, yaw = world.robots[0].truth().base_footprint
+        assert (x, y) == pytest.approx((-1.0, 1.0), abs=0.03)
+        assert yaw == pytest.approx(-math.pi / 2.0, abs=0.05)
+        run(world, 60)
+        assert tilt(world.robots[0]) < 0.1
         with pytest.raises(NaoGaitError, match="robot: got 'c'; allowed: a, b"):
             world.reset_robot("c")
 
