@@ -36,7 +36,7 @@ EXTENSIONS_OFF: Mapping[str, float | bool] = {
     "arm_swing": 0.0,
     "stand_catch": 0.0,
 }
-"""The extensions of the first paper, and the values with which they do nothing."""
+"""The extensions that are on by default, and the values with which they do nothing."""
 
 
 @attrs.frozen(init=False)
