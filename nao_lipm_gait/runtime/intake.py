@@ -28,6 +28,8 @@ ASKED_AGAIN = 0.2
 OFF_RATE, RATE_AGAIN = 0.1, 0.05
 """Share by which the mean step of the stamps may differ from the control period, and below which it
 is right again."""
+FAR_OFF_RATE = 1.4
+"""Control periods between nearly all joint states from which on the robot does not walk."""
 
 
 class Gaps(NamedTuple):
@@ -37,11 +39,13 @@ class Gaps(NamedTuple):
         blind_since: Stamp of the first frame without an IMU sample [ns]; None with one.
         imu_behind: Time [ns] from the newest IMU sample to such a frame; None if none arrives.
         unread_since: Stamp since which joints are substituted [ns]; None while they are read.
+        off_rate: The joint states come too rarely for the control period.
     """
 
     blind_since: int | None = None
     imu_behind: int | None = None
     unread_since: int | None = None
+    off_rate: bool = False
 
 
 COMPLETE = Gaps()
@@ -108,6 +112,7 @@ class Intake:
         self._last_position: FloatArray | None = None
         self._last_sent: JointTargets | None = None
         self._doubtful: NaoGaitError | None = None
+        self._off_rate = False
 
     @property
     def stamp(self) -> int | None:
@@ -196,9 +201,9 @@ class Intake:
         """The frames with their age, and what is missing of them."""
         frames = tuple([self._aged(frame) for frame in frames])
         blind, unread = self._sync.blind_since, self._validation.unread_since
-        if blind is None and unread is None:
+        if blind is None and unread is None and not self._off_rate:
             return Taken(frames, COMPLETE, new_time)
-        return Taken(frames, Gaps(blind, self._sync.imu_behind, unread), new_time)
+        return Taken(frames, Gaps(blind, self._sync.imu_behind, unread, self._off_rate), new_time)
 
     def _aged(self, frame: SensorFrame) -> SensorFrame:
         late = self._age.update(frame.stamp, self._arrival)
@@ -273,6 +278,16 @@ class Intake:
 
     def _check_rate(self) -> None:
         """Report joint states at another rate: the walk then runs too fast or too slow."""
+        slow = self._stamps.usual_step * 1e-9
+        self._off_rate = slow > FAR_OFF_RATE * self._seconds
+        if self._off_rate:
+            text = (
+                f"{STAMP}: steps of {slow:.4g} s; allowed: steps of control_period, "
+                f"{self._seconds:g} s; set control_period to {slow:.4g}, or the sensors to "
+                f"{1.0 / self._seconds:.4g} Hz; the robot stands"
+            )
+            self._say.begin(SENSORS, Level.ERROR, "rate", text)
+            return
         step, period = self._stamps.mean_step * 1e-9, self._seconds
         if abs(step - period) > OFF_RATE * period:
             text = (

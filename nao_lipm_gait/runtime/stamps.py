@@ -4,6 +4,7 @@ One stamp alone does not prove a new time base: a message may have been overtake
 carry a wrong number. A time jump is accepted once further stamps continue from it.
 """
 
+from collections import deque
 from enum import Enum
 
 LONGEST_GAP = 500_000_000
@@ -15,6 +16,8 @@ LATE = 100_000_000
 """[ns] A stamp this little behind the newest one was most likely overtaken on its way."""
 MEMORY = 100
 """Frames over which the mean step is averaged."""
+STEPS = 25
+"""Steps of which the usual one is taken."""
 PROOF_FAR, PROOF_LATE = 2, 4
 """Stamps in a row, increasing from the new time, until it is accepted; far from and little behind
 the newest stamp."""
@@ -63,6 +66,7 @@ class StampMonitor:
         self.last: int | None = None
         self.missed = 0
         self.mean_step = float(period)
+        self._steps: deque[int] = deque([period] * STEPS, maxlen=STEPS)
         self._candidate: int | None = None
         """Newest stamp of a time base that is not accepted yet [ns]."""
         self._proof = 0
@@ -95,8 +99,14 @@ class StampMonitor:
             ahead = stamp - self.last
             ticks = round(ahead / self._period)
             self.missed += ticks - 1
+            self._steps.append(ahead)
             self.mean_step += (ahead / ticks - self.mean_step) / MEMORY
         self.last, self._candidate = stamp, None
+
+    @property
+    def usual_step(self) -> int:
+        """A step [ns] that four of five frames reach: lost ones do not make it longer."""
+        return sorted(self._steps)[STEPS // 5]
 
     def _proof_with(self, stamp: int) -> int:
         """Stamps in a row that support a new time base, this one included."""

@@ -8,6 +8,7 @@ from nao_lipm_gait.runtime.commands import BiasWait, HeldVelocity, MotionRequest
 from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics
 from nao_lipm_gait.runtime.inputs import LoadInput, TemperatureInput, TwistInput, read_velocity
 from nao_lipm_gait.runtime.intake import Gaps, NewTime
+from nao_lipm_gait.runtime.sensor_check import SensorCheck
 from nao_lipm_gait.runtime.watches import LOAD_AGE, HeatWatch, LiftWatch, SensorOutage, SoleLoads
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level
@@ -18,6 +19,7 @@ from robot_core.types import (
     BUSY,
     DOWN,
     ON_THE_WAY,
+    STAND,
     STANDSTILL,
     GaitStatus,
     SensorFrame,
@@ -78,14 +80,15 @@ class Supervisor:
         self._lift = None if gait.robot.force_sensors is None else LiftWatch(self._loads)
         self._outage = SensorOutage(self._loads, settings.imu_patience)
         self._heat = HeatWatch(gait.robot, say, settings.hot_speed)
+        self._check = SensorCheck(gait.robot, settings.control_period)
         self._motors_ready = True
         self._ticked = False
         self._held = 0
 
     @property
     def needs_loads(self) -> bool:
-        """The messages of the soles: always with force sensors, else while the IMU is missing."""
-        return self._lift is not None or self._outage.blind > 0
+        """The messages of the soles: with force sensors, without an IMU, if the robot may lie."""
+        return self._lift is not None or self._outage.blind > 0 or self._check.seems_to_lie
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -121,7 +124,10 @@ class Supervisor:
         leg = self._heat.update(stamp * 1e-9, down=gait.state in DOWN)
         if leg:
             self._sit_down(leg)
-        stands = self._sensors_are_missing(stamp, gaps)
+        stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate
+        if not self._check.done and gaps.blind_since is None:
+            frame, wrong = self._proven(frame)
+            stands = stands or wrong
         command = self._heat.limited(self.velocity.at(stamp))
         command = self._allowed(stamp, STANDSTILL if stands else command)
         if self._lift is not None and self._lift.update(stamp, frame.linear_acceleration):
@@ -164,6 +170,22 @@ class Supervisor:
             text = f"standing until the gyro's bias is known, for {wait.longest:g} s at most"
             self._say.begin(COMMANDS, Level.OK, "gyro bias", text)
         return STANDSTILL if stands else command
+
+    def _proven(self, frame: SensorFrame) -> tuple[SensorFrame, bool]:
+        """The frame for the gait, and whether the sensors are wrong: then the robot stands."""
+        check, loads, stamp = self._check, self._loads, frame.stamp
+        lay = check.seems_to_lie
+        carried = loads.are_known(stamp) and loads.light_time(stamp) == 0
+        frame = check.update(frame, stands=self._gait.state is STAND, carried=carried)
+        if not check.trouble:
+            self._say.end("wrong sensors", "the sensors measure what they should")
+            return frame, False
+        if lay:
+            self._gait.reset()  # it was taken for a robot that lies
+        elif self._gait.state in ON_THE_WAY:
+            self._gait.request_stand()
+        self._say.begin(SENSORS, Level.ERROR, "wrong sensors", check.trouble)
+        return frame, True
 
     def _sensors_are_missing(self, stamp: int, gaps: Gaps) -> bool:
         """Whether the robot must not walk in this tick; handles a fall and the end of an outage."""

@@ -48,7 +48,8 @@ SPEED_SHARE = 3.0
 measured in encoder steps reach 1.6."""
 ROTATION_STEP, ROTATION_ACCELERATION = 1.2, 120.0
 """[rad/s, rad/s^2] Largest change of the gyro between two samples that needs no confirmation by the
-next one; the latter for samples that are far apart. The fastest walks reach 1.1, pushes 0.8."""
+next one: 1.2 rad/s each 10 ms, more if samples between them were lost. The fastest walks reach 1.1,
+pushes 0.8."""
 ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""
@@ -80,6 +81,7 @@ class JointReader:
 
     def __init__(self, robot: RobotDescription) -> None:
         self._order = robot.joint_names
+        self._coupled = robot.coupled_joints
         self._lower = robot.lower - JOINT_MARGIN
         self._upper = robot.upper + JOINT_MARGIN
         self._names: list[str] | None = None
@@ -110,6 +112,9 @@ class JointReader:
         if len(place) != len(names):
             twice = f"{repeated(names)} more than once"
             raise NaoGaitError("joint_states name", twice, "each joint once")
+        for leader, follower in self._coupled:
+            if leader in place:  # one motor turns both, and some drivers name only one of them
+                place.setdefault(follower, place[leader])
         missing = [name for name in self._order if name not in place]
         if missing:
             allowed = f"all {len(self._order)} joints of the robot, in any order"

@@ -756,3 +756,11 @@ def test_a_repeated_frame_does_not_take_a_walk_back_that_went_on_without_sensors
     sent = len(robot.sent)
     robot.send()
     assert [targets.stamp for targets in robot.sent[sent:]] == []
+
+
+@pytest.mark.parametrize(("delay", "warned"), [(0.1, False), (0.12, True)])
+def test_a_delay_with_which_robots_fall_is_a_warning(delay: float, warned: bool) -> None:
+    robot = Robot()
+    robot.controller.change_parameters({"feedback_delay": delay})
+    walk = next(report for report in robot.controller.reports() if report.name == "walk")
+    assert ("feedback_delay" in walk.message) == warned

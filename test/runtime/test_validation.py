@@ -312,3 +312,10 @@ def test_the_imu_of_a_resting_robot_may_repeat_itself():
     for _ in range(100):
         sensors.joints(POSE)
         sensors.imu((0.0, 0.0, 0.0))
+
+
+def test_a_coupled_joint_that_is_not_sent_follows_its_leader() -> None:
+    pairs = [(name, 0.1) for name in NAMES if name not in ("RHipYawPitch", "LHipYawPitch")]
+    names = [*(name for name, _ in pairs), "LHipYawPitch"]
+    found = read(names, [*(value for _, value in pairs), -0.3])
+    assert found[ROBOT.index("RHipYawPitch")] == found[ROBOT.index("LHipYawPitch")] == -0.3
