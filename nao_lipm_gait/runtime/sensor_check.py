@@ -26,6 +26,8 @@ TILT_MAX = 0.35
 """[rad] Largest angle between the vertical of the accelerometer and that over flat soles."""
 LYING_TILT = 1.0
 """[rad] from there on the vertical of a robot that seems to lie."""
+LYING_TICKS = 60
+"""Ticks in which the loads of the soles must arrive; a robot that lies gets up later."""
 INVERTED_TILT = 2.3
 """[rad] from there on the vertical points into the floor: no robot lies like that."""
 FAST = 2.0
@@ -45,6 +47,11 @@ AXES_MARGIN = 0.25
 OPPOSED = -0.45
 """Correlation of gyro and accelerometer below which they contradict each other; healthy ones reach
 0.4 to 0.9."""
+SWAY_TICKS = 40
+"""First ticks of a walk in which the sway by the joints is compared with the lateral force."""
+SWAY_RATIO, SWAY_CORRELATION = 1.5, 0.5
+"""Share of the force along x that follows the sway, and its correlation, from which on the axes are
+exchanged; right ones stay below 0.3."""
 GAIN_MIN = 4.0
 """[m/s^2] per rad below which the gyro's unit is wrong: gravity alone gives 9.81."""
 
@@ -72,9 +79,11 @@ class SensorCheck:
         """The sensors, or the robot's place, may be others from here on."""
         self.trouble = ""
         self.seems_to_lie = False
+        self._lying_ticks = 0
         self._up: FloatArray | None = None
         self._forces: list[FloatArray] = []
-        self._gravity_is_right = self._gyro_is_judged = False
+        self._gravity_is_right = self._gyro_is_judged = self._sway_is_judged = False
+        self._sway: list[FloatArray] = []
         self._angle = self._smooth = self._slow = np.zeros(3)
         self._rocking: list[tuple[FloatArray, FloatArray]] = []
         self._bent: float | None = None
@@ -84,15 +93,28 @@ class SensorCheck:
     @property
     def done(self) -> bool:
         """Nothing more is to be judged, and all was right."""
-        return self._gravity_is_right and self._gyro_is_judged and not self.trouble
+        judged = self._gravity_is_right and self._gyro_is_judged and self._sway_is_judged
+        return judged and not self.trouble
 
-    def update(self, frame: SensorFrame, *, stands: bool, carried: bool) -> SensorFrame:
+    def update(
+        self,
+        frame: SensorFrame,
+        *,
+        stands: bool,
+        carried: bool,
+        walks: bool = False,
+        light: bool = False,
+        in_doubt: bool = False,
+    ) -> SensorFrame:
         """One tick.
 
         Args:
             frame: As measured.
             stands: The gait stands or moves into its stand.
             carried: The soles are known to carry the robot.
+            walks: The gait walks because it is told to.
+            light: The soles are known not to carry it: it lies, falls or is held.
+            in_doubt: The loads of the soles do not show a robot that stands on both.
 
         Returns:
             The frame for the gait: without sensors that are wrong, so that it goes on standing.
@@ -109,16 +131,27 @@ class SensorCheck:
                 self.trouble = self._gravity_trouble(force)
             else:
                 self.seems_to_lie = angle > LYING_TILT and _size(force) > FORCE_RANGE[0]
+        if light and not self._gravity_is_right:
+            self._forces.clear()
+            self.trouble = ""
+            return frame
         if self.seems_to_lie and not self.trouble:
+            self._lying_ticks += 1
             if not carried:
+                self.seems_to_lie = self._lying_ticks < LYING_TICKS
                 return frame
             self.seems_to_lie = False
             self.trouble = self._gravity_trouble(force)
         if not stands and not self.trouble:
             self._forces.clear()
             self._gyro_is_judged = True  # the robot moves by itself: nothing to compare
-            return frame
-        self._judge_gravity(frame)
+            if not self._sway_is_judged:
+                self._judge_sway(frame, walks=walks)
+            return self._at_rest(frame) if self.trouble else frame
+        if not in_doubt or self.trouble:
+            self._judge_gravity(frame)
+        else:
+            self._forces.clear()
         if not self._gyro_is_judged:
             self._judge_gyro(frame)
         if self.trouble:
@@ -194,6 +227,37 @@ class SensorCheck:
         rocking -= rocking.mean(axis=0)
         if not self.trouble:
             self.trouble = _gyro_trouble(rocking[:, 0], rocking[:, 1])
+
+    def _judge_sway(self, frame: SensorFrame, *, walks: bool) -> None:
+        """A torso that the legs sway to one side is pressed to the other."""
+        if not walks:
+            self._sway.clear()
+            return
+        self._vertical(frame)
+        y = -0.5 * sum(self._body.sole_in_torso(side).position[1] for side in (1, -1))
+        force = frame.linear_acceleration
+        now = np.array((y, force[0], force[1]))
+        if not self._sway:
+            self._smooth = self._slow = now
+        self._smooth = self._smooth + self._dt / SMOOTH_TIME * (now - self._smooth)
+        self._slow = self._slow + self._dt / BAND_TIME * (self._smooth - self._slow)
+        self._sway.append(self._smooth - self._slow)
+        if len(self._sway) < SWAY_TICKS:
+            return
+        self._sway_is_judged = True
+        sway, along, lateral = (np.array(self._sway) - np.mean(self._sway, axis=0)).T
+        guess = ""
+        follows = abs(_correlation(sway, along)) > SWAY_CORRELATION
+        if follows and abs(float(sway @ along)) > SWAY_RATIO * abs(float(sway @ lateral)):
+            guess = "axes x and y exchanged or turned?"
+        elif _correlation(sway, lateral) > -OPPOSED:
+            guess = "sign of y, or an IMU that looks back?"
+        if guess:
+            self.trouble = (
+                "imu/data linear_acceleration: does not follow the first sway of the joints; "
+                f"allowed: a force to the right while the torso is on the left; {guess} Mend it "
+                "and start the sensors again; the robot stands"
+            )
 
     def _vertical(self, frame: SensorFrame) -> FloatArray:
         """Mean normal (3,) of the soles in the torso frame."""

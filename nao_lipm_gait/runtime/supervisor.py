@@ -5,11 +5,19 @@ from dataclasses import dataclass
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.scheduler import GET_UP
 from nao_lipm_gait.runtime.commands import BiasWait, HeldVelocity, MotionRequests
-from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics
+from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, Diagnostics
+from nao_lipm_gait.runtime.diagnostics import WALK as WALK_GROUP
 from nao_lipm_gait.runtime.inputs import LoadInput, TemperatureInput, TwistInput, read_velocity
 from nao_lipm_gait.runtime.intake import Gaps, NewTime
 from nao_lipm_gait.runtime.sensor_check import SensorCheck
-from nao_lipm_gait.runtime.watches import LOAD_AGE, HeatWatch, LiftWatch, SensorOutage, SoleLoads
+from nao_lipm_gait.runtime.watches import (
+    LIFT_TIME,
+    LOAD_AGE,
+    HeatWatch,
+    LiftWatch,
+    SensorOutage,
+    SoleLoads,
+)
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level
 from robot_core.message_checks import finite, stamp_of
@@ -18,9 +26,11 @@ from robot_core.motion.loader import MotionLoader
 from robot_core.types import (
     BUSY,
     DOWN,
+    IN_MOTION,
     ON_THE_WAY,
     STAND,
     STANDSTILL,
+    WALK,
     GaitStatus,
     SensorFrame,
     VelocityCommand,
@@ -32,6 +42,8 @@ LOAD_ABSURD = 1e5
 """[N]"""
 TEMPERATURE_ABSURD = 500.0
 """[deg C]"""
+CARRIED_TIME = 60_000_000
+"""[ns] of load on both soles after which a robot that seems to lie does not."""
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""
 
@@ -88,7 +100,10 @@ class Supervisor:
     @property
     def needs_loads(self) -> bool:
         """The messages of the soles: with force sensors, without an IMU, if the robot may lie."""
-        return self._lift is not None or self._outage.blind > 0 or self._check.seems_to_lie
+        check = self._check
+        return bool(
+            self._lift is not None or self._outage.blind or check.seems_to_lie or check.trouble
+        )
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -174,9 +189,22 @@ class Supervisor:
     def _proven(self, frame: SensorFrame) -> tuple[SensorFrame, bool]:
         """The frame for the gait, and whether the sensors are wrong: then the robot stands."""
         check, loads, stamp = self._check, self._loads, frame.stamp
+        if self._gait.state in IN_MOTION:
+            check.seems_to_lie = False
         lay = check.seems_to_lie
-        carried = loads.are_known(stamp) and loads.light_time(stamp) == 0
-        frame = check.update(frame, stands=self._gait.state is STAND, carried=carried)
+        known = loads.are_known(stamp)
+        light = loads.light_time(stamp) >= LIFT_TIME
+        carried = loads.both_time(stamp) >= CARRIED_TIME
+        state = self._gait.state
+        told = not self.velocity.at(stamp).is_zero  # else it steps to catch itself
+        frame = check.update(
+            frame,
+            stands=state is STAND,
+            carried=carried,
+            light=light,
+            in_doubt=known and not carried,
+            walks=told and state is WALK,
+        )
         if not check.trouble:
             self._say.end("wrong sensors", "the sensors measure what they should")
             return frame, False
@@ -302,7 +330,7 @@ class Supervisor:
             text = f"{reason}, but the robot cannot sit down: {error}"
         else:
             text = f"{reason}: sitting down; ~/stand stands up again"
-        self._say.event(WALK, Level.ERROR, "hot legs", text)
+        self._say.event(WALK_GROUP, Level.ERROR, "hot legs", text)
 
     def _close(self, result: str | None) -> None:
         if result is None:

@@ -96,3 +96,17 @@ def test_sensors_at_another_rate_than_the_control_period_are_named(every: int) -
     assert f"set control_period to {0.01 * every:g}" in errors
     assert harness.gaits[0].controller.state is GaitState.STAND
     assert not harness.fallen
+
+
+@pytest.mark.parametrize("turn", [(0.0, 1.0), (0.0, -1.0), (-1.0, 0.0)])
+def test_an_imu_turned_about_the_vertical_ends_the_first_steps(turn: tuple[float, float]) -> None:
+    cos, sin = turn
+
+    def turned(v: Point3) -> Point3:
+        return cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]
+
+    harness, errors = drive(lambda rate, force: (turned(rate), turned(force)))
+    assert "first sway" in errors
+    harness.run(50)
+    assert harness.gaits[0].controller.state is GaitState.STAND
+    assert not harness.fallen
