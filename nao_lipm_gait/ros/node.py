@@ -63,6 +63,7 @@ from robot_core.ros.topics import (
     RELIABLE,
     publisher,
     subscription,
+    transform_broadcaster,
     unheard_senders,
     write_log,
 )
@@ -193,7 +194,7 @@ class GaitNode(Node):
         self._support_topic = publisher(self, String, "~/support", LATCHED)
         self._motion_result = publisher(self, String, "~/motion_result", LATCHED)
         self._footsteps = publisher(self, MarkerArray, "~/footsteps")
-        self._transforms = _make_transform_broadcaster(self)
+        self._transforms = transform_broadcaster(self)
         if self._transforms is None:
             self.get_logger().info("tf2_ros is not installed: no transforms are published")
 
@@ -406,12 +407,3 @@ class GaitNode(Node):
                     text += f", or set enable_stamped_cmd_vel to {flag}"
                 return text
         return ""
-
-
-def _make_transform_broadcaster(node: Node) -> Any:
-    """A TF broadcaster, or None if tf2_ros is not installed (PyPI has no wheel of it)."""
-    try:
-        from tf2_ros import TransformBroadcaster
-    except ImportError:
-        return None
-    return TransformBroadcaster(node)

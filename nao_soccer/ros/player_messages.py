@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from geometry_msgs.msg import Pose as PoseMessage
-from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
 
@@ -18,12 +18,14 @@ from nao_soccer.ros.vision_messages import (
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import BallEstimate, PoseEstimate
 from robot_core.errors import NaoGaitError
-from robot_core.geometry import yaw_of_quaternion
+from robot_core.geometry import ORIGIN, compose, relative, yaw_of_quaternion
 from robot_core.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
 from robot_core.types import FloatArray, Pose2
 
 FIELD = "field"
 """Frame of the field: origin in its centre, x towards the opponents' goal."""
+MAP = "map"
+"""The same frame by its name in TF (REP-105)."""
 POINTS_MAX = 5000
 """Longer clouds are refused."""
 
@@ -68,6 +70,29 @@ def percepts(message: PointCloud2) -> Percepts:
 
 
 # -- to messages -----------------------------------------------------------------------------------
+
+
+def map_transforms(stamp: int, own: Pose2, odometry: Pose2, odom: str) -> list[TransformStamped]:
+    """`map` -> odom (REP-105), and `map` -> `field`, which are the same frame.
+
+    Args:
+        stamp: [ns] of both poses.
+        own: Pose of base_footprint in the field.
+        odometry: Pose of base_footprint in odom.
+        odom: Name of the frame of the odometry.
+    """
+    transforms = []
+    for child, (x, y, yaw) in (
+        (odom, compose(own, relative(ORIGIN, odometry))),
+        (FIELD, ORIGIN),
+    ):
+        message = TransformStamped(child_frame_id=child)
+        message.header.stamp, message.header.frame_id = to_time(stamp), MAP
+        message.transform.translation.x, message.transform.translation.y = x, y
+        turn = message.transform.rotation
+        turn.z, turn.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        transforms.append(message)
+    return transforms
 
 
 def pose(stamp: int, own: PoseEstimate) -> PoseWithCovarianceStamped:

@@ -32,7 +32,7 @@ from robot_core.ros.parameters import (
     of_type,
     warn_of_unknown_overrides,
 )
-from robot_core.ros.topics import LATCHED, Inputs
+from robot_core.ros.topics import LATCHED, Inputs, transform_broadcaster
 from robot_core.types import DOWN, GETTING_UP, Pose2, state_of
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
@@ -123,6 +123,8 @@ class PlayerNode(Node):
 
     def _make_publishers(self) -> None:
         make = self.create_publisher
+        self._transforms = transform_broadcaster(self)
+        self._odometry: tuple[int, Pose2, str] | None = None
         self._pose = make(PoseWithCovarianceStamped, "pose", 10)
         self._valid = make(Bool, "pose_valid", 10)
         self._particles = make(PoseArray, "particles", 2)
@@ -138,6 +140,7 @@ class PlayerNode(Node):
 
     def _on_odometry(self, message: Odometry) -> None:
         stamp, pose = convert.odometry(message)
+        self._odometry = stamp, pose, message.header.frame_id
         try:
             self._player.world.add_odometry(stamp, pose)
         finally:
@@ -227,6 +230,11 @@ class PlayerNode(Node):
     def _publish(self, state: WorldState) -> None:
         self._pose.publish(convert.pose(state.stamp, state.own))
         self._valid.publish(Bool(data=state.own.valid))
+        if self._transforms is not None and self._odometry is not None and state.own.valid:
+            stamp, odometry, odom = self._odometry
+            if stamp == state.stamp:
+                transforms = convert.map_transforms(stamp, state.own.pose, odometry, odom)
+                self._transforms.sendTransform(transforms)
         if state.ball is not None:
             self._ball.publish(convert.ball(state.stamp, state.ball, self._radius))
         if self._particles.get_subscription_count():

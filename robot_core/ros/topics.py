@@ -47,6 +47,15 @@ def subscription(
     )
 
 
+def transform_broadcaster(node: Node) -> Any:
+    """A TF broadcaster, or None if tf2_ros is not installed (PyPI has no wheel of it)."""
+    try:
+        from tf2_ros import TransformBroadcaster
+    except ImportError:
+        return None
+    return TransformBroadcaster(node)
+
+
 def unheard_senders(node: Node, subscription: Subscription) -> list[str]:
     """Publishers of a topic whose type or quality of service keeps their messages away."""
     topic = subscription.topic_name

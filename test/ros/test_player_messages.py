@@ -14,6 +14,7 @@ from nao_soccer.world.state import PoseEstimate
 from nao_soccer.world.team_knowledge import in_field
 from pitch_percepts import Eyes
 from robot_core.errors import NaoGaitError
+from robot_core.geometry import compose
 from robot_core.types import PoseCovariance
 
 STAMP = 12_345_000_000
@@ -110,3 +111,15 @@ def test_odometry_of_a_message_is_planar():
     stamp, pose = player_messages.odometry(message)
     assert stamp == 3_000_000_000
     assert pose == pytest.approx((1.5, 0.0, 0.7))
+
+
+def test_map_to_odom_and_odom_to_the_robot_lead_to_its_pose_in_the_field() -> None:
+    own, odometry = (1.5, -0.7, 2.0), (0.4, 0.3, -1.1)
+    odom, field = player_messages.map_transforms(STAMP, own, odometry, "robot1/odom")
+    assert (odom.header.frame_id, odom.child_frame_id) == ("map", "robot1/odom")
+    assert (field.header.frame_id, field.child_frame_id) == ("map", "field")
+    turn, place = odom.transform.rotation, odom.transform.translation
+    there = compose((place.x, place.y, 2.0 * math.atan2(turn.z, turn.w)), odometry)
+    assert there[:2] == pytest.approx(own[:2])
+    assert math.cos(there[2] - own[2]) == pytest.approx(1.0)
+    assert field.transform.rotation.w == 1.0
