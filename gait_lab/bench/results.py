@@ -28,7 +28,7 @@ from gait_lab.bench.fingerprint import Fingerprint, fingerprints_of
 from gait_lab.bench.options import Options
 from gait_lab.bench.rows import Cell, table_text
 from gait_lab.bench.suite import Run, find_suite, plan
-from gait_lab.bench.sweep import load_sweep, plain
+from gait_lab.bench.sweep import Sweep, load_sweep, plain
 from robot_core import schema
 from robot_core.errors import NaoGaitError
 from robot_core.resources import share
@@ -372,7 +372,8 @@ def _table(table: PageTable, results: Mapping[str, Measured], docs: Path) -> Ite
     lines: Mapping[str, str]
     if isinstance(table.lines, str):
         sweep = load_sweep(share("config", "bench", f"{table.lines}.yaml"))
-        lines = {name.replace("_", " "): name for name in sweep.variants}
+        lines = {name.replace("_", " "): name for name, each in sweep.variants.items()
+                 if not each.trials}  # fmt: skip
     else:
         lines = table.lines
     body = [[label, *(cell(pattern, line) for pattern in table.columns.values())]
@@ -395,18 +396,23 @@ def _table(table: PageTable, results: Mapping[str, Measured], docs: Path) -> Ite
             yield f"![Largest survived impulse by direction](images/{drawn.name})\n"
     yield table_text(["", *table.columns], body, markdown=True) + "\n"
     if isinstance(table.lines, str):
-        yield from _with_and_without(results[table.lines].values)
+        yield from _with_and_without(sweep, results[table.lines].values)
     commands = dict.fromkeys(results[name].head["command"] for name in used)
     yield "```\n" + "\n".join(commands) + "\n```\n"
 
 
-def _with_and_without(values: Mapping[str, float | None]) -> Iterator[str]:
-    """The trials of an ablation: each metric with an extension and without it."""
-    names = [metric.removesuffix("_without") for metric in values if metric.endswith("_without")]
-    body: list[list[Cell]] = [
-        [name.replace("_", " "), values[f"{name}_with"], values[f"{name}_without"]]
-        for name in names
+def _with_and_without(sweep: Sweep, values: Mapping[str, float | None]) -> Iterator[str]:
+    """The first metric of each trial of an ablation, with an extension and without it."""
+    found = [
+        (f"{name.removeprefix('without_')}_{sweep.trials[trial].metrics[0]}")
+        for name, change in sweep.variants.items()
+        for trial in change.trials
     ]
+    body: list[list[Cell]] = [
+        [name.replace("_of_upright", "").replace("_survival", "").replace("_", " "),
+         values.get(f"{name}_with"), values.get(f"{name}_without")]
+        for name in found
+    ]  # fmt: skip
     if body:
-        yield "In the trial that it exists for:\n"
+        yield "In the trial that it exists for (more in results.csv):\n"
         yield table_text(["extension and metric", "with", "without"], body, markdown=True) + "\n"
