@@ -1,9 +1,8 @@
-"""The sensors prove themselves in the stand before the first walk.
+"""The accelerometer proves itself in the stand before the first walk, and in its first steps.
 
-A robot that has just been set down rocks on its soles. It then measures three things twice: the
-vertical by the accelerometer and by the joints over flat soles, the size of gravity, and the
-rocking by the gyro and by the accelerometer, because a tilted, accelerated torso is pressed
-sideways: a_y = (g + h w^2) roll and a_x = -(g + h w^2) pitch, for a frequency w at a height h.
+It measures the vertical, which the joints over flat soles show too, the size of gravity, and a
+force to the right while the first steps sway the torso to the left. The gyro is not judged: a robot
+that is held, lies or has just fallen rocks in ways that look like a wrong one.
 """
 
 from math import acos, hypot
@@ -16,8 +15,6 @@ from robot_core.types import GRAVITY, FloatArray, SensorFrame
 
 FORCE_TICKS = 30
 """Ticks over which gravity is averaged."""
-GYRO_TICKS = 60
-"""Ticks of rocking that are compared; fewer than a robot takes to move into its stand."""
 SETTLED_TICKS = 5
 """First ticks that are left out: a robot that is set down feels an impact."""
 FORCE_RANGE = 7.0, 13.0
@@ -30,30 +27,15 @@ LYING_TICKS = 60
 """Ticks in which the loads of the soles must arrive; a robot that lies gets up later."""
 INVERTED_TILT = 2.3
 """[rad] from there on the vertical points into the floor: no robot lies like that."""
-FAST = 2.0
-"""[rad/s] A robot in its first stand does not turn that fast."""
 BAND_TIME, SMOOTH_TIME = 0.2, 0.02
 """[s] Time constants of the band in which rocking is compared."""
-ROCKING_ANGLE, ROCKING_FORCE = 5e-4, 0.06
-"""[rad, m/s^2] Least standard deviations of rocking that say anything."""
-STEP_ANGLE = 0.1
-"""[rad] by which the knees bend against each other at most while a robot takes its stand."""
-STILL_ANGLE = 1e-4
-"""[rad] Standard deviation of a gyro that shows nothing, not even noise."""
-LARGE_ANGLE = 0.02
-"""[rad] Standard deviation of the angle from which on the unit can be judged."""
-AXES_MARGIN = 0.25
-"""Sum of correlations by which the exchanged axes must fit better; right ones fit better by 0.3."""
-OPPOSED = -0.45
-"""Correlation of gyro and accelerometer below which they contradict each other; healthy ones reach
-0.4 to 0.9."""
+OPPOSED = 0.45
+"""Correlation above which the lateral force follows the sway instead of opposing it."""
 SWAY_TICKS = 40
 """First ticks of a walk in which the sway by the joints is compared with the lateral force."""
 SWAY_RATIO, SWAY_CORRELATION = 1.5, 0.5
 """Share of the force along x that follows the sway, and its correlation, from which on the axes are
 exchanged; right ones stay below 0.3."""
-GAIN_MIN = 4.0
-"""[m/s^2] per rad below which the gyro's unit is wrong: gravity alone gives 9.81."""
 
 
 class SensorCheck:
@@ -71,8 +53,6 @@ class SensorCheck:
     def __init__(self, robot: RobotDescription, period: float) -> None:
         self._body = BodyModel(robot)
         self._dt = period
-        knees = robot.left_leg.knee_pitch, robot.right_leg.knee_pitch
-        self._knees = [robot.index(name) for name in knees]
         self.restart()
 
     def restart(self) -> None:
@@ -82,19 +62,16 @@ class SensorCheck:
         self._lying_ticks = 0
         self._up: FloatArray | None = None
         self._forces: list[FloatArray] = []
-        self._gravity_is_right = self._gyro_is_judged = self._sway_is_judged = False
+        self._gravity_is_right = self._sway_is_judged = False
         self._sway: list[FloatArray] = []
-        self._angle = self._smooth = self._slow = np.zeros(3)
-        self._rocking: list[tuple[FloatArray, FloatArray]] = []
-        self._bent: float | None = None
+        self._smooth = self._slow = np.zeros(3)
         self._first = True
         self._doubtful = False
 
     @property
     def done(self) -> bool:
         """Nothing more is to be judged, and all was right."""
-        judged = self._gravity_is_right and self._gyro_is_judged and self._sway_is_judged
-        return judged and not self.trouble
+        return self._gravity_is_right and self._sway_is_judged and not self.trouble
 
     def update(
         self,
@@ -121,7 +98,7 @@ class SensorCheck:
         """
         if self.done:
             return frame
-        force, rate = frame.linear_acceleration, frame.angular_velocity
+        force = frame.linear_acceleration
         if self._first:
             self._first = False
             self._up = self._vertical(frame)
@@ -144,7 +121,6 @@ class SensorCheck:
             self.trouble = self._gravity_trouble(force)
         if not stands and not self.trouble:
             self._forces.clear()
-            self._gyro_is_judged = True  # the robot moves by itself: nothing to compare
             if not self._sway_is_judged:
                 self._judge_sway(frame, walks=walks)
             return self._at_rest(frame) if self.trouble else frame
@@ -152,14 +128,11 @@ class SensorCheck:
             self._judge_gravity(frame)
         else:
             self._forces.clear()
-        if not self._gyro_is_judged:
-            self._judge_gyro(frame)
         if self.trouble:
             return self._at_rest(frame)
-        fast = not self._gyro_is_judged and _size(rate) > FAST
         if self._doubtful and not self._gravity_is_right:
             return self._at_rest(frame)
-        return self._at_rest(frame) if fast else frame
+        return frame
 
     def _judge_gravity(self, frame: SensorFrame) -> None:
         if self._gravity_is_right:
@@ -207,27 +180,6 @@ class SensorCheck:
                     return f"axes {'xyz'[first]} and {'xyz'[second]} exchanged or turned?"
         return "mounting of the IMU, or a robot that does not stand upright?"
 
-    def _judge_gyro(self, frame: SensorFrame) -> None:
-        dt, rate, force = self._dt, frame.angular_velocity, frame.linear_acceleration
-        left, right = frame.joint_position[self._knees].tolist()
-        if self._bent is None or abs(left - right - self._bent) > STEP_ANGLE:
-            self._bent = left - right
-            self._rocking.clear()
-        if not self._rocking:
-            self._smooth = self._slow = force
-        self._angle = (1.0 - dt / BAND_TIME) * self._angle + dt * rate
-        self._smooth = self._smooth + dt / SMOOTH_TIME * (force - self._smooth)
-        self._slow = self._slow + dt / BAND_TIME * (self._smooth - self._slow)
-        self._rocking.append((self._angle, self._smooth - self._slow))
-        if len(self._rocking) < GYRO_TICKS + SETTLED_TICKS:
-            return
-        self._gyro_is_judged = True
-        rocking = np.array(self._rocking[SETTLED_TICKS:])
-        self._rocking.clear()
-        rocking -= rocking.mean(axis=0)
-        if not self.trouble:
-            self.trouble = _gyro_trouble(rocking[:, 0], rocking[:, 1])
-
     def _judge_sway(self, frame: SensorFrame, *, walks: bool) -> None:
         """A torso that the legs sway to one side is pressed to the other."""
         if not walks:
@@ -250,7 +202,7 @@ class SensorCheck:
         follows = abs(_correlation(sway, along)) > SWAY_CORRELATION
         if follows and abs(float(sway @ along)) > SWAY_RATIO * abs(float(sway @ lateral)):
             guess = "axes x and y exchanged or turned?"
-        elif _correlation(sway, lateral) > -OPPOSED:
+        elif _correlation(sway, lateral) > OPPOSED:
             guess = "sign of y, or an IMU that looks back?"
         if guess:
             self.trouble = (
@@ -273,34 +225,6 @@ class SensorCheck:
             linear_acceleration=GRAVITY * up, angular_velocity=np.zeros(3),
             mean_angular_velocity=None,
         )  # fmt: skip
-
-
-def _gyro_trouble(angle: FloatArray, force: FloatArray) -> str:
-    """What is wrong with the gyro, by its integral (n, 3) and the force (n, 3) in one band."""
-    pressed = np.column_stack((force[:, 1], -force[:, 0]))  # by roll and pitch
-    moved, shown = pressed.std(axis=0) > ROCKING_FORCE, angle[:, :2].std(axis=0) > ROCKING_ANGLE
-    own = [_correlation(angle[:, i], pressed[:, i]) for i in range(2)]
-    wrong = [i for i in range(2) if moved[i] and shown[i] and own[i] < OPPOSED]
-    guess = f"sign of {' and '.join('xy'[i] for i in wrong)}?" if wrong else ""
-    if moved.all() and shown.all():
-        exchanged = [_correlation(angle[:, 1 - i], pressed[:, i]) for i in range(2)]
-        if abs(exchanged[0]) + abs(exchanged[1]) > sum(map(abs, own)) + AXES_MARGIN:
-            guess = "axes x and y exchanged?"
-    if (moved & (angle[:, :2].std(axis=0) < STILL_ANGLE)).any():
-        guess = "no motion at all: unit, or a gyro that does not work?"
-    for i in range(2):
-        power = float(angle[:, i] @ angle[:, i])
-        slope = abs(float(angle[:, i] @ pressed[:, i])) / power if power > 0.0 else GAIN_MIN
-        if moved[i] and angle[:, i].std() > LARGE_ANGLE and slope < GAIN_MIN:
-            guess = f"deg/s instead of rad/s? {guess}".strip()
-            break
-    if not guess:
-        return ""
-    return (
-        f"imu/data angular_velocity: correlation of {own[0]:.2f} in roll and {own[1]:.2f} in pitch "
-        f"with the accelerometer in the first stand; allowed: above {OPPOSED:g}, in rad/s; {guess} "
-        "Mend it and start the sensors again; the robot stands"
-    )
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:

@@ -76,11 +76,6 @@ def test_right_sensors_let_the_robot_walk(urdf: str) -> None:
         (lambda w, a: (w, (a[0], a[1], a[2] - 9.81)), "gravity removed"),
         (lambda w, a: (w, (-a[0], -a[1], -a[2])), "sign"),
         (lambda w, a: (w, (a[2], a[1], -a[0])), "axes x and z"),
-        (lambda w, a: ((-w[0], w[1], w[2]), a), "sign of x"),
-        (lambda w, a: ((w[0], -w[1], w[2]), a), "sign of y"),
-        (lambda w, a: ((w[1], w[0], w[2]), a), "axes x and y"),
-        (lambda w, a: ((57.3 * w[0], 57.3 * w[1], 57.3 * w[2]), a), "deg/s"),
-        (lambda w, a: ((0.001 * w[0], 0.001 * w[1], w[2]), a), "no motion"),
     ],
 )
 def test_a_wrong_imu_keeps_the_robot_standing_and_is_named(change: Distortion, guess: str) -> None:
