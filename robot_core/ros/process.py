@@ -6,7 +6,6 @@ a signal must already end the process quietly. Both nodes and the tools use this
 
 import argparse
 import gc
-import itertools
 import os
 import signal
 import socket
@@ -30,8 +29,6 @@ that cannot be used."""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 FIRST_DOMAIN, LAST_DOMAIN = 1, 101
 """On Linux the ports of higher domains overlap with those of outgoing connections."""
-
-_turn = itertools.count()
 
 
 # -- signals ---------------------------------------------------------------------------------------
@@ -132,10 +129,13 @@ class DomainClaim:
         domain: The ID.
     """
 
+    _last: int | None = None
+
     def __init__(self) -> None:
         # Never the same ID twice in a row: late messages of a killed run may still be there.
-        start = os.getpid() + next(_turn)
         count = LAST_DOMAIN - FIRST_DOMAIN + 1
+        last = DomainClaim._last
+        start = os.getpid() if last is None else last - FIRST_DOMAIN + 1
         for offset in range(count):
             domain = FIRST_DOMAIN + (start + offset) % count
             holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -144,7 +144,7 @@ class DomainClaim:
             except OSError:
                 holder.close()
                 continue
-            self.domain = domain
+            DomainClaim._last = self.domain = domain
             self._holder = holder
             return
         raise OSError(f"all ROS domains from {FIRST_DOMAIN} to {LAST_DOMAIN} are claimed")
