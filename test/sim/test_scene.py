@@ -61,7 +61,7 @@ def test_each_robot_has_noise_of_its_own() -> None:
 @pytest.mark.parametrize(
     ("changes", "refusal"),
     [
-        ({"robots": []}, "robots: got .*at least 1 item"),
+        ({"robots": []}, "robots: got .*a list of 1 to 22 items"),
         ({"robots": two(name="a")}, "robots: got 'a twice'; allowed: each name once"),
         ({"robots": two(number=1)}, "robots: got 'red 1 twice'"),
         ({"robots": two(name="ground_truth")}, "robots: got 'ground_truth'; allowed: a name other"),
