@@ -351,9 +351,11 @@ def test_a_motion_file_is_loaded_beside_the_ticks(
     while robot.controller.loads_file:
         robot.tick()
     robot.tick(200)
+    may_load.clear()
     robot.request(str(nod))
     robot.controller.stand()
     robot.request(str(broken))
+    may_load.set()
     while robot.controller.loads_file:
         robot.tick()
     assert threading.get_ident() not in threads
