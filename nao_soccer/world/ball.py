@@ -3,7 +3,8 @@
 A ball that rests has velocity 0: hundreds of images of it sharpen its place, and the noise of a far
 ball is not taken for speed. A ball that rolls slows down by friction. Likelihoods of the images
 decide between the two (Blom and Bar-Shalom 1988). A second ball is kept for images that fit neither
-(a jump, or a false percept); it takes over if it is seen more often.
+(a jump, or a false percept); it takes over if it is seen more often. Where both are seen in turn,
+as two real balls are, the first one is kept unless it is seen much less often or not any more.
 """
 
 import math
@@ -33,6 +34,12 @@ GATE = 16.0
 """Squared standard deviations from which on a measurement is of another ball."""
 MEMORY = 0.6
 """[s] Time constant by which earlier sightings count for less."""
+LONG_MEMORY = 3.0
+"""[s] The same, where two balls are seen in turn."""
+MORE_OFTEN = 3.0
+"""How many times as often the second of two balls seen in turn is seen when it takes over."""
+HOLD = 2.0
+"""[s] Time without a sighting, after which a second ball that was seen in turn takes over."""
 FORGET = 12.0
 """[s] Time without a sighting after which the ball is forgotten."""
 DEVIATION_MAX = 1.5
@@ -52,6 +59,7 @@ class BallTrack:
 
     Attributes:
         score: Number of sightings, fading with `MEMORY`.
+        long_score: The same with `LONG_MEMORY`.
         age: [s] since the last one.
         misses: Number of images since then that should have shown it.
     """
@@ -64,12 +72,14 @@ class BallTrack:
         ]
         self._share = [0.5, 0.5]
         self._slowdown = slowdown
-        self.score, self.age, self.misses = 1.0, 0.0, 0.0
+        self.score = self.long_score = 1.0
+        self.age = self.misses = 0.0
 
     def advance(self, motion: Displacement, dt: float) -> None:
         """Carry the ball through a motion of the robot and a time [s]."""
         self.age += dt
         self.score *= math.exp(-dt / MEMORY)
+        self.long_score *= math.exp(-dt / LONG_MEMORY)
         for track in self._models:
             track.carry(motion)
         if dt <= 0.0:
@@ -108,10 +118,15 @@ class BallTrack:
         other._share = list(self._share)
         return other
 
-    def fits(self, ball: Percept) -> bool:
-        """Whether a measurement can be of this ball."""
+    def fit(self, ball: Percept) -> float:
+        """Log-likelihood of a measurement of this ball; minus infinity if it cannot be of it."""
         noise = _noise(ball)
-        return any(track.innovation(ball.position, noise)[0] < GATE for track in self._models)
+        fits = [track.innovation(ball.position, noise) for track in self._models]
+        if all(square >= GATE for square, _ in fits):
+            return -math.inf
+        most = max(log for _, log in fits)
+        odds = (s * math.exp(log - most) for s, (_, log) in zip(self._share, fits, strict=True))
+        return most + math.log(max(sum(odds), 1e-300))
 
     def see(self, ball: Percept) -> None:
         """Use a measurement."""
@@ -126,6 +141,7 @@ class BallTrack:
         for track in self._models:
             track.correct(ball.position, noise)
         self.score += 1.0
+        self.long_score += 1.0
         self.age = self.misses = 0.0
 
     @property
@@ -144,6 +160,7 @@ class BallFilter:
         self._slowdown = slowdown
         self._ball: BallTrack | None = None
         self._other: BallTrack | None = None
+        self._both_seen = False
 
     @property
     def ball(self) -> BallTrack | None:
@@ -166,22 +183,29 @@ class BallFilter:
 
     def see(self, ball: Percept) -> None:
         """Use a sighting."""
-        for track in (self._ball, self._other):
-            if track is not None and track.fits(ball):
-                track.see(ball)
-                break
+        first, second = (
+            -math.inf if track is None else track.fit(ball) for track in (self._ball, self._other)
+        )
+        if self._ball is not None and first >= second and first > -math.inf:
+            self._ball.see(ball)
+            self._both_seen = self._both_seen or self._other is not None
+        elif self._other is not None and second > -math.inf:
+            self._other.see(ball)
+        elif self._ball is None:
+            self._ball = BallTrack(ball, self._slowdown)
         else:
-            new = BallTrack(ball, self._slowdown)
-            if self._ball is None:
-                self._ball = new
-            else:
-                self._other = new
-        if (
-            self._ball is not None
-            and self._other is not None
-            and self._other.score > max(1.5, self._ball.score)
-        ):
+            self._other, self._both_seen = BallTrack(ball, self._slowdown), False
+        if self._other_takes_over():
             self._ball, self._other = self._other, self._ball
+            self._both_seen = True
+
+    def _other_takes_over(self) -> bool:
+        ball, other = self._ball, self._other
+        if ball is None or other is None or other.score <= max(1.5, ball.score):
+            return False
+        if not self._both_seen:
+            return True  # the ball has not been seen since the other was: it has jumped
+        return ball.age > HOLD or other.long_score > MORE_OFTEN * ball.long_score
 
     def miss(self, visible: FloatArray) -> None:
         """An image without a ball; `visible` (k, 2) [m] is its ground, empty = unknown."""

@@ -129,6 +129,34 @@ def test_a_ball_that_jumps_is_found_again_and_one_false_ball_is_not_accepted():
     assert see(0.2, 10) == pytest.approx(0.2, abs=0.02)
 
 
+def swaps(shown: list[int], apart: float) -> int:
+    """How often the ball changes place while two are shown in turn, ten times a second."""
+    ball, sides = BallFilter(SLOWDOWN), []
+    for side in shown:
+        ball.advance(AT_REST, 0.1)
+        ball.see(percept(Kind.BALL, (1.0, apart * (side - 0.5))))
+        sides.append(ball.ball.estimate.mean[1] > 0.0)
+    return int(np.count_nonzero(np.diff(sides)))
+
+
+@pytest.mark.parametrize("apart", [0.4, 1.2, 3.0])
+@pytest.mark.parametrize("images", [1, 2, 3, 5, 10, 15])
+def test_two_balls_that_are_seen_in_turn_do_not_change_places(images: int, apart: float):
+    assert swaps([tick // images % 2 for tick in range(600)], apart) <= 1
+
+
+@pytest.mark.parametrize("share", [0.5, 0.6, 0.8])
+def test_two_balls_that_are_seen_at_random_hardly_change_places(share: float):
+    shown = np.random.default_rng(0).random(600) < share
+    assert swaps(shown.astype(int).tolist(), 1.2) <= 3  # in a minute
+
+
+def test_of_two_balls_the_one_that_is_left_is_the_ball():
+    alone = [1] * 30
+    assert swaps([0, 1] * 50 + alone, 1.2) == 1
+    assert swaps([1, 0] * 50 + alone, 1.2) == 0
+
+
 def test_a_ball_is_forgotten_where_the_camera_does_not_see_it():
     ball = BallFilter(SLOWDOWN)
     ball.see(percept(Kind.BALL, (1.0, 0.0)))
