@@ -67,23 +67,26 @@ class MotorWatch:
     """
 
     def __init__(self, limits: MotorLimits, driven: Sequence[bool], period: float) -> None:
+        self._hot: set[int] = set()
+        self._latched: dict[int, str] = {}
+        self.configure(limits, driven, period)
+
+    def configure(self, limits: MotorLimits, driven: Sequence[bool], period: float) -> None:
+        """Go on with other limits; what was given up stays so."""
         self._limits, self._period = limits, period
         self._driven = [index for index, each in enumerate(driven) if each]
         self.restart()
 
     def restart(self) -> None:
-        """Forget all, as after a new connection."""
+        """Forget measurements, as after a new connection; what was given up stays so."""
         count = len(JOINTS)
-        self._hot: set[int] = set()
-        self._off = [0.0] * count
-        self._current = [0.0] * count
-        self._latched: dict[int, str] = {}
-        self._seen, self._sent, self._stuck = [math.nan] * count, [0.0] * count, [0.0] * count
+        self._off, self._stuck, self._current = [0.0] * count, [0.0] * count, [0.0] * count
+        self._seen, self._sent = [math.nan] * count, [0.0] * count
 
     def forgive(self) -> None:
         """Use again what did not follow: somebody has looked at it."""
         self._latched.clear()
-        self._off, self._stuck = [0.0] * len(JOINTS), [0.0] * len(JOINTS)
+        self.restart()
 
     def update(
         self, sensors: LolaSensors, position: Sequence[float], stiffness: Sequence[float]
@@ -118,10 +121,12 @@ class MotorWatch:
         """A motor that is too hot, by its temperature or its own word."""
         degrees, status = sensors.temperature[joint], sensors.status[joint]
         limit = self._limits.cool if joint in self._hot else self._limits.hot
-        if degrees >= limit or status >= VERY_HOT:
+        unknown = joint in self._hot and not math.isfinite(degrees)
+        if degrees >= limit or status >= VERY_HOT or unknown:
             self._hot.add(joint)
             said = f", status {status}" if status >= VERY_HOT else ""
-            return f"{JOINTS[joint]} at {degrees:.0f} deg C{said}"
+            shown = "an unknown temperature, hot before" if unknown else f"{degrees:.0f} deg C"
+            return f"{JOINTS[joint]} at {shown}{said}"
         self._hot.discard(joint)
         return None
 

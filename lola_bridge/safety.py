@@ -190,7 +190,7 @@ class Safety:
         if settings.wait_for_button and not self._s.wait_for_button:
             self._stopped = True
         self._s, self._released = settings, False
-        self._motors = MotorWatch(settings.motors, settings.driven, settings.period)
+        self._motors.configure(settings.motors, settings.driven, settings.period)
         self._chest = _Button(settings.period)
         self._refusals.update("end", None)
 

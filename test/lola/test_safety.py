@@ -1,5 +1,6 @@
 """Laws of the bridge's safety: what leaves for the robot, whatever comes in."""
 
+import math
 import random
 from dataclasses import replace
 
@@ -198,6 +199,29 @@ def test_what_was_given_up_is_used_again_after_a_long_press(active: Safety):
     run(active, 20)
     run(active, SECOND + 2, touch=CHEST)
     assert run(active, 20)[-1].mode is Mode.ACTIVE
+
+
+def test_a_long_press_forgets_the_current_that_was_too_much(active: Safety):
+    run(active, SECOND * 2, current=at(KNEE, 6.0, 0.1))
+    run(active, SECOND, touch=HEAD)
+    run(active, 20)
+    run(active, SECOND + 2, touch=CHEST)
+    assert run(active, 20)[-1].mode is Mode.ACTIVE
+
+
+def test_a_new_node_or_connection_does_not_use_again_what_was_given_up(active: Safety):
+    fault_of_motion(active, KNEE, SECOND + 30)
+    active.configure(SAFETY)
+    assert run(active, 30)[-1].mode is Mode.LIMP
+    active.restart()
+    assert run(active, 30)[-1].mode is Mode.LIMP
+
+
+def test_a_hot_motor_whose_temperature_becomes_unknown_is_not_used(active: Safety):
+    assert run(active, 1, temperature=at(KNEE, 85.0, 38.0))[-1].mode is Mode.SITTING
+    assert run(active, 200, temperature=at(KNEE, math.nan, 38.0))[-1].mode is Mode.RESTING
+    assert run(active, 20)[-1].mode is Mode.ACTIVE
+    assert run(active, 1, temperature=at(KNEE, math.nan, 38.0))[-1].mode is Mode.ACTIVE
 
 
 def press(safety: Safety, rng: random.Random, seconds: float) -> list[SafeCommand]:
