@@ -214,6 +214,18 @@ class TopicRecorder:
         return tuple(self._subscriptions)
 
     @property
+    def connected(self) -> bool:
+        """Whether each subscription has found all its publishers.
+
+        The simulator has found them, too, once its clock is heard, which is subscribed to last.
+        """
+        heard = self._simulated is False or self._order.now is not None
+        return heard and all(
+            subscription.get_publisher_count() >= self._node.count_publishers(name)
+            for name, (subscription, _) in self._subscriptions.items()
+        )
+
+    @property
     def missing(self) -> str:
         """What is missing by the stamps, as the end of a sentence; empty if nothing is."""
         return self._gaps.text()
@@ -262,7 +274,8 @@ class TopicRecorder:
         from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
         refused = []
-        for name, types in self._node.get_topic_names_and_types():
+        found = self._node.get_topic_names_and_types()
+        for name, types in sorted(found, key=lambda topic: topic[1][0] == CLOCK):
             if name in self._subscriptions or name in self._refused:
                 continue
             if wanted is not None and name not in wanted:
@@ -372,21 +385,34 @@ def record(
             if wanted is not None and simulated_time is not False:
                 wanted.add("/clock")
             lockstep = LockstepPartner(node)
-            lockstep.keep_up()
             say(f"recording to {out}; Ctrl-C ends")
             choice = _ClockChoice(node, simulated_time)
+            joined = False
             end = math.inf
             search = 0.0
+
+            def subscribe() -> None:
+                nonlocal search
+                search = time.monotonic() + DISCOVERY_PERIOD
+                for topic, reason in recorder.add_new_topics(wanted, images=images):
+                    say(f"not recorded: {topic}: {reason}")
+
+            def subscribed() -> bool:
+                """Subscribe while the simulator waits; whether it may go on."""
+                subscribe()
+                return recorder.connected
+
             while not stop and (now := time.monotonic()) < end:
                 if choice.update(now):
                     recorder.decide(bool(choice.simulated))
                     say(f"in {'simulated' if choice.simulated else 'wall'} time")
                 if duration is not None and end == math.inf and choice.began(now):
                     end = now + duration
-                if now >= search:
-                    search = now + DISCOVERY_PERIOD
-                    for topic, reason in recorder.add_new_topics(wanted, images=images):
-                        say(f"not recorded: {topic}: {reason}")
+                if lockstep.active and not joined:
+                    joined, search = True, now + START_TIMEOUT
+                    lockstep.hold(subscribed)
+                elif now >= search and choice.may_subscribe(now):
+                    subscribe()
                 executor.spin_once(timeout_sec=min(0.2, end - now))
                 writer.sync()
             lockstep.leave()
@@ -408,6 +434,7 @@ class _ClockChoice:
         self._decided = False
         self._created = time.monotonic()
         self._deadline = math.inf
+        self._subscribe = math.inf
 
     def update(self, now: float) -> bool:
         """True in the call that decides."""
@@ -421,7 +448,13 @@ class _ClockChoice:
             elif self._deadline == math.inf and _anything_else(self._node):
                 self._deadline = now + CLOCK_TIMEOUT
         self._decided = self.simulated is not None
+        if self._decided:
+            self._subscribe = now + (DISCOVERY_PERIOD if self.simulated else 0.0)
         return self._decided
+
+    def may_subscribe(self, now: float) -> bool:
+        """Whether to subscribe; if time is simulated, later: it may be found that it can wait."""
+        return now >= self._subscribe or now > self._created + START_TIMEOUT
 
     def began(self, now: float) -> bool:
         """Whether the duration of the recording counts from now on."""

@@ -54,14 +54,39 @@ class LockstepPartner:
 
     def keep_up(self, ahead: float = AHEAD) -> None:
         """Let time run `ahead` [s] of the clock that this node has handled, from now on."""
+        self._on_each_tick(self.follower(ahead))
+
+    def hold(self, then: Callable[[], bool]) -> None:
+        """Stop time, and keep up after that.
+
+        Args:
+            then: Called while time stands still, each time that the simulator repeats its clock;
+                True lets time run again.
+        """
+        last, follow = -1, self.follower()
+        held = True
+
+        def on_tick(now: int) -> None:
+            nonlocal last, held
+            if held and now == last:
+                held = not then()
+            last = now
+            if held:
+                self.release(0)
+            else:
+                follow(now)
+
+        self.release(0)
+        self._on_each_tick(on_tick)
+
+    def _on_each_tick(self, call: Callable[[int], None]) -> None:
         from rclpy.qos import QoSProfile, ReliabilityPolicy
         from rosgraph_msgs.msg import Clock
 
         reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
-        follow = self.follower(ahead)
 
         def on_clock(message: Any) -> None:
-            follow(message.clock.sec * 1_000_000_000 + message.clock.nanosec)
+            call(message.clock.sec * 1_000_000_000 + message.clock.nanosec)
 
         self._node.create_subscription(Clock, "/clock", on_clock, reliable)
 
@@ -105,8 +130,11 @@ class LockstepPartners:
     def receive(self, message: Any) -> bool:
         """Take a message of `/clock/until`; whether it ends the wait."""
         name = message.frame_id
+        awaited = name.partition(" (")[0]  # "node (process)"
+        if awaited in self._absent:
+            self._absent.remove(awaited)
+            del self._until[awaited]
         self._until[name] = stamp_in(message, "until")
-        self._absent.discard(name)
         return self.held is not None and self.reach(self.held)
 
     def missing(self, now: int) -> list[str]:

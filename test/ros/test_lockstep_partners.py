@@ -32,6 +32,14 @@ def test_a_named_node_holds_time_before_its_first_message() -> None:
     assert partners.receive(until("driver", 20))
 
 
+def test_a_named_node_may_add_its_process_to_its_name() -> None:
+    partners = LockstepPartners(("recorder",))
+    assert not partners.reach(10 * MS)
+    assert partners.receive(until("recorder (123)", 20))
+    partners.receive(until("recorder (456)", 30))
+    assert partners.missing(25 * MS) == ["recorder (123)"], "each process counts"
+
+
 def test_a_node_that_has_ended_holds_time_no_longer() -> None:
     partners = LockstepPartners(())
     partners.receive(until("recorder", 10))

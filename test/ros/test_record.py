@@ -104,6 +104,47 @@ def test_a_recording_ends_whole_and_in_order(probe: Probe, tmp_path: Path) -> No
     assert np.mean((ages >= 40_000_000) & (ages <= 50_000_000)) > 0.95
 
 
+STAMPED = ("/joint_states", "/imu/data", "/l_sole/wrench", "/ground_truth/odom", "/joint_command",
+           "/odom", "/gait/torso_pose", "/gait/com_measured")  # fmt: skip
+
+
+@pytest.mark.parametrize("awaited", [False, True])
+def test_lockstep_at_full_speed_loses_nothing_from_the_first_message_on(
+    probe: Probe, tmp_path: Path, awaited: bool
+) -> None:
+    clock = probe.subscribe(Clock, "/clock")
+    names = {"lockstep_nodes": "nao_gait_record"} if awaited else {}
+    start_nodes(probe, real_time_factor=0.0, **names)
+    now = lambda: clock[-1].clock.sec if clock else 0  # noqa: E731
+    if not awaited:
+        probe.wait(lambda: now() > 2, "a simulation that runs")
+    recorder = record(probe, tmp_path / "bag")
+    try:
+        assert recorder.stdout is not None
+        assert "recording to" in recorder.stdout.readline()
+        assert "simulated time" in recorder.stdout.readline()
+        until = now() + 15
+        probe.wait(lambda: now() > until, "15 s of simulated time")
+        recorder.send_signal(signal.SIGINT)
+        text, _ = recorder.communicate(timeout=TIMEOUT)
+    finally:
+        recorder.kill()
+        recorder.wait()
+    assert recorder.returncode == 0, text
+    assert "missing" not in text
+    bag = open_bag(tmp_path / "bag")
+    ticks = np.unique([stamp for stamp, _ in bag.messages["/clock"]])
+    assert np.all(np.diff(ticks) == 10_000_000), "no tick is missing"
+    assert not awaited or ticks[0] == 10_000_000, "the first tick of the simulation"
+    for topic in STAMPED:
+        messages = bag.messages[topic]
+        sampled = np.unique([m.header.stamp.sec * SECOND + m.header.stamp.nanosec
+                             for _, m in messages])  # fmt: skip
+        assert np.all(np.diff(sampled) == 10_000_000), topic
+        begin = 40_000_000 if awaited else ticks[0]  # sensors are 40 ms old
+        assert messages[0][0] == begin or topic.startswith("/ground_truth"), topic
+
+
 def test_missing_messages_are_counted_by_their_stamps() -> None:
     gaps = StampGaps()
     lost, pause = {40, 41, 70}, range(80, 150)
