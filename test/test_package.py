@@ -234,3 +234,11 @@ def test_links_of_the_documents_lead_somewhere(page: Path):
         if anchor:
             headings = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE)
             assert anchor in map(_anchor, headings), link
+
+
+def test_source_files_that_the_documents_name_exist():
+    files = {path.relative_to(ROOT).as_posix() for path in ROOT.glob("[a-z]*/**/*.py")}
+    for page in ("docs/architecture.md", "docs/method.md", "docs/soccer.md", "CONTRIBUTING.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        for name in re.findall(r"`([\w/]+\.py)`", text):
+            assert any(f"/{each}".endswith(f"/{name}") for each in files), f"{page}: {name}"
