@@ -15,6 +15,9 @@ MODELS: dict[str, tuple[str, str]] = {
     "nao_h21_v40": ("nao_h21_facts.yaml", "v40"),
     "nao_v6": ("nao_h21_facts.yaml", "v6"),
     "bruno": ("bruno_facts.yaml", ""),
+    "booster_k1": ("booster_k1_facts.yaml", ""),
+    "booster_t1": ("booster_t1_facts.yaml", ""),
+    "op3": ("op3_facts.yaml", ""),
 }
 """URDF -> its table of facts and the variant in it."""
 _ALONG = {"x": (0.0, math.pi / 2, 0.0), "y": (-math.pi / 2, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}
@@ -43,6 +46,8 @@ def _right(name: str) -> str:
     """The name of the right counterpart of a left part; other names stay."""
     if name.startswith("l_"):
         return "r_" + name[2:]
+    if "Left" in name:
+        return name.replace("Left", "Right")
     return "R" + name[1:] if name.startswith("L") else name
 
 
@@ -123,9 +128,11 @@ def _joint(facts: Facts, name: str, mirror: bool) -> ET.Element:
     if mirror:
         y = -y
         parent, child = _right(parent), _right(child)
-        # The manufacturer's signs: roll and yaw joints keep their axis on both sides and have a
-        # mirrored range; joints about y have a mirrored axis (an axial vector), the same range.
-        if axis[1] == 0.0:
+        # The manufacturer's signs. The mirror image of an axis, an axial vector, keeps the range;
+        # the opposite of that image does the same with a mirrored range. Roll and yaw joints have
+        # the opposite, which is the axis of the left side, and the pitch joints of some robots too.
+        if axis[1] == 0.0 or facts.get("opposite_pitch_axes", False):
+            axis = [axis[0], -axis[1], axis[2]]
             lower, upper = -upper, -lower
         else:
             axis = [-axis[0], axis[1], -axis[2]]
@@ -166,7 +173,8 @@ def _elements(facts: Facts, variant: str) -> Iterator[ET.Element]:
         yield material
     frames = {name: row.get(variant, row) for name, row in facts["frames"].items()}
     for side in ("l", "r"):
-        sole = (0.0, 0.0, -facts["foot_height"])
+        x, y, z = facts["sole"]
+        sole = (x, y if side == "l" else -y, z)
         frames[f"{side}_sole"] = {"parent": f"{side}_ankle", "xyz": sole, "rpy": (0.0, 0.0, 0.0)}
     yield _link(facts, variant, "base_link", mirror=False)
     if "torso" in frames:  # otherwise a joint moves it
