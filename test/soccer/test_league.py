@@ -216,12 +216,14 @@ def table() -> str:
     return "\n".join(lines) + "\n"
 
 
+@pytest.mark.xdist_group("league")  # they share the players of `rows`
 @pytest.mark.parametrize("version", VERSIONS)
 def test_a_player_does_what_the_packet_asks_for(version: int) -> None:
     wrong = [row for row, right in rows(version) if row[2] != right]
     assert not wrong
 
 
+@pytest.mark.xdist_group("league")
 def test_the_table_in_the_docs_is_that_of_the_code() -> None:
     page = Path(__file__).parents[2] / "docs" / "league.md"
     assert table() in page.read_text(encoding="utf-8")
