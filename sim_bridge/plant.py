@@ -92,6 +92,10 @@ class Contact(Settings):
     damping: float = number(
         minimum=0.0, maximum=1e5, unit="N s/m", meaning="Damping of a contact point."
     )
+    mass: float = number(
+        minimum=0.1, maximum=1000.0, unit="kg",
+        meaning="Heavier robots get stiffness and damping in proportion, so that they sink alike.",
+    )
     friction: float = number(
         minimum=0.0, maximum=5.0, meaning="Coulomb coefficient of the pair sole and floor."
     )

@@ -69,17 +69,22 @@ def sole_points(plant: Plant, robot: RobotDescription) -> SolePoints:
     return SolePoints(corners, points)
 
 
-def contact_of(plant: Plant, individual: Individual, count: int) -> tuple[float, float]:
+def contact_of(
+    plant: Plant, individual: Individual, count: int, mass: float
+) -> tuple[float, float]:
     """Stiffness [N/m] and damping [N s/m] of one of the `count` points of a sole.
 
     Floor, carpet and sole are springs in series. All points of a sole together are as stiff and
-    damped as the four corners for which the plant gives the values.
+    damped as the four corners for which the plant gives the values, and the floor is stiffer under
+    a robot of more `mass` [kg] than these values are for.
     """
-    stiffness = plant.contact.stiffness * individual.stiffness_scale
+    contact = plant.contact
+    weight = max(1.0, mass / contact.mass)
+    stiffness = weight * contact.stiffness * individual.stiffness_scale
     for spring in _soft(plant):
         stiffness = stiffness * spring / (stiffness + spring)
     share = 4.0 / count
-    return share * stiffness, share * plant.contact.damping
+    return share * stiffness, share * weight * contact.damping
 
 
 def _soft(plant: Plant) -> list[float]:

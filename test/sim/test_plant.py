@@ -60,7 +60,9 @@ def test_reference_is_the_plant_that_figures_are_measured_on() -> None:
     assert motor.torque_speed_line
     assert motor.speed_limit
     assert (motor.stiffness, motor.armature, motor.friction, motor.play) == (None, None, 0.0, 0.0)
-    assert plant.contact == Contact(rigid=False, stiffness=1e4, damping=200.0, friction=0.6)
+    assert plant.contact == Contact(
+        rigid=False, stiffness=1e4, damping=200.0, mass=6.0, friction=0.6
+    )
     assert plant.sensors.delay == 0.040
     assert plant.sensors.encoder_bits == 12
     assert plant.sensors.gyro_axes == 2

@@ -142,8 +142,8 @@ def test_points_between_the_corners_share_their_stiffness(bruno: RobotDescriptio
     assert sole_points(level, bruno).points == bruno.sole_corners
     points = sole_points(rough, bruno).points
     assert set(bruno.sole_corners) < set(points)
-    whole = [4.0 * value for value in contact_of(level, robot, 4)]
-    shared = [len(points) * value for value in contact_of(rough, robot, len(points))]
+    whole = [4.0 * value for value in contact_of(level, robot, 4, 3.3)]
+    shared = [len(points) * value for value in contact_of(rough, robot, len(points), 3.3)]
     assert shared == pytest.approx(whole)
 
 
@@ -151,10 +151,21 @@ def test_soft_layers_are_springs_in_series(bruno: RobotDescription) -> None:
     options = (("sole.kind", "spring"), ("sole.stiffness", 2500.0))
     carpet = (("terrain.kind", "carpet"), ("terrain.carpet_stiffness", 2000.0))
     nominal = draw_individual(plant_with(), bruno, -1)
-    stiffness, _ = contact_of(plant_with(*options, *carpet), nominal, 4)
+    stiffness, _ = contact_of(plant_with(*options, *carpet), nominal, 4, 3.3)
     assert 1.0 / stiffness == pytest.approx(1.0 / 1e4 + 1.0 / 2500.0 + 1.0 / 2000.0)
     with pytest.raises(NaoGaitError, match="rigid"):
         sole_points(plant_with(("sole.kind", "spring"), name="ideal"), bruno)
+
+
+def test_a_heavy_robot_sinks_no_further_than_the_one_for_which_the_floor_is(
+    bruno: RobotDescription
+) -> None:
+    plant = plant_with()
+    nominal = draw_individual(plant, bruno, -1)
+    limit = plant.contact.mass
+    light, at_limit, heavy = (contact_of(plant, nominal, 4, m) for m in (3.3, limit, 5.0 * limit))
+    assert light == at_limit == (plant.contact.stiffness, plant.contact.damping)
+    assert heavy == pytest.approx([5.0 * value for value in at_limit])
 
 
 # -- both engines

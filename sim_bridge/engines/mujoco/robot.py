@@ -276,7 +276,7 @@ class RobotParts:
         floor = RIGID_FLOOR
         if not contact.rigid:
             count = len(self._body.soles[0].points)
-            floor = Spring(*contact_of(self._plant, self._individual, count))
+            floor = Spring(*contact_of(self._plant, self._individual, count, self._body.mass))
         for sole in self._body.soles:
             inverse_mass = model.body(self._prefix + sole.parent).invweight0[0]
             for name in self._geoms[sole.name]:

@@ -100,7 +100,7 @@ class RobotBody:
     def _set_dynamics(self, sole_friction: float) -> None:
         plant, individual = self._robot.plant, self._robot.individual
         count = len(self._robot.body.soles[0].points)
-        stiffness, damping = contact_of(plant, individual, count)
+        stiffness, damping = contact_of(plant, individual, count, self._robot.body.mass)
         for index in self._links.values():
             options: dict[str, float] = {"lateralFriction": individual.friction}
             if index in self.soles:
