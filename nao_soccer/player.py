@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.basic import DIVES
+from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
@@ -85,6 +86,7 @@ class Player:
             known. From a penalty it comes back beside the touch line (`Field.entries`).
         limits: Largest speeds; None = the defaults.
         planner: Chooses what to do with the ball; None = the one that plays at the goal.
+        duel: How it plays beside other robots; None = the defaults.
 
     Attributes:
         world: Takes percepts, odometry and falls.
@@ -102,6 +104,7 @@ class Player:
         *,
         limits: WalkLimits | None = None,
         planner: Planner | None = None,
+        duel: DuelSettings | None = None,
     ) -> None:
         self.identity = identity
         self.world = WorldModel(settings)
@@ -115,6 +118,7 @@ class Player:
             limits,
             dives=all(name in shipped_library(robot).motions for name in DIVES),
             planner=planner,
+            duel=duel,
         )
         self._looking = Looking(self.world.map)
         self._roles = RoleChoice(identity.player)

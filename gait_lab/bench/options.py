@@ -231,7 +231,7 @@ def add_argument(
     if each.repeated:
         text += "; may be repeated"
     if shows_default and each.default not in (None, (), ""):
-        shown = ", ".join(each.default) if each.repeated else f"{each.default}"
+        shown = ", ".join(map(str, each.default)) if each.repeated else f"{each.default}"
         text += f" ({shown})"
     parser.add_argument(
         *each.flags, dest=name, metavar=each.metavar, action="append" if each.repeated else "store",

@@ -1,7 +1,7 @@
 """Robots that play on a simulated pitch, in one process, with percepts by the model."""
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -12,6 +12,7 @@ from gait_lab.soccer.eyes import Eyes, ModelEyes, in_field
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.gait import Gait
+from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.option_tree import Activation
 from nao_soccer.behavior.situation import Body
@@ -137,6 +138,7 @@ class Pitch:
         loss: Share of team messages that are lost.
         rendered: Percepts are seen in rendered images, and do not come from the model.
         channels: Ways of images, percepts and messages to the players; None = without faults.
+        duel: How the robots of a team play beside others, where it is not the default.
 
     Attributes:
         players: In the order of the scene's robots.
@@ -158,6 +160,7 @@ class Pitch:
         *,
         rendered: bool = False,
         channels: Channels | None = None,
+        duel: Mapping[str, DuelSettings] | None = None,
     ) -> None:
         self.channels = Channels() if channels is None else channels
         self.field, self.goals, ball = parts_of(scene)
@@ -202,7 +205,8 @@ class Pitch:
             settings = WorldSettings.on(on_field, number)
             start = identity(robot), description, settings, in_field(robot.pose, robot.team)
             self._starts.append(start)
-            self.players.append(RobotPlayer(self, index, Player(*start), eyes, gait))
+            player = Player(*start, duel=(duel or {}).get(robot.team))
+            self.players.append(RobotPlayer(self, index, player, eyes, gait))
 
     def restart_player(self, index: int, kind: Callable[..., Player] = Player) -> None:
         """Start the process of a player anew; `kind` makes it of the arguments of `Player`."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
 from nao_soccer.behavior.basic import BALL_FREE_DISTANCE
+from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.option_tree import Activation, OptionTree
 from nao_soccer.behavior.options import PLAYER
@@ -56,12 +57,14 @@ class Mind:
         *,
         dives: bool = True,
         planner: Planner | None = None,
+        duel: DuelSettings | None = None,
     ) -> None:
         self._field = field
         self._goals = goals
         self._limits = WalkLimits() if limits is None else limits
         self._planner = planner or Planner(table, self._limits, field, goals)
         self._dives = dives
+        self._duel = DuelSettings() if duel is None else duel
         self._engine = OptionTree(PLAYER)
         self._plan: BallPlan | None = None
         self._last_valid: int | None = None
@@ -118,6 +121,7 @@ class Mind:
             rank,
             self._lost,
             self._dives,
+            self._duel,
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
         walk = kept_apart(action.walk, situation.near_robots(), self._limits)

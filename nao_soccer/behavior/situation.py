@@ -2,18 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
 from nao_soccer.behavior.ball_plan import BallPlan
-from nao_soccer.behavior.walking import (
-    APART,
-    APART_BALL,
-    APART_FROM,
-    APART_GAIN,
-    APART_GAIN_BALL,
-    APART_WIDE,
-    Round,
-    WalkLimits,
-)
+from nao_soccer.behavior.duel import DuelSettings
+from nao_soccer.behavior.walking import APART_FROM, Round, WalkLimits
 from nao_soccer.game_state import GameState, Phase, Role, SetPlay
 from nao_soccer.world.settings import BALL_DECELERATION
 from nao_soccer.world.state import HeadMode, Obstacle, TeamMate, WorldState
@@ -26,12 +19,8 @@ PASSING = 0.06
 keeps the robot off."""
 AT_BALL = 0.4
 """[m] A nearer ball is played."""
-CONTESTED = 0.5
-"""[m] from a robot to the ball that it is about to play."""
-PUSH_BEHIND, PUSH_AHEAD, PUSH_ASIDE = 0.05, 0.3, 0.16
-"""[m] in front of and beside base_footprint: where a ball lies that is pushed in a duel."""
-PUSH_HEADING = 0.3
-"""Least cosine of a robot's heading in the field, from which it pushes the ball ahead."""
+PUSH_BEHIND = 0.05
+"""[m] ahead of base_footprint, beyond which a ball is pushed in a duel."""
 BEHIND = 0.13
 """[m] against the ball's way, from the place of a kick to the one where the robot lines up."""
 PRECEDENCE = 0.08
@@ -70,6 +59,7 @@ class Situation:
         rank: The robot's place among the supporters of its team, from 0.
         lost: The own pose has not been valid for a while.
         dives: The robot can dive.
+        duel: How it plays beside others.
     """
 
     world: WorldState
@@ -84,6 +74,7 @@ class Situation:
     rank: int = 0
     lost: bool = False
     dives: bool = True
+    duel: DuelSettings = dataclass_field(default_factory=DuelSettings)
 
     @property
     def gives_way(self) -> bool:
@@ -121,7 +112,7 @@ class Situation:
     def contested(self) -> bool:
         """Another robot is at the ball."""
         robots = (each for each in self.world.obstacles if not each.fallen)
-        return any(math.dist(each.position, self.ball) < CONTESTED for each in robots)
+        return any(math.dist(each.position, self.ball) < self.duel.contested for each in robots)
 
     def pushes_ball(self, margin: float) -> bool:
         """Another robot is at the ball, and a few steps straight ahead push it forwards.
@@ -130,8 +121,8 @@ class Situation:
         """
         ball, (x, y) = self.world.ball, self.ball
         seen = ball is not None and ball.seen_recently and self.world.own.valid
-        near = PUSH_BEHIND < x < PUSH_AHEAD + margin and abs(y) < PUSH_ASIDE + margin
-        return seen and near and math.cos(self.own[2]) > PUSH_HEADING and self.contested
+        near = PUSH_BEHIND < x < self.duel.ahead + margin and abs(y) < self.duel.aside + margin
+        return seen and near and math.cos(self.own[2]) > self.duel.heading and self.contested
 
     @property
     def kick_pose(self) -> Pose2:
@@ -165,26 +156,26 @@ class Situation:
 
     def _near_robot(self, other: Obstacle) -> Round:
         apart = self._apart(other)
-        gain = APART_GAIN_BALL if apart == APART_BALL else APART_GAIN
+        gain = self.duel.gain_ball if apart == self.duel.apart_ball else self.duel.gain
         return Round(other.position, apart, APART_FROM, gain)
 
     def _apart(self, other: Obstacle) -> float:
         """The distance [m] to keep from another robot."""
         idle = self.role is Role.SUPPORTER or self.game.phase is not Phase.PLAYING
-        keep = APART_WIDE if other.fallen or idle else APART
+        keep = self.duel.apart_wide if other.fallen or idle else self.duel.apart
         if self.world.ball is None:
             return keep
         lead = PRECEDENCE if self.world.ball.position_in_field[0] < 0.0 else -PRECEDENCE
         theirs = math.dist(other.position, self.ball)
         if self.ball_distance >= theirs + lead:  # the other one is first
             plays = theirs < AT_BALL and not other.fallen and self.role is not Role.KEEPER
-            return APART_WIDE if plays else keep
+            return self.duel.apart_wide if plays else keep
         behind = self.ball_distance < math.hypot(*other.position)
         if self.role is Role.STRIKER and self.ball_distance < AT_BALL and behind:
             bearing = math.atan2(other.position[1], other.position[0])
             turn = bearing - math.atan2(self.ball[1], self.ball[0])
             if abs(math.remainder(turn, math.tau)) < BEHIND_BALL:
-                return APART_BALL
+                return self.duel.apart_ball
         return keep
 
     def obstacles(self, *more: Round) -> list[Round]:

@@ -38,19 +38,8 @@ class WalkLimits(Settings):
         return VelocityCommand(scale * x, scale * y, scale * yaw)
 
 
-APART = 0.36
-"""[m] between the middles of two robots that do not touch, also with their arms."""
-APART_BALL = 0.32
-"""[m] the same for robots that face each other, with the ball between their feet."""
-APART_WIDE = 0.5
-"""[m] The same for a robot that does not play the ball, and from a robot that lies, gets up, or is
-nearer to the ball: two robots at one ball fall."""
 APART_FROM = 0.5
-"""[m] beyond these, from which on another robot limits the speed."""
-APART_GAIN = 0.5
-"""[1/s] Speed towards another robot over the room that is left."""
-APART_GAIN_BALL = 2.0
-"""[1/s] the same of the robot that plays the ball between them."""
+"""[m] beyond the distance to keep, from which on another robot limits the speed."""
 APART_RETREAT = 0.15
 """[m/s] Speed away from a robot that is too near."""
 
@@ -74,7 +63,7 @@ class Round(NamedTuple):
     position: Point2
     radius: float
     influence: float = 0.25
-    gain: float = APART_GAIN
+    gain: float = 0.5
 
 
 def walk_to(

@@ -11,14 +11,12 @@ from hypothesis import strategies as st
 
 from nao_soccer import player as player_module
 from nao_soccer.behavior.ball_plan import Planner
+from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import KickTable, load_kicks
 from nao_soccer.behavior.mind import Mind
 from nao_soccer.behavior.situation import Body, Situation
 from nao_soccer.behavior.walking import (
-    APART,
-    APART_BALL,
     APART_FROM,
-    APART_WIDE,
     Round,
     WalkLimits,
     kept_apart,
@@ -50,6 +48,7 @@ SCENE = settings_of_scene("pitch_small")
 GOALS = SCENE.goals or Goals()
 SETTINGS = WorldSettings(field=SCENE.field, goals=GOALS)
 LIMITS = WalkLimits()
+DUEL = DuelSettings()
 TABLE = load_kicks("nao_h21")
 NAO = load_robot("nao_h21_v33")
 VARIANCE = (0.0004, 0.0, 0.0004)
@@ -257,18 +256,18 @@ def test_two_robots_that_walk_into_each_other_stop_before_they_touch(heading: fl
             c, s = math.cos(own[2]), math.sin(own[2])
             dx, dy = other[0] - own[0], other[1] - own[1]
             command = kept_apart(
-                ahead, [Round((c * dx + s * dy, -s * dx + c * dy), APART, APART_FROM)], LIMITS
+                ahead, [Round((c * dx + s * dy, -s * dx + c * dy), DUEL.apart, APART_FROM)], LIMITS
             )
             moves.append(compose(own, (0.05 * command.x, 0.05 * command.y, 0.0)))
         poses = moves
         nearest = min(nearest, math.dist(poses[0][:2], poses[1][:2]))
-    assert nearest > 0.9 * APART
+    assert nearest > 0.9 * DUEL.apart
 
 
 def test_the_nearer_another_robot_the_slower_is_the_turn() -> None:
     turns = [
-        kept_apart(VelocityCommand(yaw=1.5), [Round((gap, 0.0), APART)], LIMITS).yaw
-        for gap in (APART + 0.2, APART - 0.02, APART - 0.06, APART - 0.12)
+        kept_apart(VelocityCommand(yaw=1.5), [Round((gap, 0.0), DUEL.apart)], LIMITS).yaw
+        for gap in (DUEL.apart + 0.2, DUEL.apart - 0.02, DUEL.apart - 0.06, DUEL.apart - 0.12)
     ]
     assert turns == sorted(turns, reverse=True)
     assert (turns[0], turns[-1]) == (1.5, 0.0)
@@ -278,7 +277,7 @@ def test_the_nearer_another_robot_the_slower_is_the_turn() -> None:
 def test_a_robot_far_away_or_behind_changes_nothing() -> None:
     command = VelocityCommand(0.3, 0.0, 0.2)
     assert (
-        kept_apart(command, [Round((2.0, 0.0), APART), Round((-0.5, 0.1), APART)], LIMITS)
+        kept_apart(command, [Round((2.0, 0.0), DUEL.apart), Round((-0.5, 0.1), DUEL.apart)], LIMITS)
         == command
     )
 
@@ -383,7 +382,7 @@ def test_of_two_opponents_equally_near_to_the_ball_one_keeps_off(x: float) -> No
         )
         (opponent,) = situation.near_robots()
         kept.append(opponent.radius)
-    assert sorted(kept) == [APART_BALL, APART_WIDE]
+    assert sorted(kept) == [DUEL.apart_ball, DUEL.apart_wide]
 
 
 def in_duel(heading: float, ball: tuple[float, float]) -> tuple[str, VelocityCommand]:

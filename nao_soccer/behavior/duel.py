@@ -1,0 +1,38 @@
+"""The constants of play beside other robots: distances to keep, and the duel for the ball."""
+
+import attrs
+
+from robot_core.schema import Settings, number
+
+
+@attrs.frozen
+class DuelSettings(Settings):
+    """How a robot plays beside others."""
+
+    contested: float = number(0.5, 0.0, 3.0, "m", "From a robot to a ball that is fought for.")
+    ahead: float = number(0.3, 0.1, 3.0, "m", "Farthest ball that is pushed in a duel.")
+    aside: float = number(0.16, 0.05, 1.0, "m", "How far beside the robot such a ball may lie.")
+    heading: float = number(
+        0.3, -1.0, 1.0, "", "Least cosine of the heading in the field of a robot that pushes."
+    )
+    apart: float = number(
+        0.36, 0.1, 2.0, "m", "Between the middles of two robots that do not touch, with their arms."
+    )
+    apart_ball: float = number(
+        0.32,
+        0.1,
+        2.0,
+        "m",
+        "The same beside one that faces the robot, the ball between their feet.",
+    )
+    apart_wide: float = number(
+        0.5, 0.1, 2.0, "m",
+        "The same of a robot that does not play the ball, or beside one that lies, gets up, or is "
+        "nearer to the ball: two robots at one ball fall.",
+    )  # fmt: skip
+    gain: float = number(
+        0.5, 0.05, 20.0, "1/s", "Speed towards another robot over the room that is left."
+    )
+    gain_ball: float = number(
+        2.0, 0.05, 20.0, "1/s", "The same of a robot that plays the ball between them."
+    )
