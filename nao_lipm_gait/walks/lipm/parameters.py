@@ -13,7 +13,6 @@ EXTENSIONS_OFF: Mapping[str, float | bool] = {
     "pendulum_shift_side_max": 0.0,
     "swing_toe_lift": 0.0,
     "step_mixed_weight": 1.0,
-    "step_stretch_max": 0.0,
     "step_capture": 0.0,
     "step_capture_back": 0.0,
     "step_catch_out": 0.0,
@@ -92,10 +91,6 @@ class LipmParameters(GaitParameters):
         1.7, 1.0, 4.0, "",
         "Weight of the smaller shares in that combination; a larger value shortens the steps of "
         "curves and diagonals.",
-    )
-    step_stretch_max: float = number(
-        0.065, 0.0, 0.2, "m",
-        "Distance by which feedback may move the next foot beyond the step limits in x.",
     )
     step_travel_max: float = number(
         0.21, 0.05, 0.4, "m",

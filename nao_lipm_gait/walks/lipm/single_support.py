@@ -209,18 +209,16 @@ class SingleSupport:
         )
         if not plan.limited:
             return SagittalPlan(plan.r_x, plan.s_x - longer, 0.0)
-        s_x, stretch = plan.s_x, 0.0
-        if p.feedback:
-            stretch = p.step_stretch_max
-            if p.step_capture > 0.0 or p.step_capture_back > 0.0:
-                shift = capture_shift(
-                    state.x, state.vx, k, change.time, next_tanh, plan.r_x, s_x, request.passing
-                )
-                s_x += (p.step_capture if shift > 0.0 else p.step_capture_back) * shift
+        s_x = plan.s_x
+        if p.feedback and (p.step_capture > 0.0 or p.step_capture_back > 0.0):
+            shift = capture_shift(
+                state.x, state.vx, k, change.time, next_tanh, plan.r_x, s_x, request.passing
+            )
+            s_x += (p.step_capture if shift > 0.0 else p.step_capture_back) * shift
         excess = s_x - (wanted + longer)
         travel, last = p.step_travel_max, request.last_s_x
-        s_min = longer + max(min(-p.step_backward_max, wanted) - stretch, -travel - last)
-        s_max = longer + min(max(p.step_forward_max, wanted) + stretch, travel - last)
+        s_min = longer + max(min(-p.step_backward_max, wanted), -travel - last)
+        s_max = longer + min(max(p.step_forward_max, wanted), travel - last)
         return SagittalPlan(plan.r_x, min(max(s_x, s_min), s_max) - longer, excess)
 
     def _s_y(self, state: WalkState, lateral: LateralPlan) -> float:
