@@ -22,7 +22,7 @@ from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import DEFAULT, preset_for
 from nao_lipm_gait.status import make_status
-from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold
+from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold, StepMean, outside_deadband
 from nao_lipm_gait.walks.base import BodyTargets, MakeObserver, make_walk
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
@@ -149,6 +149,7 @@ class Gait:
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
         self._heading_hold = HeadingHold()
         self._speed_hold = SpeedHold()
+        self._step_mean = StepMean()
         self._height = RateLimiter(HEIGHT_RATE)
         self._pitch = RateLimiter(PITCH_RATE)
         self._heading_lean = RateLimiter(PITCH_RATE, 0.0)
@@ -174,7 +175,7 @@ class Gait:
         Args:
             frame: Sensors of one instant. A stamp that goes back, or a gap of more than
                 `MISSED_TICKS_MAX` periods, resets the gait.
-            command: Commanded velocity.
+            command: Commanded velocity; each axis has a `DEADBAND`.
 
         Returns:
             Joint targets inside the joint limits.
@@ -183,6 +184,7 @@ class Gait:
             NaoGaitError: A number is not finite, or an array has another shape; nothing changes.
         """
         check_inputs(frame, command, self._joints)
+        command = outside_deadband(command)
         # Constant errors of the sensors.
         frame = self._correction.sensed(frame)
 
@@ -221,7 +223,8 @@ class Gait:
         self._walk.observe(x, y, self._estimator.acceleration_in_q)
 
         walking = state in ON_THE_WAY and not self._modes.must_stop
-        self._last_command = self._corrected(command, dt) if walking else STANDSTILL
+        wanted = self._corrected(command, dt) if walking else STANDSTILL
+        self._last_command = self._step_mean.update(wanted, self._walk.predicted.step_count)
         return JointTargets(frame.stamp, self._next_pose(walking, dt, moves_on=plans > 0))
 
     def coast(self) -> JointTargets | None:

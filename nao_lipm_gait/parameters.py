@@ -59,15 +59,16 @@ class GaitParameters(Settings):
     )
 
     step_forward_max: float = number(
-        0.131, 0.0, 0.2, "m", "Largest forward step size.",
+        0.108, 0.0, 0.2, "m",
+        "Largest forward step size. Commands beyond the step sizes are walked at them.",
         section="Step sizes",
     )
-    step_backward_max: float = number(0.118, 0.0, 0.2, "m", "Largest backward step size.")
+    step_backward_max: float = number(0.095, 0.0, 0.2, "m", "Largest backward step size.")
     step_side_max: float = number(
-        0.172, 0.0, 0.3, "m", "Largest sum of the side steps of both feet (one double step)."
+        0.145, 0.0, 0.3, "m", "Largest sum of the side steps of both feet (one double step)."
     )
     step_turn_max: float = number(
-        1.5, 0.0, 2.0, "rad", "Largest sum of the turns of both feet (one double step)."
+        1.05, 0.0, 2.0, "rad", "Largest sum of the turns of both feet (one double step)."
     )
     step_side_share: float = number(
         0.8, 0.5, 1.0, "",

@@ -1,4 +1,7 @@
-"""Holds heading and speed: small corrections of the velocity command from the odometry."""
+"""What becomes of a velocity command before it is walked: deadband, heading, speed, mean.
+
+Heading and speed are held by small corrections from the odometry.
+"""
 
 from math import copysign, remainder, tau
 
@@ -10,6 +13,54 @@ YAW_RATE_MAX = 0.3
 """Largest yaw rate [rad/s] that the heading hold commands."""
 INTEGRAL_TIME = 4.0
 """Time [s] in which a constant heading error doubles the commanded yaw rate."""
+
+
+DEADBAND = VelocityCommand(1e-3, 1e-3, 5e-4)
+"""Velocities [m/s, m/s, rad/s] below which an axis is not commanded, which no walk holds."""
+
+
+def outside_deadband(command: VelocityCommand) -> VelocityCommand:
+    """The command with 0 on each axis that is inside the deadband."""
+    x, y, yaw = command
+    return VelocityCommand(
+        x if abs(x) >= DEADBAND.x else 0.0,
+        y if abs(y) >= DEADBAND.y else 0.0,
+        yaw if abs(yaw) >= DEADBAND.yaw else 0.0,
+    )
+
+
+class StepMean:
+    """Mean of the command over the running step, for walks that read it once a step.
+
+    A command that changes within a step would otherwise count with the value of one moment only.
+    """
+
+    def __init__(self) -> None:
+        self._step: int | None = None
+        self._begin()
+
+    def _begin(self) -> None:
+        self._x = self._y = self._yaw = 0.0
+        self._ticks = 0
+
+    def update(self, command: VelocityCommand, step_count: int) -> VelocityCommand:
+        """The mean since the step began; standstill counts at once.
+
+        Args:
+            command: The command of this tick.
+            step_count: Number of the running step.
+        """
+        if command.is_zero or step_count != self._step:
+            self._step = step_count
+            self._begin()
+        if command.is_zero:
+            return command
+        self._x += command.x
+        self._y += command.y
+        self._yaw += command.yaw
+        self._ticks += 1
+        share = 1.0 / self._ticks
+        return VelocityCommand(share * self._x, share * self._y, share * self._yaw)
 
 
 class HeadingHold:
@@ -70,8 +121,8 @@ OFFSET_MAX = 0.04
 """Largest correction [m/s] per axis."""
 STEADY_TURN_DIFFERENCE, TURN_ERROR_MAX, TURN_OFFSET_MAX = 0.15, 0.3, 0.15
 """The same for a turn on the spot [rad/s]; each step turns the robot faster in its middle."""
-RESERVE_MIN = 0.25
-"""Share of the step limits below which the correction fades: the longest steps have no reserve."""
+RESERVE_MIN = 0.04
+"""Share of the step limits below which the correction fades: at the limits it must not grow."""
 
 
 class SpeedHold:
