@@ -4,6 +4,7 @@ import attrs
 import numpy as np
 
 from robot_core.geometry import as_point, float_view, rotate, rotation_from_rpy
+from robot_core.motion.joints import joint_signs
 from robot_core.robot import RobotDescription
 from robot_core.schema import Settings, number
 from robot_core.types import FloatArray, SensorFrame
@@ -53,6 +54,7 @@ class SensorCorrection:
         left, right = robot.left_leg, robot.right_leg
         self._pitch = robot.index(left.ankle_pitch), robot.index(right.ankle_pitch)
         self._roll = robot.index(left.ankle_roll), robot.index(right.ankle_roll)
+        self._signs = joint_signs(robot)
         self._offset = np.zeros(len(robot.joint_names))
         c = calibration
         self._imu = None
@@ -69,7 +71,8 @@ class SensorCorrection:
         self._soles = pitch, roll
         offset = float_view(self._offset)
         for (left, right), tilt in ((self._pitch, pitch), (self._roll, roll)):
-            offset[left], offset[right] = 0.5 * tilt, -0.5 * tilt
+            offset[left] = 0.5 * self._signs[left] * tilt
+            offset[right] = -0.5 * self._signs[right] * tilt
 
     def sensed(self, frame: SensorFrame) -> SensorFrame:
         """The frame without the constant errors."""

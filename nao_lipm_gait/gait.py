@@ -15,7 +15,6 @@ from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import LYING_TILT, StateEstimator
 from nao_lipm_gait.frame_check import check_inputs
-from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.modes import UPRIGHT_TILT, ModeInputs, Modes, Requests, Transition
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
@@ -561,7 +560,7 @@ class Gait:
             NaoGaitError: The robot has no head joints.
         """
         if not self._head.exists:
-            raise NaoGaitError("head", "none", f"{PAN} and {TILT} in the robot's joints")
+            raise NaoGaitError("head", "none", "a robot with a `head` in its file")
         self._head.ask(goal)
 
     # -- status ------------------------------------------------------------------------------------

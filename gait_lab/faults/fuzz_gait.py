@@ -12,7 +12,6 @@ import numpy as np
 from hypothesis import strategies as st
 
 from gait_lab.faults.invariants import HANG, CommandCheck
-from nao_lipm_gait.head.gaze import PAN, TILT
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import (
@@ -89,7 +88,7 @@ REQUESTS = st.one_of(
         st.sampled_from(tuple(shipped_library(ROBOT).motions)), st.sampled_from(MOTION_FILES),
         TITLES)),
     st.tuples(st.just("head"), st.tuples(
-        st.sampled_from(((PAN, TILT), ("Tail", PAN))), st.tuples(NUMBERS, NUMBERS))),
+        st.sampled_from((ROBOT.head, ("Tail", "HeadYaw"))), st.tuples(NUMBERS, NUMBERS))),
     st.tuples(st.just("look_at"), st.tuples(TRIPLES, FRAMES)),
     st.tuples(st.just("follow"), st.tuples(TRIPLES, FRAMES)),
     st.tuples(st.just("head_mode"), st.one_of(st.sampled_from(("search", "free")), TITLES)),

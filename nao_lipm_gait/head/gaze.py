@@ -11,8 +11,6 @@ from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from robot_core.types import Point3
 
-PAN, TILT = "HeadYaw", "HeadPitch"
-"""Joints of a head; a positive tilt looks down."""
 CAMERA = "gaze"
 """The link whose x axis is the line of sight (REP-120)."""
 
@@ -55,13 +53,13 @@ def neck_of(robot: RobotDescription) -> Neck | None:
     Raises:
         NaoGaitError: The axes of the two joints do not meet in a point.
     """
-    if PAN not in robot.joint_names or TILT not in robot.joint_names:
+    if robot.head is None:
         return None
     model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
     torso = data.oMf[model.getFrameId(robot.torso_frame, pin.FrameType.BODY)]
-    pan, tilt = (torso.actInv(data.oMi[model.getJointId(name)]) for name in (PAN, TILT))
+    pan, tilt = (torso.actInv(data.oMi[model.getJointId(name)]) for name in robot.head)
     apart = hypot(*(pan.translation - tilt.translation)[:2])
     if apart > 1e-4:
         raise NaoGaitError(
@@ -72,4 +70,5 @@ def neck_of(robot: RobotDescription) -> Neck | None:
         camera = torso.actInv(data.oMf[model.getFrameId(CAMERA, pin.FrameType.BODY)])
         height = float(camera.translation[2] - tilt.translation[2])
     x, y, z = np.asarray(tilt.translation).tolist()
-    return Neck(robot.index(PAN), robot.index(TILT), (x, y, z), height)
+    pan_index, tilt_index = map(robot.index, robot.head)
+    return Neck(pan_index, tilt_index, (x, y, z), height)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robot_core.motion.check import fastest
+from robot_core.motion.joints import joint_signs
 from robot_core.motion.keyframes import Balance, Interpolation, Motion
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, Point3
@@ -33,10 +34,13 @@ def balanced(
     roll_rate, pitch_rate, _ = angular_velocity
     leg = robot.left_leg if support > 0 else robot.right_leg
     pitch, roll = balance.pitch * pitch_rate, balance.roll * roll_rate
-    position[robot.index(leg.ankle_pitch)] += pitch
-    position[robot.index(leg.ankle_roll)] += roll
-    position[robot.index(leg.hip_pitch)] += balance.hip_share * pitch
-    position[robot.index(leg.hip_roll)] += balance.hip_share * roll
+    signs = joint_signs(robot)
+    for name, change in (
+        (leg.ankle_pitch, pitch), (leg.ankle_roll, roll),
+        (leg.hip_pitch, balance.hip_share * pitch), (leg.hip_roll, balance.hip_share * roll),
+    ):  # fmt: skip
+        joint = robot.index(name)
+        position[joint] += signs[joint] * change
 
 
 class MotionTick(NamedTuple):

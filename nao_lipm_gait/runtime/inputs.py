@@ -7,7 +7,6 @@ with topic and field, value, and what is allowed.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from nao_lipm_gait.head.gaze import PAN, TILT
 from robot_core.errors import NaoGaitError
 from robot_core.head_goals import Angles, Follow, Frame, Goal, LookAt, Search
 from robot_core.message_checks import finite
@@ -127,15 +126,15 @@ def head_angles(
     Raises:
         NaoGaitError: For other joints, or an angle that is not finite.
     """
-    if sorted(names) != sorted((PAN, TILT)) or len(position) != 2:
+    if robot.head is None:
+        raise NaoGaitError("~/head", ", ".join(names), f"nothing: {robot.name} has no head")
+    if sorted(names) != sorted(robot.head) or len(position) != 2:
         got = f"{', '.join(names)} with {len(position)} positions"
-        raise NaoGaitError("~/head", got, f"{PAN} and {TILT} with a position each")
+        raise NaoGaitError("~/head", got, f"{' and '.join(robot.head)} with a position each")
     found = dict(zip(names, position, strict=True))
     angles = []
-    for name in (PAN, TILT):
-        limit = robot.limits.get(name)
-        if limit is None:
-            raise NaoGaitError("~/head", name, f"a joint of {robot.name}")
+    for name in robot.head:
+        limit = robot.limits[name]
         angle = finite(found[name], f"~/head position[{name}]", ANGLE_ABSURD, "rad")
         angles.append(min(max(angle, limit.lower), limit.upper))
     return Angles(*angles)

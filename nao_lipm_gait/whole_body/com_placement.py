@@ -18,6 +18,7 @@ from nao_lipm_gait.whole_body.leg_kinematics import (
     LegSolution,
 )
 from robot_core.geometry import Rotation, float_view, rotate_planar, rotation_from_rpy
+from robot_core.motion.joints import joint_signs
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, Point3
 
@@ -66,9 +67,12 @@ class ComPlacement:
         self._joints = float_view(self._position)
         self._left_leg = LegColumns(robot, robot.left_leg)
         self._right_leg = LegColumns(robot, robot.right_leg)
-        self._left_shoulder, self._right_shoulder = map(robot.index, robot.shoulder_pitch)
-        self._left_hang = float(self._position[self._left_shoulder])
-        self._right_hang = float(self._position[self._right_shoulder])
+        signs = joint_signs(robot)
+        shoulders = robot.shoulder_pitch or ()
+        self._shoulders = tuple(
+            (joint, float(self._position[joint]), side * signs[joint])
+            for side, joint in zip((-1.0, 1.0), map(robot.index, shoulders), strict=False)
+        )
         body.set_joints(self._position)
         com = body.com_in_torso()
         self._com_in_torso = (com, com, com)
@@ -100,8 +104,8 @@ class ComPlacement:
             -mean_yaw,
         )
         joints = self._joints
-        joints[self._left_shoulder] = self._left_hang - arm_swing * ahead
-        joints[self._right_shoulder] = self._right_hang + arm_swing * ahead
+        for shoulder, hang, sign in self._shoulders:
+            joints[shoulder] = hang + sign * arm_swing * ahead
         solution: LegSolution
         last, before, first = self._com_in_torso
         cx = _extrapolated(last[0], before[0], first[0])

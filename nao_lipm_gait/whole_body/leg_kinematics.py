@@ -1,20 +1,24 @@
 """The interface of leg kinematics, and the geometry that it is made from.
 
-A robot's kind of hip decides which kinematics it has, see `legs`. All of them work on a pair of
-legs, because the two hips of a NAO share one motor.
+The geometry of a robot's legs decides which kinematics it has, see `legs`. All of them work on a
+pair of legs, because the two hips of a NAO share one motor.
 """
 
+from math import sqrt
 from typing import NamedTuple, Protocol, final
 
 import pinocchio as pin
 
 from nao_lipm_gait.whole_body.body_model import SolePose
-from robot_core.errors import NaoGaitError
+from robot_core.motion.joints import joint_signs
 from robot_core.robot import LegJoints, RobotDescription
 from robot_core.types import Point3
 
 OFFSET_MAX = 1e-6
 """Largest sum of leg offsets that counts as none [m]."""
+ALIGNED = 1.0 - 1e-9
+"""Smallest cosine of the angle between a joint's axis and that of the closed form."""
+SQRT_HALF = sqrt(0.5)
 
 
 @final
@@ -95,7 +99,7 @@ class LegKinematics(Protocol):
 
 
 class LegColumns:
-    """Where the joints of one leg are in joint arrays.
+    """Where the joints of one leg are in joint arrays, and how they turn.
 
     Args:
         robot: The robot; its `joint_names` give the order of joint arrays.
@@ -108,15 +112,24 @@ class LegColumns:
         knee_pitch: Index of the knee.
         ankle_pitch: Index of the ankle pitch.
         ankle_roll: Index of the ankle roll.
+        hip_roll_sign: +1 for a hip roll about +x, -1 about -x.
+        hip_pitch_sign: The same for the hip pitch and y.
+        ankle_pitch_sign: The same for the ankle pitch and y.
+        ankle_roll_sign: The same for the ankle roll and x.
     """
 
     def __init__(self, robot: RobotDescription, leg: LegJoints):
+        signs = joint_signs(robot)
         self.hip_yaw = robot.index(leg.hip_yaw)
         self.hip_roll = robot.index(leg.hip_roll)
         self.hip_pitch = robot.index(leg.hip_pitch)
         self.knee_pitch = robot.index(leg.knee_pitch)
         self.ankle_pitch = robot.index(leg.ankle_pitch)
         self.ankle_roll = robot.index(leg.ankle_roll)
+        self.hip_roll_sign = signs[self.hip_roll]
+        self.hip_pitch_sign = signs[self.hip_pitch]
+        self.ankle_pitch_sign = signs[self.ankle_pitch]
+        self.ankle_roll_sign = signs[self.ankle_roll]
 
     def write(self, angles: LegAngles, joints: "memoryview[float]") -> None:
         """Write the angles of the leg into a joint array (n,) [rad]."""
@@ -146,27 +159,40 @@ class LegGeometry(NamedTuple):
     right_hip: Point3
 
 
-def read_leg_geometry(robot: RobotDescription) -> LegGeometry:
-    """The geometry of the legs, from the URDF.
+def read_leg_geometry(robot: RobotDescription) -> LegGeometry | None:
+    """The geometry of legs for which closed forms hold, from the URDF.
 
     Args:
         robot: The robot.
 
     Returns:
-        The geometry.
-
-    Raises:
-        NaoGaitError: The legs have offsets, for which the closed forms do not hold.
+        The geometry; None for legs whose joints follow in another order than yaw, roll, pitch,
+        knee, ankle pitch and roll, turn about other axes, or have offsets.
     """
     model = pin.buildModelFromXML(robot.urdf)
     data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    pin.updateFramePlacements(model, data)
     torso = data.oMf[model.getFrameId(robot.torso_frame, pin.FrameType.BODY)]
+    if any(robot.stand_pose[i] != 0.0 for i in _held(robot, model)):
+        return None
 
     def in_torso(joint: str) -> Point3:
         x, y, z = torso.actInv(data.oMi[model.getJointId(joint)]).translation.tolist()
         return x, y, z
 
+    for leg, side in ((robot.left_leg, 1.0), (robot.right_leg, -1.0)):
+        indices = [model.getJointId(name) for name in leg.as_dict().values()]
+        if indices != sorted(indices):
+            return None
+        tilted = (0.0, SQRT_HALF, -side * SQRT_HALF)
+        hip = tilted if robot.coupled_joints else (0.0, 0.0, 1.0)
+        x, y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+        for index, axis in zip(indices, (hip, x, y, y, y, x), strict=True):
+            jacobian = pin.getJointJacobian(model, data, index, pin.ReferenceFrame.WORLD)
+            turned = torso.rotation.T @ jacobian[3:, model.joints[index].idx_v]
+            if turned @ axis < ALIGNED:
+                return None
     left = robot.left_leg
     sole_frame = model.getFrameId(robot.sole_frames[0], pin.FrameType.BODY)
     sole = torso.actInv(data.oMf[sole_frame]).translation.tolist()
@@ -175,11 +201,7 @@ def read_leg_geometry(robot: RobotDescription) -> LegGeometry:
     apart = max(map(abs, _minus(in_torso(left.hip_roll), hip)))
     apart = max(apart, *map(abs, _minus(in_torso(left.ankle_roll), ankle)))
     if aside + apart > OFFSET_MAX:
-        raise NaoGaitError(
-            f"URDF {robot.urdf_path}",
-            f"leg offsets of {aside + apart:.6f} m",
-            "hip axes that meet in one point, above knee, ankle and sole in the zero pose",
-        )
+        return None
     return LegGeometry(
         thigh=hip[2] - knee[2],
         tibia=knee[2] - ankle[2],
@@ -187,6 +209,15 @@ def read_leg_geometry(robot: RobotDescription) -> LegGeometry:
         left_hip=hip,
         right_hip=in_torso(robot.right_leg.hip_pitch),
     )
+
+
+def _held(robot: RobotDescription, model: pin.Model) -> list[int]:
+    """Indices of the driven joints between torso and legs."""
+    above: set[str] = set()
+    for leg in (robot.left_leg, robot.right_leg):
+        supports = model.supports[model.getJointId(leg.hip_pitch)].tolist()
+        above |= {model.names[index] for index in supports} - set(leg.names)
+    return [robot.index(name) for name in robot.joint_names if name in above]
 
 
 def _minus(a: Point3, b: Point3) -> Point3:

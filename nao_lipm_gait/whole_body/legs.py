@@ -1,31 +1,32 @@
-"""The leg kinematics of each kind of hip."""
+"""The leg kinematics of a robot, by the geometry of its legs."""
 
-from collections.abc import Callable
-
-from nao_lipm_gait.whole_body.leg_kinematics import LegKinematics
+from nao_lipm_gait.whole_body.leg_kinematics import LegKinematics, read_leg_geometry
+from nao_lipm_gait.whole_body.numeric_legs import NumericLegs
 from nao_lipm_gait.whole_body.shared_hip_legs import SharedHipLegs
 from nao_lipm_gait.whole_body.yaw_hip_legs import YawHipLegs
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 
-KINEMATICS: dict[str, Callable[[RobotDescription], LegKinematics]] = {
-    "shared_yaw_pitch": SharedHipLegs,
-    "yaw": YawHipLegs,
-}
-
 
 def make_legs(robot: RobotDescription) -> LegKinematics:
-    """The leg kinematics of a robot.
+    """The leg kinematics of a robot: a closed form where one holds, else a numeric one.
 
     Args:
-        robot: The robot; its robot file names the kind of hip.
+        robot: The robot.
 
     Returns:
         The kinematics.
 
     Raises:
-        NaoGaitError: There are none for this kind of hip.
+        NaoGaitError: Its hips share a motor, but not as the NAO's.
     """
-    if robot.hip not in KINEMATICS:
-        raise NaoGaitError("hip", robot.hip, f"one of {', '.join(KINEMATICS)}")
-    return KINEMATICS[robot.hip](robot)
+    hips = (robot.left_leg.hip_yaw, robot.right_leg.hip_yaw)
+    geometry = read_leg_geometry(robot)
+    if hips in robot.coupled_joints or hips[::-1] in robot.coupled_joints:
+        if geometry is None:
+            raise NaoGaitError(
+                f"coupled_joints of {robot.name}", ", ".join(hips),
+                "hips whose axes meet, tilted by 45 degrees, above knee, ankle and sole; or none",
+            )  # fmt: skip
+        return SharedHipLegs(geometry)
+    return NumericLegs(robot) if geometry is None else YawHipLegs(geometry)

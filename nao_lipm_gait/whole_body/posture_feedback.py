@@ -5,13 +5,14 @@ the shoulders. In the legs it acts on the supporting one, which moves the whole 
 those of the ankle; the other joints use shares of them. A robot without one of these joints does
 without its share.
 
-Every joint turns about the positive axis. With positive gains, a torso that pitches forward
+With positive gains, a torso that pitches forward
 (w_y > 0) presses the toes down and extends the hip; a negative gain turns the correction round.
 """
 
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.whole_body.leg_kinematics import LegColumns
 from robot_core.geometry import float_view
+from robot_core.motion.joints import joint_signs
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, Point3
 
@@ -27,7 +28,8 @@ class PostureFeedback:
         left, right = LegColumns(robot, robot.left_leg), LegColumns(robot, robot.right_leg)
         self._legs = {+1: left, -1: right}
         self._waist = () if robot.waist_pitch is None else (robot.index(robot.waist_pitch),)
-        self._shoulder_pitch = tuple(map(robot.index, robot.shoulder_pitch))
+        self._shoulder_pitch = tuple(map(robot.index, robot.shoulder_pitch or ()))
+        self._signs = joint_signs(robot)
         self._shoulder_roll = tuple(map(robot.index, robot.shoulder_roll or ()))
         self._last: Point3 | None = None
         self._roll = self._pitch = 0.0
@@ -56,18 +58,18 @@ class PostureFeedback:
         roll, pitch = self._roll, self._pitch
         leg = self._legs[support]
         joints = float_view(position)
-        joints[leg.ankle_pitch] += pitch
-        joints[leg.ankle_roll] += roll
-        joints[leg.hip_pitch] += p.gyro_hip_share * pitch
-        joints[leg.hip_roll] += p.gyro_hip_share * roll
+        joints[leg.ankle_pitch] += leg.ankle_pitch_sign * pitch
+        joints[leg.ankle_roll] += leg.ankle_roll_sign * roll
+        joints[leg.hip_pitch] += leg.hip_pitch_sign * p.gyro_hip_share * pitch
+        joints[leg.hip_roll] += leg.hip_roll_sign * p.gyro_hip_share * roll
         if p.gyro_waist_share != 0.0:
             for waist in self._waist:
-                joints[waist] += p.gyro_waist_share * pitch
+                joints[waist] += self._signs[waist] * p.gyro_waist_share * pitch
         if p.gyro_shoulder_share != 0.0:
             for shoulder in self._shoulder_pitch:
-                joints[shoulder] += p.gyro_shoulder_share * pitch
+                joints[shoulder] += self._signs[shoulder] * p.gyro_shoulder_share * pitch
             for shoulder in self._shoulder_roll:
-                joints[shoulder] += p.gyro_shoulder_share * roll
+                joints[shoulder] += self._signs[shoulder] * p.gyro_shoulder_share * roll
 
     def _correct(self, angular_velocity: Point3, parameters: GaitParameters, dt: float) -> None:
         roll_rate, pitch_rate, _ = angular_velocity

@@ -6,14 +6,17 @@ angle serves two soles: the difference of the two rotations determines it, by a 
 The torso yaw, which is free, absorbs their mean.
 """
 
-from math import acos, asin, atan2, copysign, cos, hypot, sin, sqrt
+from math import acos, asin, atan2, copysign, cos, hypot, sin
 
 from nao_lipm_gait.whole_body.body_model import SolePose
-from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
-from robot_core.robot import RobotDescription
+from nao_lipm_gait.whole_body.leg_kinematics import (
+    SQRT_HALF,
+    LegAngles,
+    LegGeometry,
+    LegSolution,
+)
 from robot_core.types import Point3
 
-SQRT_HALF = sqrt(0.5)
 YAW_TOLERANCE = 1e-4
 """Largest difference of the two yaw errors [rad]."""
 MAX_ITERATIONS = 8
@@ -26,11 +29,10 @@ class SharedHipLegs:
     """Both legs of a NAO.
 
     Args:
-        robot: The robot; link lengths come from its URDF.
+        geometry: Lengths of its legs.
     """
 
-    def __init__(self, robot: RobotDescription):
-        geometry = read_leg_geometry(robot)
+    def __init__(self, geometry: LegGeometry):
         self._thigh = geometry.thigh
         self._tibia = geometry.tibia
         self._longest = self._thigh + self._tibia

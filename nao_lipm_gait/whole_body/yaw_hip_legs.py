@@ -11,8 +11,7 @@ remaining rotation:
 from math import acos, asin, atan2, cos, hypot, pi, sin
 
 from nao_lipm_gait.whole_body.body_model import SolePose
-from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegSolution, read_leg_geometry
-from robot_core.robot import RobotDescription
+from nao_lipm_gait.whole_body.leg_kinematics import LegAngles, LegGeometry, LegSolution
 from robot_core.types import Point3
 
 SINGULAR = 1e-9
@@ -23,11 +22,10 @@ class YawHipLegs:
     """Both legs of a robot with a yaw joint in each hip.
 
     Args:
-        robot: The robot; link lengths come from its URDF.
+        geometry: Lengths of its legs.
     """
 
-    def __init__(self, robot: RobotDescription):
-        geometry = read_leg_geometry(robot)
+    def __init__(self, geometry: LegGeometry):
         self._thigh = geometry.thigh
         self._tibia = geometry.tibia
         self._foot_height = geometry.foot_height

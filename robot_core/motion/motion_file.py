@@ -12,7 +12,7 @@ import numpy as np
 from robot_core import schema
 from robot_core.errors import NaoGaitError
 from robot_core.motion.check import check_motion
-from robot_core.motion.joints import LEFT, joint_groups, mirror_law
+from robot_core.motion.joints import joint_groups, mirror_law
 from robot_core.motion.keyframes import Balance, Interpolation, Keyframe, Kick, Motion, Posture
 from robot_core.robot import RobotDescription
 from robot_core.schema import NAME, Number, Settings, Table, choice, group, number
@@ -25,6 +25,8 @@ LIKE = "like"
 BASE = "base"
 """Key of a file that names another one in its folder: what it lacks is as in that one."""
 MOST_KEYFRAMES = 200
+LEFT = ("L", "l_", "L_", "left_", "Left_")
+"""What the names of the left joints of robots begin with."""
 _SUPPORTS = {"both": 0, "left": 1, "right": -1}
 _ANGLE = Number(-math.tau, math.tau, "rad")
 _SHARE = Number(0.0, 1.0)
@@ -197,13 +199,14 @@ class _Builder:
         names = self._robot.joint_names
         if name in names:
             return [(names.index(name), 1.0)]
-        if f"{LEFT}{name}" in names:
+        left = next((each for prefix in LEFT if (each := f"{prefix}{name}") in names), None)
+        if left is not None:
             law = mirror_law(self._robot)
-            index = names.index(f"{LEFT}{name}")
+            index = names.index(left)
             twin = int(law.partner[index])
             if twin != index:
                 return [(index, 1.0), (twin, float(law.sign[twin]))]
-        allowed = f"a joint ({', '.join(names)}), or one without its L or R for both sides"
+        allowed = f"a joint ({', '.join(names)}), or one without {', '.join(LEFT)} for both sides"
         raise NaoGaitError(where, name, allowed)
 
     def _stiffness(

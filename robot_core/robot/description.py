@@ -26,6 +26,13 @@ class Motor(Settings):
     nominal_torque: float | None = number(
         None, 1e-9, unit="N m", meaning="Torque that it can give for ever, without gear losses."
     )
+    stiffness: float | None = number(
+        None, 1e-3, unit="N m/rad",
+        meaning="Torque per angle by which its joint is off; null = as stiff as a plant makes it.",
+    )
+    damping: float | None = number(
+        None, 0.0, unit="N m s/rad", meaning="Torque against its speed; null with null stiffness."
+    )
 
 
 @attrs.frozen
@@ -72,7 +79,7 @@ class Camera:
 
 @attrs.frozen
 class LegJoints(Settings):
-    """Names of the joints of one leg, from the hip down."""
+    """Names of the joints of one leg by role; hips and ankles may follow in any order."""
 
     hip_yaw: str = text()
     hip_roll: str = text()
@@ -83,8 +90,18 @@ class LegJoints(Settings):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names, from the hip down."""
-        return tuple(self.as_dict().values())
+        """All names, hip, knee, ankle."""
+        return (*self.hip, self.knee_pitch, *self.ankle)
+
+    @property
+    def hip(self) -> tuple[str, str, str]:
+        """Yaw, roll and pitch of the hip."""
+        return self.hip_yaw, self.hip_roll, self.hip_pitch
+
+    @property
+    def ankle(self) -> tuple[str, str]:
+        """Pitch and roll of the ankle."""
+        return self.ankle_pitch, self.ankle_roll
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,9 +116,9 @@ class RobotDescription:
         joint_names: The joints.
         left_leg: Joints of the left leg.
         right_leg: Joints of the right leg.
-        hip: `shared_yaw_pitch` (one motor, tilted axes) or `yaw` (a vertical axis for each leg).
         coupled_joints: (leader, follower) pairs that one motor turns to the same angle.
-        shoulder_pitch: Left and right joint that swings the arm; positive swings it back.
+        head: Pan and tilt joint; None without them.
+        shoulder_pitch: Left and right joint that swings the arm about y; None without them.
         shoulder_roll: Left and right joint that spreads the arm, about x; None without them.
         waist_pitch: Joint that pitches the upper body on the hips; None without it.
         preset: Gait preset of this robot.
@@ -139,9 +156,9 @@ class RobotDescription:
     joint_names: tuple[str, ...]
     left_leg: LegJoints
     right_leg: LegJoints
-    hip: str
     coupled_joints: tuple[tuple[str, str], ...]
-    shoulder_pitch: tuple[str, str]
+    head: tuple[str, str] | None
+    shoulder_pitch: tuple[str, str] | None
     shoulder_roll: tuple[str, str] | None
     waist_pitch: str | None
     preset: str

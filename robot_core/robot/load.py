@@ -1,12 +1,14 @@
 """Loads a robot from its URDF and its robot file."""
 
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
 
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find, names
+from robot_core.robot.derive import completed
 from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
-from robot_core.robot.robot_file import RobotFile, load_robot_file
+from robot_core.robot.robot_file import RobotFile, checked_robot_file, read_robot_file
 from robot_core.robot.urdf_check import checked_urdf
 from robot_core.robot.urdf_model import LARGEST_URDF, UrdfModel
 from robot_core.schema import read_text
@@ -16,7 +18,8 @@ _STAND_SLACK = 0.02
 """[rad] The stand pose may exceed a limit by this much and is then clipped, because the limits of
 the published NAO models differ."""
 NAO = "nao_h21"
-"""The robot file for a URDF that fits none; the error then names the missing joints."""
+ALIKE = 0.5
+"""Share of a robot file's joints from which on a URDF without the others is refused by name."""
 
 
 def load_robot(
@@ -27,9 +30,10 @@ def load_robot(
     Joints and links of the URDF that the robot file does not name are ignored.
 
     Args:
-        urdf: Shipped name or path of the URDF.
-        robot: Shipped name or path of the robot file; None = the shipped one of the name in the
-            URDF's <robot>, else the first whose joints the URDF has.
+        urdf: Shipped name or path of the URDF, or of a robot file (YAML) that names its URDF.
+        robot: Shipped name or path of the robot file; None = that beside the URDF with its name
+            and `.yaml`, else the shipped one of the name in the URDF's <robot>, else the first
+            whose joints the URDF has. A URDF that none fits is taken by itself, see `derive`.
 
     Returns:
         The robot.
@@ -37,16 +41,29 @@ def load_robot(
     Raises:
         NaoGaitError: Names the file and the joint, link or key that is missing or not allowed.
     """
+    if robot is None and str(urdf).lower().endswith((".yaml", ".yml")):
+        robot = find("robots", str(urdf))
+        urdf = _urdf_of(robot)
     urdf_path = find("urdf", str(urdf))
     text = read_text(urdf_path, "URDF", LARGEST_URDF)
     model = UrdfModel.parse(text, urdf_path)
-    file = _fitting(model) if robot is None else load_robot_file(find("robots", str(robot)))
+    file_path = _fitting(model, urdf_path) if robot is None else find("robots", str(robot))
+    values = {} if file_path is None else read_robot_file(file_path)
+    element = ET.fromstring(text)
+    for name in values.get("joints", ()) if isinstance(values.get("joints"), list) else ():
+        if isinstance(name, str) and not model.has_joint(name):
+            model.limit(name)  # refuses it
+    values = completed(values, element, urdf_path)
+    file = checked_robot_file(values, file_path or urdf_path)
+    if len(element) != len(ET.fromstring(text)):
+        text = ET.tostring(element, encoding="unicode")
+        model = UrdfModel.parse(text, urdf_path)
 
     limits = {name: model.limit(name) for name in file.joints}
     soles = model.frame(file.frames.left_sole), model.frame(file.frames.right_sole)
     torso = model.frame(file.frames.torso)
     for leg, sole in zip((file.left_leg, file.right_leg), soles, strict=True):
-        model.check_leg(torso, sole, leg)
+        model.check_leg(torso, sole, leg, file.joints)
     text, remarks = checked_urdf(text, urdf_path, file.joints, torso, soles)
     return RobotDescription(
         name=file.name,
@@ -56,8 +73,8 @@ def load_robot(
         joint_names=file.joints,
         left_leg=file.left_leg,
         right_leg=file.right_leg,
-        hip=file.hip,
         coupled_joints=file.coupled_joints,
+        head=file.head,
         shoulder_pitch=file.shoulder_pitch,
         shoulder_roll=file.shoulder_roll,
         waist_pitch=file.waist_pitch,
@@ -73,7 +90,7 @@ def load_robot(
         stand_pose=_inside(file.stand_pose, file.joints, limits, urdf_path),
         sole_outline=file.sole_outline,
         sole_corners=file.sole_corners,
-        ankle_limits={
+        ankle_limits={} if file.ankle_limits is None else {
             "left": file.ankle_limits,
             "right": tuple((pitch, -high, -low) for pitch, low, high in file.ankle_limits),
         },
@@ -86,13 +103,30 @@ def load_robot(
     )
 
 
-def _fitting(model: UrdfModel) -> RobotFile:
-    """The shipped robot file of the URDF's name, else the first whose joints the URDF has."""
+def _urdf_of(file: Path) -> Path | str:
+    """The URDF that a robot file names: beside it, or a shipped one."""
+    name = read_robot_file(file).get("urdf")
+    if not isinstance(name, str):
+        allowed = "the name of a URDF beside the file, or a shipped one"
+        raise NaoGaitError(f"robot file {file}: urdf", name, allowed)
+    return file.parent / name if (file.parent / name).is_file() else name
+
+
+def _fitting(model: UrdfModel, path: Path) -> Path | None:
+    """The robot file of a URDF; None if none fits."""
+    beside = path.with_suffix(".yaml")
+    if beside.is_file():
+        return beside
     if model.name in names("robots"):
-        return load_robot_file(find("robots", model.name))
-    files = {name: load_robot_file(find("robots", name)) for name in names("robots")}
-    fitting = [file for file in files.values() if all(map(model.has_joint, file.joints))]
-    return fitting[0] if fitting else files[NAO]
+        return find("robots", model.name)
+    files = {name: read_robot_file(find("robots", name)) for name in names("robots")}
+    shares = {
+        name: sum(map(model.has_joint, file["joints"])) / len(file["joints"])
+        for name, file in files.items()
+        if any(model.first_of(tuple(links)) for links in file["frames"].values())
+    }
+    best = max(shares, key=lambda name: (shares[name], name == NAO), default=None)
+    return find("robots", best) if best is not None and shares[best] > ALIKE else None
 
 
 def _cameras(model: UrdfModel, file: RobotFile) -> dict[str, Camera]:

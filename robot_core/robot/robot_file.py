@@ -1,4 +1,7 @@
-"""The parameter file of a robot (config/robots): the facts that its URDF does not hold."""
+"""The parameter file of a robot (config/robots): the facts that its URDF does not hold.
+
+What it leaves out comes from the URDF, see `derive`.
+"""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -11,10 +14,8 @@ from robot_core import schema
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find, names
 from robot_core.robot.description import Battery, LegJoints, Motor
-from robot_core.schema import Number, Sequence, Settings, Table, Text, choice, group, number, text
+from robot_core.schema import Number, Sequence, Settings, Table, Text, group, number, text
 from robot_core.types import Point2
-
-HIPS = ("shared_yaw_pitch", "yaw")
 
 
 def _names(minimum: int, maximum: float = math.inf, default: Any = schema.REQUIRED) -> Any:
@@ -62,21 +63,24 @@ class RobotFile(Settings):
 
     name: str = text()
     joints: tuple[str, ...] = _names(1)
-    hip: str = choice(HIPS, default=schema.REQUIRED)
     left_leg: LegJoints = group(LegJoints)
     right_leg: LegJoints = group(LegJoints)
     coupled_joints: tuple[tuple[str, str], ...] = schema.field(
         Sequence(Sequence(Text(), 2, 2, unique=True)), meaning="[leader, follower] pairs."
     )
-    shoulder_pitch: tuple[str, str] = _names(2, 2)
     frames: Frames = group(Frames)
     stand_pose: dict[str, float] = schema.field(Table(Number(unit="rad")))
     sole_outline: tuple[Point2, ...] = _rows(2, 3)
     sole_corners: tuple[Point2, ...] = _rows(2, 4)
-    ankle_limits: tuple[tuple[float, float, float], ...] = _rows(3, 1)
     motors: tuple[MotorEntry, ...] = schema.field(Sequence(schema.Group(MotorEntry)))
+    ankle_limits: tuple[tuple[float, float, float], ...] | None = schema.field(
+        schema.Optional(Sequence(Sequence(Number(), 3, 3), 1)), None
+    )
+    head: tuple[str, str] | None = _names(2, 2, None)
+    shoulder_pitch: tuple[str, str] | None = _names(2, 2, None)
     shoulder_roll: tuple[str, str] | None = _names(2, 2, None)
     waist_pitch: str | None = text(None)
+    urdf: str | None = text(None, "The URDF, beside the file, if a robot is named by its file.")
     preset: str = text("default")
     gyro_axes: int | None = number(None, 2, 3, whole=True)
     encoder_bits: int | None = number(None, 1, 24, whole=True)
@@ -95,17 +99,31 @@ class RobotFile(Settings):
         return {
             joint: Motor(
                 entry.stall_torque, entry.no_load_speed, entry.reflected_inertia,
-                entry.nominal_torque,
+                entry.nominal_torque, entry.stiffness, entry.damping,
             )
             for entry in self.motors
             for joint in entry.joints
         }
 
 
-def load_robot_file(path: Path) -> RobotFile:
-    """Load a robot file; NaoGaitError names the file, the key, its value and what is allowed."""
+def read_robot_file(path: Path) -> dict[str, Any]:
+    """The keys of a robot file over those of its base; NaoGaitError names the file."""
     where = f"robot file {path}: "
-    file = RobotFile.from_mapping(_over_base(schema.read_yaml(path, "robot file"), where), where)
+    values = _over_base(schema.read_yaml(path, "robot file"), where)
+    if not isinstance(values, dict):
+        raise NaoGaitError(f"robot file {path}", values, "a mapping of keys")
+    return values
+
+
+def load_robot_file(path: Path) -> RobotFile:
+    """A robot file that leaves nothing out; NaoGaitError as in `checked_robot_file`."""
+    return checked_robot_file(read_robot_file(path), path)
+
+
+def checked_robot_file(values: dict[str, Any], path: Path) -> RobotFile:
+    """A whole robot file; NaoGaitError names the file, the key, its value and what is allowed."""
+    where = f"robot file {path}: "
+    file = RobotFile.from_mapping(values, where)
     for key, joint in _joint_references(file):
         if joint not in file.joints:
             raise NaoGaitError(f"{where}{key}", joint, f"one of joints: {', '.join(file.joints)}")
@@ -118,7 +136,7 @@ def load_robot_file(path: Path) -> RobotFile:
         raise NaoGaitError(f"{where}motors", f"none for {', '.join(missing)}", "all joints")
     _check_sole(where, file.sole_outline, file.sole_corners)
     last = -math.inf
-    for pitch, low, high in file.ankle_limits:
+    for pitch, low, high in file.ankle_limits or ():
         if low > high or pitch <= last:
             allowed = "rows of increasing pitch, lowest roll <= highest roll"
             raise NaoGaitError(f"{where}ankle_limits", [pitch, low, high], allowed)
@@ -147,8 +165,8 @@ def _joint_references(file: RobotFile) -> Iterator[tuple[str, str]]:
             yield f"{key}.{role}", joint
     for pair in file.coupled_joints:
         yield from (("coupled_joints", joint) for joint in pair)
-    yield from (("shoulder_pitch", joint) for joint in file.shoulder_pitch)
-    yield from (("shoulder_roll", joint) for joint in file.shoulder_roll or ())
+    for key in ("head", "shoulder_pitch", "shoulder_roll"):
+        yield from ((key, joint) for joint in getattr(file, key) or ())
     if file.waist_pitch is not None:
         yield "waist_pitch", file.waist_pitch
     yield from (("stand_pose", joint) for joint in file.stand_pose)

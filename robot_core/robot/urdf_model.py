@@ -114,8 +114,13 @@ class UrdfModel:
             raise NaoGaitError(where, dict(element.attrib), allowed)
         return limit
 
-    def check_leg(self, torso: str, sole: str, leg: LegJoints) -> None:
-        """Refuse a leg whose joints do not lead from the torso to the sole in this order."""
+    def check_leg(
+        self, torso: str, sole: str, leg: LegJoints, driven: tuple[str, ...]
+    ) -> None:
+        """Refuse a leg that is not the last six moving joints from the torso to the sole.
+
+        Driven joints above them, such as a waist, are held.
+        """
         above: dict[str, tuple[str, str]] = {}
         for name, joint in self._joints.items():
             parent, child = joint.find("parent"), joint.find("child")
@@ -127,11 +132,15 @@ class UrdfModel:
             name, link = above[link]
             if self._joints[name].get("type") != "fixed":
                 chain.insert(0, name)
-        if link != torso or tuple(chain) != leg.names:
+        held = chain[: -len(leg.names)]
+        parts = [set(chain[-6:-3]), set(chain[-3:-2]), set(chain[-2:])]
+        wanted = [set(leg.hip), {leg.knee_pitch}, set(leg.ankle)]
+        if link != torso or parts != wanted or not set(held) <= set(driven):
             raise NaoGaitError(
                 f"joints from {torso} to {sole} in {self._path}",
                 ", ".join(chain) or "none",
-                ", ".join(leg.names),
+                f"six: hip ({', '.join(leg.hip)}), knee ({leg.knee_pitch}), ankle "
+                f"({', '.join(leg.ankle)}); joints above them must be among the robot's joints",
             )
 
 

@@ -33,7 +33,6 @@ def test_roles(robot: RobotDescription) -> None:
     assert robot.left_leg.names == tuple(f"L{joint}" for joint in LEG)
     assert robot.right_leg.names == tuple(f"R{joint}" for joint in LEG)
     assert robot.right_leg.ankle_pitch == "RAnklePitch"
-    assert robot.hip == "shared_yaw_pitch"
     assert robot.coupled_joints == (("LHipYawPitch", "RHipYawPitch"),)
     assert robot.shoulder_pitch == ("LShoulderPitch", "RShoulderPitch")
     assert robot.base_frame == "base_link"

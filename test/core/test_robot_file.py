@@ -52,12 +52,11 @@ def settings() -> Settings:
     ("edit", "said"),
     [
         (put("colour", value="red"), ": colour: got 'red'"),
-        (drop("motors"), ": motors: got 'nothing'"),
         (put("cameras", "camera_top", "hfov", value=7.0), "cameras.camera_top.hfov: got 7.0"),
         (drop("cameras", "camera_top", "frame"), "cameras.camera_top.frame: got 'nothing'"),
         (put("cameras", value=["camera_top"]), ": cameras: got"),
         (put("name", value=7), ": name: got 7"),
-        (put("hip", value="ball"), "shared_yaw_pitch, yaw"),
+        (put("hip", value="ball"), ": hip: got 'ball'"),
         (put("joints", value="HeadYaw"), ": joints: got"),
         (put("joints", 3, value="HeadYaw"), "each item once"),
         (put("joints", 3, value=None), ": joints[4]: got None"),

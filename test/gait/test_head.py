@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.gait import Gait
-from nao_lipm_gait.head.gaze import CAMERA, PAN, TILT, neck_of
+from nao_lipm_gait.head.gaze import CAMERA, neck_of
 from nao_lipm_gait.head.head_control import (
     LOST,
     SPEED,
@@ -30,6 +30,7 @@ from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, GaitState, SensorFrame, VelocityCommand
 
 ROBOT = load_robot()
+PAN, TILT = "HeadYaw", "HeadPitch"
 I_PAN, I_TILT = ROBOT.index(PAN), ROBOT.index(TILT)
 DT = 0.01
 NECK = neck_of(ROBOT)

@@ -1,0 +1,430 @@
+"""What a robot file leaves out, as its URDF has it: legs, head and arms, soles, motors, a stand.
+
+A leg is a chain of six joints that ends in a foot; hip, knee and ankle are told apart by their
+axes in the zero pose, in which the robot looks along x and its soles are level. The soles are the
+lowest part of the collision shapes of the feet.
+"""
+
+import itertools
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robot_core.errors import NaoGaitError
+from robot_core.robot.shape_points import lowest_points
+from robot_core.types import FloatArray, Point2
+
+LEG_JOINTS = 6
+HIP_ROLES = ("hip_yaw", "hip_roll", "hip_pitch")
+AXIS_OF = {
+    "hip_yaw": 2, "hip_roll": 0, "hip_pitch": 1, "knee_pitch": 1, "ankle_pitch": 1, "ankle_roll": 0,
+}  # fmt: skip
+"""Component of a joint's axis by its role."""
+MIRROR_TOLERANCE = 0.02
+"""[m] Distance of a joint from the mirror image of its partner."""
+GEAR_SHARE = 0.7
+"""Share of a motor's stall torque that reaches its joint, for which a URDF gives the effort."""
+ROTOR_INERTIA = 1e-3
+"""[kg m^2 / (N m)] Reflected inertia per stall torque: 0.9e-3 to 1.1e-3 in NAO, K1, T1 and OP3."""
+KNEE = 0.8
+"""[rad] Bend of the knees in a stand."""
+SOLES = ("l_sole", "r_sole")
+"""Names of sole links that are added."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Joint:
+    """A driven joint in the zero pose.
+
+    Attributes:
+        above: Driven joints from the root to it, itself last.
+        axis: (3,) in the axes of the root.
+        position: (3,) [m] in the frame of the root.
+    """
+
+    above: tuple[str, ...]
+    axis: FloatArray
+    position: FloatArray
+
+
+class RobotTree:
+    """The driven joints of a URDF in its zero pose; all others count as fixed.
+
+    Attributes:
+        root: Name of the root link.
+        joints: By name.
+    """
+
+    def __init__(self, element: ET.Element, driven: Iterable[str], path: Path) -> None:
+        import pinocchio as pin  # here: a command line that only names a robot stays quick
+
+        keep = set(driven)
+        tree = ET.fromstring(ET.tostring(element, encoding="unicode"))
+        for joint in tree.findall("joint"):
+            if joint.get("name") not in keep:
+                joint.set("type", "fixed")
+        try:
+            text = ET.tostring(tree, encoding="unicode")
+            self.model = model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+        except (ValueError, RuntimeError) as error:
+            allowed = "a URDF that Pinocchio can read"
+            raise NaoGaitError(f"URDF {path}", str(error), allowed) from error
+        self._data = data = model.createData()
+        pin.computeJointJacobians(model, data, pin.neutral(model))
+        pin.updateFramePlacements(model, data)
+        children = {_end(joint, "child") for joint in element.findall("joint")}
+        links = [link.get("name", "") for link in element.findall("link")]
+        self.root = next(name for name in links if name not in children)
+        self.joints: dict[str, _Joint] = {}
+        for index in range(2, model.njoints):
+            above = [model.names[i] for i in model.supports[index].tolist() if i > 1]
+            jacobian = pin.getJointJacobian(model, data, index, pin.ReferenceFrame.WORLD)
+            self.joints[model.names[index]] = _Joint(
+                tuple(above),
+                np.array(jacobian[3:, model.joints[index].idx_v]),
+                data.oMi[index].translation.copy(),
+            )
+
+    def placement(self, link: str) -> Any:
+        """Pose of a link in the root, as an SE3."""
+        import pinocchio as pin
+
+        return self._data.oMf[self.model.getFrameId(link, pin.FrameType.BODY)]
+
+    def mover(self, link: str) -> str:
+        """The driven joint that moves a link; empty for the root."""
+        import pinocchio as pin
+
+        index = self.model.frames[self.model.getFrameId(link, pin.FrameType.BODY)].parentJoint
+        return str(self.model.names[index]) if index > 1 else ""
+
+    def links_of(self, joint: str) -> list[str]:
+        """The links that are fixed to what a joint moves."""
+        import pinocchio as pin
+
+        index = self.model.getJointId(joint)
+        return [
+            frame.name for frame in self.model.frames
+            if frame.type == pin.FrameType.BODY and frame.parentJoint == index
+        ]  # fmt: skip
+
+
+def partners(tree: RobotTree) -> dict[str, str]:
+    """The joint on the other side of each joint; a joint in the middle is its own partner.
+
+    Partners lie at mirrored places and turn about mirrored axes, as many joints below the root.
+    """
+    found = {}
+    for name, joint in tree.joints.items():
+        best, distance = name, math.inf
+        x, y, z = joint.axis
+        for other, twin in tree.joints.items():
+            if len(twin.above) != len(joint.above) or abs(np.dot((-x, y, -z), twin.axis)) < 0.99:
+                continue
+            apart = float(np.linalg.norm(twin.position - joint.position * (1.0, -1.0, 1.0)))
+            if apart < min(distance - 1e-9, MIRROR_TOLERANCE):
+                best, distance = other, apart
+        found[name] = best
+    return found
+
+
+def completed(
+    values: Mapping[str, Any], element: ET.Element, path: Path
+) -> dict[str, Any]:
+    """The keys of a robot file with those that it leaves out.
+
+    Args:
+        values: The keys that the file has.
+        element: The URDF; sole links are added to it where it has none.
+        path: Its file, for error messages.
+
+    Returns:
+        All keys that a robot file must have.
+
+    Raises:
+        NaoGaitError: The URDF does not tell one of them.
+    """
+    out = dict(values)
+    out.setdefault("name", element.get("name") or path.stem)
+    out.setdefault("joints", _driven(element, path))
+    if all(key in out for key in ("left_leg", "right_leg", "frames", "sole_outline", "motors",
+                                  "stand_pose", "head", "shoulder_pitch")):  # fmt: skip
+        return _simple(out)
+    tree = RobotTree(element, out["joints"], path)
+    frames = dict(out.get("frames") or {})
+    legs = _legs(out, tree, frames, path)
+    for key, leg in zip(("left_leg", "right_leg"), legs, strict=True):
+        out.setdefault(key, leg)
+    root = [tree.root]
+    for role in ("base", "torso", "imu"):
+        frames.setdefault(role, root)
+    if all(_has(element, sole) for sole in SOLES):
+        for key, sole in zip(("left_sole", "right_sole"), SOLES, strict=True):
+            frames.setdefault(key, [sole])
+    if "left_sole" not in frames or "right_sole" not in frames:
+        outline = _add_soles(element, tree, legs, path)
+        frames["left_sole"], frames["right_sole"] = [SOLES[0]], [SOLES[1]]
+        out.setdefault("sole_outline", outline)
+        tree = RobotTree(element, out["joints"], path)
+    elif "sole_outline" not in out:
+        name = next((each for each in frames["left_sole"] if _has(element, each)), "")
+        out["sole_outline"] = _outline(element, tree, legs[0], name, path)
+    out["frames"] = frames
+    out.setdefault("motors", _motors(element, out["joints"]))
+    _add_roles(out, tree)
+    if "stand_pose" not in out:
+        out["stand_pose"] = _stand(tree, legs, frames, path)
+    return _simple(out)
+
+
+def _simple(out: dict[str, Any]) -> dict[str, Any]:
+    """Defaults that need no geometry of the joints."""
+    out.setdefault("coupled_joints", [])
+    outline = out["sole_outline"]
+    if "sole_corners" not in out and isinstance(outline, list):
+        out["sole_corners"] = corners_of(outline)
+    return out
+
+
+def corners_of(outline: list[list[float]]) -> list[list[float]]:
+    """Front inner, front outer, rear outer and rear inner point of a left sole's outline."""
+    size_x, size_y = (max(p[i] for p in outline) - min(p[i] for p in outline) for i in (0, 1))
+    diagonals = ((1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0))
+    return [
+        max(outline, key=lambda p: ahead * p[0] / size_x + aside * p[1] / size_y)
+        for ahead, aside in diagonals
+    ]
+
+
+def _end(joint: ET.Element, tag: str) -> str:
+    element = joint.find(tag)
+    return "" if element is None else element.get("link", "")
+
+
+def _has(element: ET.Element, link: str) -> bool:
+    return any(each.get("name") == link for each in element.findall("link"))
+
+
+def _driven(element: ET.Element, path: Path) -> list[str]:
+    """All revolute joints with an own range, in the order of the URDF."""
+    names = []
+    for joint in element.findall("joint"):
+        limit = joint.find("limit")
+        own = limit is not None and limit.get("lower", "0") != limit.get("upper", "0")
+        if joint.get("type") == "revolute" and own and joint.find("mimic") is None:
+            names.append(joint.get("name", ""))
+    if not names:
+        raise NaoGaitError(f"URDF {path}", "no revolute joint", "two legs of six revolute joints")
+    return names
+
+
+def _legs(
+    values: Mapping[str, Any], tree: RobotTree, frames: Mapping[str, Any], path: Path
+) -> tuple[dict[str, str], dict[str, str]]:
+    """Joints of the left and the right leg by role."""
+    if "left_leg" in values and "right_leg" in values:
+        return values["left_leg"], values["right_leg"]
+    feet = [_foot(tree, frames.get(key), side) for key, side in
+            (("left_sole", 1.0), ("right_sole", -1.0))]  # fmt: skip
+    chains = [tree.joints[foot].above if foot else () for foot in feet]
+    shared = [a for a, b in zip(*chains, strict=False) if a == b]
+    legs = []
+    for side, chain in zip(("left", "right"), chains, strict=True):
+        leg = chain[len(shared) :]
+        if len(leg) != LEG_JOINTS:
+            raise NaoGaitError(
+                f"{side} leg of {path}", f"{len(leg)} joints: {', '.join(leg) or 'none'}",
+                "six joints from the hip to the foot; name left_leg and right_leg in the robot "
+                "file if other joints are meant",
+            )  # fmt: skip
+        legs.append(_roles(leg, tree, side, path))
+    return legs[0], legs[1]
+
+
+def _foot(tree: RobotTree, frame: Any, side: float) -> str:
+    """The joint that moves a foot: that of a link, else the lowest end of a chain on its side."""
+    names = [frame] if isinstance(frame, str) else list(frame or ())
+    for name in names:
+        if tree.model.existFrame(name):
+            return tree.mover(name)
+    inner = {above for joint in tree.joints.values() for above in joint.above[:-1]}
+    ends = [
+        name for name, joint in tree.joints.items()
+        if name not in inner and side * joint.position[1] > 0.0
+    ]  # fmt: skip
+    return min(ends, key=lambda name: tree.joints[name].position[2], default="")
+
+
+def _roles(
+    leg: tuple[str, ...], tree: RobotTree, side: str, path: Path
+) -> dict[str, str]:
+    """The joints of a leg by role: three of the hip, the knee, two of the ankle, by their axes."""
+    axes = [np.abs(tree.joints[name].axis) for name in leg]
+    hip, knee, ankle = leg[:3], leg[3], leg[4:]
+
+    def fit(roles: tuple[str, ...], first: int) -> float:
+        return float(sum(axes[first + i][AXIS_OF[role]] for i, role in enumerate(roles)))
+
+    hips = max(itertools.permutations(HIP_ROLES), key=lambda roles: fit(roles, 0))
+    ankles = max((("ankle_pitch", "ankle_roll"), ("ankle_roll", "ankle_pitch")),
+                 key=lambda roles: fit(roles, 4))  # fmt: skip
+    found = dict(zip((*hips, "knee_pitch", *ankles), (*hip, knee, *ankle), strict=True))
+    for role, joint in found.items():
+        if abs(tree.joints[joint].axis[AXIS_OF[role]]) < 0.5:
+            allowed = "hip yaw, roll and pitch in any order, then a knee, then ankle pitch and roll"
+            raise NaoGaitError(
+                f"{side} leg of {path}", f"{', '.join(leg)}, none of them a {role}", allowed
+            )
+    return {role: found[role] for role in AXIS_OF}
+
+
+def _foot_points(
+    element: ET.Element, tree: RobotTree, leg: Mapping[str, str], path: Path
+) -> FloatArray:
+    """(n, 3) [m] points of the sole in the frame of the root: the lowest of the foot's shapes."""
+    foot = max(leg.values(), key=lambda name: len(tree.joints[name].above))
+    points = lowest_points(element, {name: tree.placement(name) for name in tree.links_of(foot)})
+    if len(points) < 3:
+        raise NaoGaitError(
+            f"sole of what joint {foot} moves in {path}", "no collision shape with a flat bottom",
+            "a box under the foot, or sole links and a sole_outline in the robot file",
+        )  # fmt: skip
+    return points
+
+
+def _outline(
+    element: ET.Element, tree: RobotTree, leg: Mapping[str, str], sole: str, path: Path
+) -> list[list[float]]:
+    place = tree.placement(sole)
+    points = (_foot_points(element, tree, leg, path) - place.translation) @ place.rotation
+    return _hull([(x, y) for x, y, _ in points.tolist()])
+
+
+def _add_soles(
+    element: ET.Element, tree: RobotTree, legs: tuple[Mapping[str, str], ...], path: Path
+) -> list[list[float]]:
+    """Add a link in the plane of each sole, below the ankle; the outline of the left one."""
+    outline: list[list[float]] = []
+    for name, leg in zip(SOLES, legs, strict=True):
+        points = _foot_points(element, tree, leg, path)
+        foot = max(leg.values(), key=lambda each: len(tree.joints[each].above))
+        ankle = tree.joints[leg["ankle_roll"]].position
+        origin = np.array([ankle[0], ankle[1], points[:, 2].min()])
+        if not outline:
+            outline = _hull([(x, y) for x, y, _ in (points - origin).tolist()])
+        link = tree.links_of(foot)[0]
+        local = tree.placement(link).inverse()
+        ET.SubElement(element, "link", name=name)
+        joint = ET.SubElement(element, "joint", name=f"{name}_fixed", type="fixed")
+        ET.SubElement(joint, "parent", link=link)
+        ET.SubElement(joint, "child", link=name)
+        rotation = local.rotation
+        pitch = math.asin(-max(-1.0, min(1.0, rotation[2, 0])))
+        rpy = (
+            math.atan2(rotation[2, 1], rotation[2, 2]), pitch,
+            math.atan2(rotation[1, 0], rotation[0, 0]),
+        )  # fmt: skip
+        ET.SubElement(
+            joint, "origin", xyz=" ".join(map(repr, local.act(origin).tolist())),
+            rpy=" ".join(map(repr, map(float, rpy))),
+        )  # fmt: skip
+    return outline
+
+
+def _hull(points: list[Point2]) -> list[list[float]]:
+    """The convex hull, counter-clockwise, of points rounded to 0.1 mm."""
+    rest = sorted({(round(x, 4), round(y, 4)) for x, y in points})
+
+    def half(row: Iterable[Point2]) -> list[Point2]:
+        chain: list[Point2] = []
+        for x, y in row:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 1e-9:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        return chain[:-1]
+
+    return [[x, y] for x, y in half(rest) + half(reversed(rest))]
+
+
+def _motors(element: ET.Element, joints: Iterable[str]) -> list[dict[str, Any]]:
+    """A motor for each joint from the limits of the URDF."""
+    limits = {joint.get("name"): joint.find("limit") for joint in element.findall("joint")}
+    motors = []
+    for name in joints:
+        limit = limits.get(name)
+        try:
+            effort = float(limit.get("effort", "")) if limit is not None else math.nan
+            speed = float(limit.get("velocity", "")) if limit is not None else math.nan
+        except ValueError:
+            continue  # the limits are refused where they are read
+        stall = effort / GEAR_SHARE
+        motors.append({
+            "joints": [name], "stall_torque": stall, "no_load_speed": speed,
+            "reflected_inertia": ROTOR_INERTIA * stall,
+        })  # fmt: skip
+    return motors
+
+
+def _add_roles(out: dict[str, Any], tree: RobotTree) -> None:
+    """Head and shoulders, where the file does not name them: by place and axis."""
+    of_legs = {*out["left_leg"].values(), *out["right_leg"].values()}
+    twin = partners(tree)
+    above_legs = {each for leg in of_legs for each in tree.joints[leg].above}
+    free = {name: joint for name, joint in tree.joints.items() if name not in above_legs}
+    middle = [name for name in free if twin[name] == name]
+    for pan, tilt in itertools.product(middle, middle):
+        chained = free[tilt].above[-2:] == (pan, tilt)
+        if chained and abs(free[pan].axis[2]) > 0.9 and abs(free[tilt].axis[1]) > 0.9:
+            out.setdefault("head", [pan, tilt])
+    arms = {name: joint for name, joint in free.items()
+            if twin[name] != name and joint.position[1] > 0.0}  # fmt: skip
+    for key, axis in (("shoulder_pitch", 1), ("shoulder_roll", 0)):
+        fits = [name for name, joint in arms.items() if abs(joint.axis[axis]) > 0.9]
+        if fits and key not in out:
+            first = min(fits, key=lambda name: len(arms[name].above))
+            out[key] = [first, twin[first]]
+
+
+def _stand(
+    tree: RobotTree, legs: tuple[dict[str, str], ...], frames: Mapping[str, Any], path: Path
+) -> dict[str, float]:
+    """A stand with level soles on bent knees and the CoM over the middle of the ankles' soles."""
+    import pinocchio as pin
+
+    model = tree.model
+    data, q = model.createData(), pin.neutral(model)
+    sole = next(name for name in frames["left_sole"] if model.existFrame(name))
+    frame = model.getFrameId(sole, pin.FrameType.BODY)
+    ahead = 0.0
+    pose: dict[str, float] = {}
+    for _ in range(30):
+        # Hip pitch moves the foot under the CoM; the ankle keeps the sole level.
+        for leg in legs:
+            bend = {
+                "hip_pitch": ahead - KNEE / 2.0, "knee_pitch": KNEE,
+                "ankle_pitch": -ahead - KNEE / 2.0,
+            }  # fmt: skip
+            for role, angle in bend.items():
+                sign = math.copysign(1.0, tree.joints[leg[role]].axis[1])
+                index = model.joints[model.getJointId(leg[role])].idx_q
+                low, high = model.lowerPositionLimit[index], model.upperPositionLimit[index]
+                pose[leg[role]] = float(min(max(sign * angle, low), high))
+                q[index] = pose[leg[role]]
+        com = pin.centerOfMass(model, data, q)
+        pin.framesForwardKinematics(model, data, q)
+        place = data.oMf[frame]
+        off = float(com[0] - place.translation[0])
+        if abs(off) < 1e-5:
+            break
+        ahead -= 0.8 * off / max(float(com[2] - place.translation[2]), 1e-3)
+    else:
+        raise NaoGaitError(f"stand of {path}", f"CoM {off:.3f} m off the soles", "a stand_pose")
+    return pose

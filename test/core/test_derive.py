@@ -1,0 +1,146 @@
+"""A robot of which there is only a URDF: legs, head, arms, soles, motors and a stand from it."""
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from robot_core.errors import NaoGaitError
+from robot_core.motion.joints import joint_groups
+from robot_core.resources import find
+from robot_core.robot import RobotDescription, load_robot
+
+ROBOTS = ("booster_t1", "booster_k1", "op3", "bruno")
+
+
+def unnamed(source: str, edit: object = None) -> str:
+    """A shipped URDF whose links and joints have numbers for names."""
+    root = ET.fromstring(find("urdf", source).read_text())
+    if callable(edit):
+        edit(root)
+    root.set("name", "somebody")
+    names = [each.get("name", "") for tag in ("link", "joint") for each in root.findall(tag)]
+    text = ET.tostring(root, encoding="unicode")
+    new = {name: f"part_{number}" for number, name in enumerate(dict.fromkeys(names))}
+    return re.sub(
+        r'\b(name|link)="([^"]*)"', lambda m: f'{m[1]}="{new.get(m[2], m[2])}"', text
+    )
+
+
+def new_name(source: str, name: str) -> str:
+    root = ET.fromstring(find("urdf", source).read_text())
+    names = [each.get("name", "") for tag in ("link", "joint") for each in root.findall(tag)]
+    return f"part_{list(dict.fromkeys(names)).index(name)}"
+
+
+@pytest.mark.parametrize("source", ROBOTS)
+def test_roles_soles_and_stand_come_from_the_urdf(tmp_path: Path, source: str) -> None:
+    path = tmp_path / "somebody.urdf"
+    path.write_text(unnamed(source))
+    known, found = load_robot(source), load_robot(path)
+
+    def names(joints: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(new_name(source, joint) for joint in joints)
+
+    assert found.left_leg.names == names(known.left_leg.names)
+    assert found.right_leg.names == names(known.right_leg.names)
+    assert known.head is not None
+    assert found.head == names(known.head)
+    assert known.shoulder_pitch is not None
+    assert found.shoulder_pitch == names(known.shoulder_pitch)
+    for axis in (0, 1):
+        for extreme in (min, max):
+            sizes = [extreme(p[axis] for p in robot.sole_outline) for robot in (known, found)]
+            assert sizes[0] == pytest.approx(sizes[1], abs=0.03)
+    assert_stands(found)
+
+
+def assert_stands(robot: RobotDescription) -> None:
+    import pinocchio as pin
+
+    model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+    data, q = model.createData(), pin.neutral(model)
+    for name, angle in zip(robot.joint_names, robot.stand_pose.tolist(), strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    com = pin.centerOfMass(model, data, q)
+    pin.framesForwardKinematics(model, data, q)
+    places = [data.oMf[model.getFrameId(s, pin.FrameType.BODY)] for s in robot.sole_frames]
+    for place in places:
+        assert place.rotation[2, 2] == pytest.approx(1.0, abs=1e-6)
+        low, high = (f(x for x, _ in robot.sole_outline) for f in (min, max))
+        assert low < com[0] - place.translation[0] < high
+    assert places[0].translation[1] > 0.0 > places[1].translation[1]
+
+
+def test_groups_do_not_need_names(tmp_path: Path) -> None:
+    path = tmp_path / "somebody.urdf"
+    path.write_text(unnamed("booster_t1"))
+    known, found = joint_groups(load_robot("booster_t1")), joint_groups(load_robot(path))
+    order = [load_robot(path).joint_names.index(new_name("booster_t1", name))
+             for name in load_robot("booster_t1").joint_names]  # fmt: skip
+    for group, joints in known.items():
+        assert sorted(order[joint] for joint in joints) == sorted(found[group])
+
+
+def fixed(name: str) -> object:
+    def edit(root: ET.Element) -> None:
+        joint = next(each for each in root.findall("joint") if each.get("name") == name)
+        joint.set("type", "fixed")
+
+    return edit
+
+
+def toed(root: ET.Element) -> None:
+    """Add a toe joint to the left foot."""
+    ET.SubElement(root, "link", name="toe")
+    joint = ET.SubElement(root, "joint", name="toe_joint", type="revolute")
+    ET.SubElement(joint, "origin", xyz="0.1 0 -0.04")
+    ET.SubElement(joint, "parent", link="l_ankle")
+    ET.SubElement(joint, "child", link="toe")
+    ET.SubElement(joint, "axis", xyz="0 1 0")
+    ET.SubElement(joint, "limit", lower="-1", upper="1", effort="1", velocity="1")
+
+
+def footless(root: ET.Element) -> None:
+    for name in ("l_sole", "r_sole", "l_ankle", "r_ankle"):
+        link = next(each for each in root.findall("link") if each.get("name") == name)
+        for collision in link.findall("collision"):
+            link.remove(collision)
+    for name in ("l_sole", "r_sole"):
+        joint = next(
+            each for each in root.findall("joint")
+            if (child := each.find("child")) is not None and child.get("link") == name
+        )  # fmt: skip
+        root.remove(joint)
+        root.remove(next(each for each in root.findall("link") if each.get("name") == name))
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (fixed("Left_Hip_Yaw"), ("left leg", "5 joints", "six joints from the hip")),
+        (toed, ("left leg", "7 joints", "six joints from the hip")),
+        (footless, ("sole of what joint", "a box under the foot")),
+    ],
+)
+def test_a_urdf_alone_that_cannot_walk_is_refused(
+    tmp_path: Path, edit: object, said: tuple[str, ...]
+) -> None:
+    path = tmp_path / "somebody.urdf"
+    path.write_text(unnamed("booster_t1", edit))
+    with pytest.raises(NaoGaitError) as refused:
+        load_robot(path)
+    for words in (*said, str(path)):
+        assert words in str(refused.value)
+
+
+def test_a_robot_file_beside_the_urdf_is_used(tmp_path: Path) -> None:
+    (tmp_path / "mine.urdf").write_text(unnamed("booster_t1"))
+    (tmp_path / "mine.yaml").write_text("name: mine\nurdf: mine.urdf\npreset: paper\n")
+    for given in ("mine.urdf", "mine.yaml"):
+        robot = load_robot(tmp_path / given)
+        assert (robot.name, robot.preset) == ("mine", "paper")
+    (tmp_path / "mine.yaml").write_text("name: mine\n")
+    with pytest.raises(NaoGaitError, match="urdf: got None"):
+        load_robot(tmp_path / "mine.yaml")
