@@ -62,8 +62,9 @@ RESEND = 0.25
 """[s] after which lockstep gives an unanswered frame to the node again."""
 CLOCK_SLACK = 100_000_000
 """[ns] by which the stamps, which count frames, may be behind the clock."""
-FRAME_GAP = 0.1
-"""[s] between two frames from which on the robot was without answers for too long."""
+FRAME_GAP = 0.15
+"""[s] between two frames from which on the robot was without answers for so long that LoLA has
+taken its stiffness off: its joints may be anywhere."""
 FAULTS_MAX = 100
 """Unexpected errors without an answer to the robot in between, after which the driver gives up."""
 _SECOND = 1_000_000_000
@@ -158,6 +159,7 @@ class Driver:
         self._buffer = bytearray()
         self._safety = Safety(settings.safety)
         self._period = round(settings.safety.period * _SECOND)
+        self._longest_age = round(settings.safety.silence_time * _SECOND)
         self._times = AnswerTimes(settings.safety.period)
         self._throttle = Throttle()
         self._began = wall() - round(clock() * _SECOND)
@@ -165,7 +167,7 @@ class Driver:
         self._heard = False
         self._frames = self._silent = 0
         self._pending: LolaSensors | None = None
-        self._waits = False
+        self._waits = self._catches_up = False
         self._packet = b""
         self._command: JointCommand | None = None
         self._command_stamp = 0
@@ -174,12 +176,21 @@ class Driver:
         self._faults = 0
         self.done = False
 
+    @property
+    def mode(self) -> Mode:
+        """What it does with the robot."""
+        return self._safety.mode
+
     # -- loop --------------------------------------------------------------------------------------
 
     def run(self) -> None:
         """Serve until the node has gone and the robot rests."""
         while not self.done:
             self.serve()
+        self.close()
+
+    def close(self) -> None:
+        """Leave the robot and the node."""
         for each in (self._lola, self._link):
             if each is not None:
                 each.close()
@@ -216,7 +227,7 @@ class Driver:
             elif self._settings.lockstep and now >= self._resend_at:
                 self._resend_at = now + RESEND
                 self._send(self._packet)
-        limp = self._lola is None or self._safety.mode is Mode.LIMP
+        limp = self._lola is None or self.mode is Mode.LIMP
         alone = self._link is None and self._clock() - self._alone_since > LONGEST_ALONE
         self.done = limp and (self._ending or alone)
 
@@ -285,13 +296,20 @@ class Driver:
     def _take(self, frame: bytes) -> None:
         """Begin the cycle of a frame."""
         before, self._arrived = self._arrived, self._clock()
-        if self._heard and self._arrived - before > FRAME_GAP:
-            text = f"no frame for {self._arrived - before:.2f} s: the robot was without answers"
+        gap = self._arrived - before
+        if self._heard and gap > FRAME_GAP and not self._settings.lockstep:
+            text = f"no frame for {gap:.2f} s: the robot was without answers"
             self._warn("gap", text, Level.ERROR)
+            self._safety.restart()
+            self._pause()
+            self._catches_up = True
         self._heard = True
         self._frames += 1
         self._stamp += self._period
         self._follow_clock()
+        self._catches_up = self._catches_up and len(self._buffer) >= SENSOR_BYTES
+        if self._catches_up:
+            return self._send_command(self._safety.unseen())
         try:
             self._pending = decode_sensors(frame)
         except NaoGaitError as error:
@@ -412,6 +430,7 @@ class Driver:
         self._settings = settings
         self._safety.configure(settings.safety)
         self._period = round(settings.safety.period * _SECOND)
+        self._longest_age = round(settings.safety.silence_time * _SECOND)
         self._times = AnswerTimes(settings.safety.period)
         self._pause()
 
@@ -425,7 +444,7 @@ class Driver:
             allowed = f"that of a frame, at most {self._stamp * 1e-9:.3f} s"
             late = NaoGaitError("joint_command header.stamp", f"{stamp * 1e-9:.3f} s", allowed)
             self._warn("stamp", str(late))
-        elif stamp > self._valid_from:
+        elif stamp > max(self._valid_from, self._stamp - self._longest_age):
             self._command, self._command_stamp = command, stamp
 
     def _send(self, packet: bytes) -> bool:

@@ -116,7 +116,9 @@ def unpack_command(packet: bytes) -> tuple[int, JointCommand]:
     if len(packet) != _COMMAND.size:
         raise NaoGaitError("command", f"{len(packet)} bytes", f"{_COMMAND.size} bytes")
     _, stamp, *values = _COMMAND.unpack(packet)
-    if not all(map(math.isfinite, values)):
-        raise NaoGaitError("command", values, "finite numbers")
     count = len(JOINTS)
+    for index, value in enumerate(values):
+        if not math.isfinite(value):
+            what = "position" if index < count else "stiffness"
+            raise NaoGaitError(f"command {what}[{JOINTS[index % count]}]", value, "a finite number")
     return stamp, JointCommand(values[:count], values[count:])

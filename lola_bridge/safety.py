@@ -231,6 +231,10 @@ class Safety:
         position, stiffness = self._wanted()
         return self._limited(position, stiffness)
 
+    def unseen(self) -> SafeCommand:
+        """The answer to a frame that is too old to say where the robot is: no stiffness."""
+        return self._limited(self._position, self._zeros)
+
     # -- what speaks against commands --------------------------------------------------------------
 
     def _watch(self, sensors: LolaSensors | None) -> bool:

@@ -7,7 +7,7 @@ import socket
 import stat
 from typing import Any
 
-from lola_bridge.codec import LolaCommand, command_stream, read_command
+from lola_bridge.codec import COMMAND_BYTES, LolaCommand, command_stream, read_command
 from robot_core.errors import NaoGaitError
 
 CHUNK = 65536
@@ -102,13 +102,15 @@ class LolaSocket:
     def _read(self, data: bytes) -> list[LolaCommand]:
         commands = []
         try:
-            self._parser.feed(data)
-            for found in self._parser:
-                self.unanswered = max(0, self.unanswered - 1)
-                try:
-                    commands.append(read_command(found))
-                except NaoGaitError as error:
-                    self._errors.append(f"{error}; command ignored")
+            # A client that was held up answers many frames at once: more than the parser holds.
+            for start in range(0, len(data), COMMAND_BYTES):
+                self._parser.feed(data[start : start + COMMAND_BYTES])
+                for found in self._parser:
+                    self.unanswered = max(0, self.unanswered - 1)
+                    try:
+                        commands.append(read_command(found))
+                    except NaoGaitError as error:
+                        self._errors.append(f"{error}; command ignored")
         except Exception as error:  # what MessagePack raises for garbage is not one class
             self._drop(f"no MessagePack ({type(error).__name__}: {str(error)[:60]})")
         return commands
