@@ -13,7 +13,7 @@ from scores import metrics, options, score, values
 from gait_lab.bench import suite
 from gait_lab.bench.figures import paper_figures, push_figure
 from gait_lab.bench.options import Options
-from gait_lab.bench.suites import endurance, paper, posture, start
+from gait_lab.bench.suites import endurance, limits, paper, posture, start
 from gait_lab.bench.suites.compute import compute
 from gait_lab.bench.suites.endurance import Stretch
 from gait_lab.bench.suites.heat import LONGEST, minutes_until
@@ -39,6 +39,9 @@ TINY: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
               "push_spot_open_loop_left_0.5_survival")),
     "start": ({"open_loop": "off"},
               ("all_starts", "all_start_falls", "forward_stop_falls", "all_stopped")),
+    "limits": ({"window": 0.1, "cases": ("arc_left", "turn_50hz")},
+               ("limits_falls", "limits_speed_share", "arc_left_least_above",
+                "turn_50hz_yaw_drift_worst")),
     "endurance": ({"metres": 0.3},
                   ("closed_falls_per_km", "open_loop_falls_per_km", "closed_distance")),
     "delay": ({"tasks": ("forward=10",), "window": 0.5, "open_loop": "off"},
@@ -242,6 +245,29 @@ def test_falls_belong_to_the_start_or_to_the_stop() -> None:
 def test_there_are_two_hundred_starts_by_default() -> None:
     assert options("start").robots * len(start.cases()) == 200
     assert not any(command.is_zero for command in start.cases().values())
+
+
+def test_speeds_above_the_limits_are_compared_with_the_best_within() -> None:
+    slow, best, above = (score("forward", *(metrics(speed_x=v) for v in speeds))
+                         for speeds in ((0.2, 0.2, 0.3), (0.4, 0.5, 0.4), (0.38, 0.1, 0.5)))
+    found = values(limits.direction_rows("ahead", [slow, best], [above, best]))
+    assert found["ahead_best_within"] == pytest.approx(40.0)
+    assert found["ahead_least_above"] == pytest.approx(38.0)
+    assert found["ahead_speed_share"] == pytest.approx(0.95)
+    fallen = score("forward", metrics(fell=True), metrics(fell=True), metrics(fell=True))
+    found = values(limits.direction_rows("ahead", [slow, best], [above, fallen]))
+    assert found["ahead_falls"] == 3
+    assert found["ahead_speed_share"] is None
+
+
+def test_a_square_wave_has_no_mean() -> None:
+    speeds = limits.Limits(0.4, 0.4, 0.3, 2.0)
+    for name, wave in limits.CASES.squares.items():
+        task = limits.square(name, speeds, wave, 6.0)
+        times = [STAND_TIME + 0.1 + 0.002 * n for n in range(round(wave.period / 0.002))]
+        asked = [task.command_at(time) for time in times]
+        for axis in zip(*asked, strict=True):
+            assert sum(axis) / len(axis) == pytest.approx(0.0, abs=0.06 * wave.factor)
 
 
 def test_random_commands_are_smooth_bounded_and_seeded() -> None:
