@@ -87,6 +87,17 @@ _REPORT = (
     argument("-o", "--out", "--output", type=Path, default=Path("report.html"), dest="out",
              metavar="FILE", help="the page, complete in one file (report.html)"),
 )  # fmt: skip
+_ESTIMATE = (
+    argument("path", type=Path, metavar="LOG", help="an .npz file of sensors, or a bag"),
+    argument("--robot", required=True, metavar="FILE", help="shipped robot ({urdf}) or its URDF"),
+    argument("--imu", default="", metavar="LINK",
+             help="link of the IMU (that of the bag, or the one with imu in its name)"),
+    argument("--soles", nargs=2, default=("l_sole", "r_sole"), metavar=("LEFT", "RIGHT"),
+             help="links of the soles (l_sole r_sole)"),
+    argument("--out", type=Path, default=Path("out/estimate"), metavar="DIR",
+             help="figure and arrays (out/estimate)"),
+    argument("--json", type=Path, dest="json_file", metavar="FILE", help="the errors as JSON"),
+)  # fmt: skip
 _VIEW = (
     argument("--port", type=int, default=8080, metavar="P",
              help="port of the page on 127.0.0.1 (8080, or next free one)"),
@@ -185,6 +196,8 @@ COMMANDS = {
                       "gait_lab.record.recorder:command", _RECORD),
     "report": Command("a page in one file about a recorded walk, or about two",
                       "gait_lab.report.command:command", _REPORT),
+    "estimate": Command("torso, CoM and place over recorded sensors, against a reference",
+                        "gait_lab.estimate.command:command", _ESTIMATE),
     "view": Command("watch and drive the running robot in the browser", "gait_lab.view.viewer:run",
                     _VIEW),
     "teach": Command("teach the robot a motion by hand, or play one", parts=_TEACH),

@@ -1,0 +1,1 @@
+"""Torso orientation, CoM and odometry of a recorded walk, by the estimators of the gait."""
