@@ -205,6 +205,13 @@ COMMANDS = {
         _NAMESPACE, _STAMPED,
         argument("--use-sim-time", action="store_true", help="stamp with /clock"),
     )),
+    "robot": Command("robots: what a description says", parts={
+        "check": Command("what a URDF or robot file says and lacks, where the robot can stand",
+                         "gait_lab.robot_check:check", (
+            argument("file", metavar="FILE", help="shipped robot ({urdf}), URDF or robot file"),
+            argument("-o", "--out", type=Path, metavar="FILE", help="PNG (out/NAME.png)"),
+        )),
+    }),
     "calibrate": Command("the running robot measures its soles and its IMU; a file comes out",
                          "gait_lab.drive.calibrate:command", (
         argument("-o", "--out", type=Path, default=Path("out/calibration.yaml"), metavar="FILE",

@@ -14,6 +14,9 @@ PARAMETERS_HEAD = """\
 Written by `nao_gait write parameters` from `nao_lipm_gait/parameters.py`, the
 one place where a parameter is defined. Each is a ROS parameter of the node `gait` and a
 key of a preset file (`preset:=my.yaml`); what a preset does not name keeps its default.
+Lengths, times and speeds are those of a robot as large as a NAO. For a robot that is s times as
+large (`nao_gait robot check`) the gait multiplies lengths by s, times by sqrt(s) and speeds by
+sqrt(s); `feedback_delay` alone is the robot's own.
 """
 TREE_BEGIN, TREE_END = "<!-- tree -->\n", "<!-- end of tree -->"
 

@@ -20,6 +20,7 @@ from nao_lipm_gait.modes import UPRIGHT_TILT, ModeInputs, Modes, Requests, Trans
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import DEFAULT, preset_for
+from nao_lipm_gait.similarity import Size, image_of
 from nao_lipm_gait.status import make_status
 from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold, StepMean, outside_deadband
 from nao_lipm_gait.walks.base import BodyTargets, MakeObserver, make_walk
@@ -59,6 +60,8 @@ from robot_core.types import (
 
 MISSED_TICKS_MAX = 20
 """Longest gap between two frames that the gait bridges; after a longer one it restarts."""
+FLOOR_MASS = 6.0
+"""[kg] Robots that are heavier walk on floors that are stiffer in proportion."""
 HEIGHT_RATE = 0.05
 """Rate [m/s] at which the CoM height follows its parameter."""
 PITCH_RATE = 0.1
@@ -108,21 +111,23 @@ class Gait:
         if not (make_observer is None or callable(make_observer)):
             raise NaoGaitError("make_observer", make_observer, "a function of the parameters")
         self.robot = robot
+        self._size = Size(robot.size)
+        self._image = image_of(robot)
         self._make_observer = make_observer
         self._library = motions
         self._calibration = calibration
         self._correction = SensorCorrection(robot, calibration)
         self._parameters = parameters
         self._pending: GaitParameters | None = None
-        self._dt = self._elapsed = control_period
+        self._dt = self._elapsed = control_period / self._size.time
         self._period = round(control_period * 1e9)
         self._joints = len(robot.joint_names)
-        self._body = BodyModel(robot)
-        self._limits = JointLimits(robot)
-        self._head = HeadControl(robot)
+        self._body = BodyModel(self._image)
+        self._limits = JointLimits(self._image)
+        self._head = HeadControl(self._image)
         self._requests = Requests()
         self.levelling = SoleLevelling(
-            sole_springs(robot.sole_corners, self._body.total_mass),
+            sole_springs(self._image.sole_corners, self._image_mass()),
             calibration.sole_pitch,
             calibration.sole_roll,
             known=calibration != NOT_CALIBRATED,
@@ -143,7 +148,9 @@ class Gait:
         self._walk = make_walk(self._walk_parameters(p), self._dt, self._make_observer)
         self._delay_ticks = self._walk.delay_ticks
         self._late = 0
-        self._estimator = StateEstimator(self._body, p, self._dt, self.levelling, self._alignment)
+        self._estimator = StateEstimator(
+            self._body, self._size.parameters(p), self._dt, self.levelling, self._alignment
+        )
         motions = MotionScheduler(self.robot, self._library)
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
         self._heading_hold = HeadingHold()
@@ -153,7 +160,7 @@ class Gait:
         self._pitch = RateLimiter(PITCH_RATE)
         self._heading_lean = RateLimiter(PITCH_RATE, 0.0)
         self._tilt_compensation = TiltCompensation()
-        self._placement = ComPlacement(self.robot, self._body, make_legs(self.robot))
+        self._placement = ComPlacement(self._image, self._body, make_legs(self._image))
         self._blend = StandBlend()
         self._posture = PostureFeedback(self.robot)
         self._head.rest()
@@ -165,6 +172,12 @@ class Gait:
         self._ahead = 0
         self._residual = 0.0
         self._clipped = 0
+
+    def _image_mass(self) -> float:
+        """Mass [kg] under which the ground yields to the image's soles as to the robot's."""
+        if self._size.same:
+            return self._body.total_mass
+        return min(self._body.total_mass, FLOOR_MASS) / self._size.length
 
     # -- the tick ----------------------------------------------------------------------------------
 
@@ -185,7 +198,8 @@ class Gait:
         check_inputs(frame, command, self._joints)
         command = outside_deadband(command)
         # Constant errors of the sensors.
-        frame = self._correction.sensed(frame)
+        frame = self._size.frame(self._correction.sensed(frame))
+        command = self._size.command(command)
 
         # Control periods without a frame, and plans that are due.
         missed, plans = self._catch_up(frame)
@@ -451,7 +465,8 @@ class Gait:
     def _motion_targets(self, frame: SensorFrame) -> JointTargets:
         """Targets of the running motion."""
         motions = self._modes.motions
-        targets = motions.advance(self._elapsed, self._estimator.angular_velocity)
+        rates = self._size.rates(self._estimator.angular_velocity)
+        targets = motions.advance(self._elapsed * self._size.time, rates)
         if motions.turns_head:
             self._head.yield_to(targets.position)
         else:
@@ -513,11 +528,11 @@ class Gait:
         self._pending = None
         self._parameters = parameters
         self._walk.set_parameters(self._walk_parameters(parameters))
-        self._estimator.set_parameters(parameters)
+        self._estimator.set_parameters(self._size.parameters(parameters))
 
     def _walk_parameters(self, parameters: GaitParameters) -> GaitParameters:
         """The parameters of the walk, with shorter steps until the soles are level."""
-        p = parameters
+        p = self._size.parameters(parameters)
         self._cautious = p.level_soles and p.feedback and not self.levelling.known
         if not self._cautious:
             return p
@@ -561,7 +576,7 @@ class Gait:
         """
         if not self._head.exists:
             raise NaoGaitError("head", "none", "a robot with a `head` in its file")
-        self._head.ask(goal)
+        self._head.ask(self._size.goal(goal))
 
     # -- status ------------------------------------------------------------------------------------
 
@@ -579,35 +594,36 @@ class Gait:
     def calibration(self) -> Calibration:
         """The constant errors of the sensors, by all that has been measured so far."""
         c, stand = self._calibration, self._alignment
+        gyro = self._size.rates(stand.gyro)
         return Calibration(
             sole_pitch=self.levelling.pitch,
             sole_roll=self.levelling.roll,
             imu_roll=c.imu_roll + stand.roll,
             imu_pitch=c.imu_pitch + stand.pitch,
-            gyro_bias_x=c.gyro_bias_x + stand.gyro[0],
-            gyro_bias_y=c.gyro_bias_y + stand.gyro[1],
-            gyro_bias_z=c.gyro_bias_z + stand.gyro[2],
+            gyro_bias_x=c.gyro_bias_x + gyro[0],
+            gyro_bias_y=c.gyro_bias_y + gyro[1],
+            gyro_bias_z=c.gyro_bias_z + gyro[2],
         )
 
     @property
     def stand_time(self) -> float:
         """Duration [s] of the present quiet stand, as far as the calibration uses it."""
-        return self._alignment.time
+        return self._alignment.time * self._size.time
 
     @property
     def gyro_bias_sigma(self) -> float:
         """Standard deviation [rad/s] of the gyro's bias; it is learned while the robot stands."""
-        return self._estimator.gyro_bias_sigma
+        return self._estimator.gyro_bias_sigma / self._size.time
 
     @property
     def heading_drift_sigma(self) -> float:
         """Standard deviation [rad/s] by which a held heading drifts because of the gyro's bias."""
-        return self._estimator.heading_drift_sigma
+        return self._estimator.heading_drift_sigma / self._size.time
 
     @property
     def torso_pose(self) -> Pose6:
         """The torso in base_footprint: x, y, z [m], roll, pitch, yaw [rad]; after a tick only."""
-        return self._estimator.torso_place.in_footprint()
+        return self._size.pose(self._estimator.torso_place.in_footprint())
 
     @property
     def motion_waits(self) -> bool:
@@ -632,7 +648,7 @@ class Gait:
     def status(self) -> GaitStatus:
         """State of the gait after the last tick."""
         running = self._modes.motions.running
-        return make_status(
+        return self._size.status(make_status(
             self._stamp or 0,
             self._modes.state,
             self._walk,
@@ -642,4 +658,4 @@ class Gait:
             ik_residual=self._residual,
             clipped_joints=self._clipped,
             motion="" if running is None else running.name,
-        )
+        ))  # fmt: skip

@@ -23,6 +23,7 @@ from gait_lab.soccer.match import Match, MatchSpec
 from gait_lab.soccer.pitch import practice
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.presets import DEFAULT
 from robot_core.motion.keyframes import Motion, Posture
 from robot_core.motion.library import shipped_library
 from robot_core.types import STANDSTILL, GaitStatus, VelocityCommand
@@ -274,7 +275,7 @@ def _motion(case: Case, name: str) -> Iterator[Moment]:
     robot = loaded_robot(case.robot)
     motion = shipped_library(robot).find(name)
     start = next(state for posture, state in STARTS.items() if motion.begins_from(posture))
-    spec = _spec(case, robot.preset)
+    spec = _spec(case, robot.preset or DEFAULT)
     with make_world(spec, start_state=start, ball=Ball(-5.0, 5.0)) as world:
         gait = make_gait(spec)
         ticks = run(world, gait, _OneMotion(world, gait, motion), past_falls=True)

@@ -7,7 +7,6 @@ from math import asin, atan2, hypot
 import numpy as np
 import pinocchio as pin
 
-from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from robot_core.types import Point3
 
@@ -17,18 +16,20 @@ CAMERA = "gaze"
 
 @dataclass(frozen=True, slots=True)
 class Neck:
-    """A pan joint with a tilt joint above it, whose axes meet in a point.
+    """A pan joint with a tilt joint above it.
 
     Attributes:
         pan: Index of the pan joint.
         tilt: Index of the tilt joint.
-        position: [m] Intersection of the axes, in the torso frame.
+        position: [m] On the pan axis, as high as the tilt axis, in the torso frame.
+        ahead: [m] Of the tilt axis from the pan axis, head straight.
         camera_height: [m] Height of the line of sight above that point, head straight.
     """
 
     pan: int
     tilt: int
     position: Point3
+    ahead: float
     camera_height: float
 
     def angles_to(self, point: Point3) -> tuple[float, float] | None:
@@ -37,22 +38,19 @@ class Neck:
         None for a point that is too close.
         """
         x, y, z = (a - b for a, b in zip(point, self.position, strict=True))
-        across = hypot(x, y)
+        out = hypot(x, y)
+        across = out - self.ahead
         distance = hypot(across, z)
         if distance <= abs(self.camera_height) + 1e-6:
             return None
-        pan = atan2(y, x) if across > 1e-9 else 0.0
+        pan = atan2(y, x) if out > 1e-9 else 0.0
         # The line of sight passes the neck at the distance camera_height.
         return pan, asin(self.camera_height / distance) - atan2(z, across)
 
 
 @lru_cache(maxsize=8)
 def neck_of(robot: RobotDescription) -> Neck | None:
-    """The neck of a robot; None without pan and tilt joints.
-
-    Raises:
-        NaoGaitError: The axes of the two joints do not meet in a point.
-    """
+    """The neck of a robot; None without pan and tilt joints."""
     if robot.head is None:
         return None
     model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
@@ -60,15 +58,11 @@ def neck_of(robot: RobotDescription) -> Neck | None:
     pin.framesForwardKinematics(model, data, pin.neutral(model))
     torso = data.oMf[model.getFrameId(robot.torso_frame, pin.FrameType.BODY)]
     pan, tilt = (torso.actInv(data.oMi[model.getJointId(name)]) for name in robot.head)
-    apart = hypot(*(pan.translation - tilt.translation)[:2])
-    if apart > 1e-4:
-        raise NaoGaitError(
-            f"URDF {robot.urdf_path}", f"neck axes {apart:.4f} m apart", "axes that meet in a point"
-        )
     height = 0.0
     if model.existFrame(CAMERA, pin.FrameType.BODY):
         camera = torso.actInv(data.oMf[model.getFrameId(CAMERA, pin.FrameType.BODY)])
         height = float(camera.translation[2] - tilt.translation[2])
-    x, y, z = np.asarray(tilt.translation).tolist()
+    x, y, _ = np.asarray(pan.translation).tolist()
+    tilt_x, _, z = np.asarray(tilt.translation).tolist()
     pan_index, tilt_index = map(robot.index, robot.head)
-    return Neck(pan_index, tilt_index, (x, y, z), height)
+    return Neck(pan_index, tilt_index, (x, y, z), tilt_x - x, height)

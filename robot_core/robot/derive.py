@@ -31,8 +31,12 @@ GEAR_SHARE = 0.7
 """Share of a motor's stall torque that reaches its joint, for which a URDF gives the effort."""
 ROTOR_INERTIA = 1e-3
 """[kg m^2 / (N m)] Reflected inertia per stall torque: 0.9e-3 to 1.1e-3 in NAO, K1, T1 and OP3."""
+APART = 0.2
+"""[rad] Of the arms of a stand from the vertical."""
 KNEE = 0.8
 """[rad] Bend of the knees in a stand."""
+REFERENCE_HEIGHT = 0.274
+"""[m] Height of a NAO's CoM (H21 V3.3) over straight legs, as `relative_size` measures it."""
 SOLES = ("l_sole", "r_sole")
 """Names of sole links that are added."""
 
@@ -178,7 +182,8 @@ def completed(
     out.setdefault("motors", _motors(element, out["joints"]))
     _add_roles(out, tree)
     if "stand_pose" not in out:
-        out["stand_pose"] = _stand(tree, legs, frames, path)
+        arms = _hanging(tree, out.get("shoulder_roll"))
+        out["stand_pose"] = {**arms, **_stand(tree, legs, frames, arms, path)}
     return _simple(out)
 
 
@@ -393,8 +398,29 @@ def _add_roles(out: dict[str, Any], tree: RobotTree) -> None:
             out[key] = [first, twin[first]]
 
 
+def _hanging(tree: RobotTree, shoulders: Iterable[str] | None) -> dict[str, float]:
+    """Shoulder rolls with which the arms hang, a little apart from the body."""
+    import pinocchio as pin
+
+    model = tree.model
+    data, pose = model.createData(), {}
+    for name in shoulders or ():
+        index = model.joints[model.getJointId(name)].idx_q
+        low, high = model.lowerPositionLimit[index], model.upperPositionLimit[index]
+
+        def height(angle: float, index: int = index) -> float:
+            q = pin.neutral(model)
+            q[index] = angle
+            return float(pin.centerOfMass(model, data, q)[2])
+
+        lowest = min(np.linspace(low, high, 60).tolist(), key=height)
+        pose[name] = lowest - math.copysign(min(APART, abs(lowest)), lowest)
+    return pose
+
+
 def _stand(
-    tree: RobotTree, legs: tuple[dict[str, str], ...], frames: Mapping[str, Any], path: Path
+    tree: RobotTree, legs: tuple[dict[str, str], ...], frames: Mapping[str, Any],
+    arms: Mapping[str, float], path: Path,
 ) -> dict[str, float]:
     """A stand with level soles on bent knees and the CoM over the middle of the ankles' soles."""
     import pinocchio as pin
@@ -405,6 +431,8 @@ def _stand(
     frame = model.getFrameId(sole, pin.FrameType.BODY)
     ahead = 0.0
     pose: dict[str, float] = {}
+    for name, angle in arms.items():
+        q[model.joints[model.getJointId(name)].idx_q] = angle
     for _ in range(30):
         # Hip pitch moves the foot under the CoM; the ankle keeps the sole level.
         for leg in legs:
@@ -428,3 +456,30 @@ def _stand(
     else:
         raise NaoGaitError(f"stand of {path}", f"CoM {off:.3f} m off the soles", "a stand_pose")
     return pose
+
+
+def relative_size(values: Mapping[str, Any], element: ET.Element, path: Path) -> float:
+    """The height of a robot's CoM over straight legs relative to the NAO's.
+
+    Args:
+        values: The keys of its robot file, none left out.
+        element: Its URDF.
+        path: Its file, for error messages.
+    """
+    import pinocchio as pin
+
+    tree = RobotTree(element, values["joints"], path)
+    model = tree.model
+    data, q = model.createData(), pin.neutral(model)
+    for name, angle in values["stand_pose"].items():
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    com = pin.centerOfMass(model, data, q)
+    roles = ("hip_pitch", "knee_pitch", "ankle_pitch")
+    hip, knee, ankle = (
+        data.oMi[model.getJointId(values["left_leg"][role])].translation for role in roles
+    )
+    zero = [tree.joints[values["left_leg"][role]].position for role in roles]
+    sole = next(s for s in values["frames"]["left_sole"] if model.existFrame(s))
+    foot = float(np.linalg.norm(zero[2] - tree.placement(sole).translation))
+    leg = float(np.linalg.norm(hip - knee) + np.linalg.norm(knee - ankle))
+    return (float(com[2] - hip[2]) + leg + foot) / REFERENCE_HEIGHT

@@ -113,6 +113,7 @@ class RobotDescription:
         urdf_path: File of the URDF.
         urdf: Text of the URDF.
         remarks: What was mended in it; nodes log it.
+        from_urdf: Keys of the robot file that come from the URDF, because it leaves them out.
         joint_names: The joints.
         left_leg: Joints of the left leg.
         right_leg: Joints of the right leg.
@@ -121,7 +122,8 @@ class RobotDescription:
         shoulder_pitch: Left and right joint that swings the arm about y; None without them.
         shoulder_roll: Left and right joint that spreads the arm, about x; None without them.
         waist_pitch: Joint that pitches the upper body on the hips; None without it.
-        preset: Gait preset of this robot.
+        size: Its size over that for which the numbers of the gait hold: the NAO's, by CoM height.
+        preset: Gait preset of this robot; None = the default one, fitted to it.
         gyro_axes: 3 for a robot with a yaw gyro; None = as in the plant.
         encoder_bits: Counts of an encoder per turn = 2^bits; None = as in the plant.
         command_lag: [s] From a joint command to its effect: lag and interpolation of the motors.
@@ -153,6 +155,7 @@ class RobotDescription:
     urdf_path: Path
     urdf: str
     remarks: tuple[str, ...]
+    from_urdf: tuple[str, ...]
     joint_names: tuple[str, ...]
     left_leg: LegJoints
     right_leg: LegJoints
@@ -161,7 +164,8 @@ class RobotDescription:
     shoulder_pitch: tuple[str, str] | None
     shoulder_roll: tuple[str, str] | None
     waist_pitch: str | None
-    preset: str
+    size: float
+    preset: str | None
     gyro_axes: int | None
     encoder_bits: int | None
     command_lag: float

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find, names
-from robot_core.robot.derive import completed
+from robot_core.robot.derive import completed, relative_size
 from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
 from robot_core.robot.robot_file import RobotFile, checked_robot_file, read_robot_file
 from robot_core.robot.urdf_check import checked_urdf
@@ -53,7 +53,8 @@ def load_robot(
     for name in values.get("joints", ()) if isinstance(values.get("joints"), list) else ():
         if isinstance(name, str) and not model.has_joint(name):
             model.limit(name)  # refuses it
-    values = completed(values, element, urdf_path)
+    given = values
+    values = completed(given, element, urdf_path)
     file = checked_robot_file(values, file_path or urdf_path)
     if len(element) != len(ET.fromstring(text)):
         text = ET.tostring(element, encoding="unicode")
@@ -70,6 +71,7 @@ def load_robot(
         urdf_path=urdf_path,
         urdf=text,
         remarks=remarks,
+        from_urdf=tuple(key for key in values if key not in given),
         joint_names=file.joints,
         left_leg=file.left_leg,
         right_leg=file.right_leg,
@@ -78,6 +80,7 @@ def load_robot(
         shoulder_pitch=file.shoulder_pitch,
         shoulder_roll=file.shoulder_roll,
         waist_pitch=file.waist_pitch,
+        size=file.size if file.size is not None else relative_size(values, element, urdf_path),
         preset=file.preset,
         gyro_axes=file.gyro_axes,
         encoder_bits=file.encoder_bits,

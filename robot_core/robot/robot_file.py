@@ -81,7 +81,11 @@ class RobotFile(Settings):
     shoulder_roll: tuple[str, str] | None = _names(2, 2, None)
     waist_pitch: str | None = text(None)
     urdf: str | None = text(None, "The URDF, beside the file, if a robot is named by its file.")
-    preset: str = text("default")
+    size: float | None = number(
+        None, 0.1, 20.0, "",
+        "Size over that for which gait parameters are given; null = by the height of its CoM.",
+    )
+    preset: str | None = text(None)
     gyro_axes: int | None = number(None, 2, 3, whole=True)
     encoder_bits: int | None = number(None, 1, 24, whole=True)
     command_lag: float = number(0.02, 0.0, 0.2, "s")

@@ -1,0 +1,209 @@
+"""`nao_gait robot check`: what a description says and lacks, where the robot can stand."""
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from gait_lab.analysis.body import shapes_of
+from gait_lab.analysis.plots import BLACK, BLUE, RED, pyplot, save
+from nao_lipm_gait.presets import DEFAULT, preset_for
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
+from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.com_placement import ComPlacement
+from nao_lipm_gait.whole_body.legs import make_legs
+from nao_lipm_gait.whole_body.support_torque import Load, SupportTorque
+from robot_core.errors import NaoGaitError
+from robot_core.motion.joints import joint_groups
+from robot_core.resources import share
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.robot.derive import GEAR_SHARE
+from robot_core.types import FloatArray
+
+HEIGHTS = 60
+"""Heights of the CoM that are tried."""
+RESERVE = 0.9
+"""Share of its torque above which a motor of a standing robot is noted."""
+
+
+class StandRange:
+    """The heights of the CoM at which a robot can stand on both feet.
+
+    Attributes:
+        low: Lowest [m]; NaN if there is none.
+        high: Highest [m].
+        joint: The joint that works hardest at the stand pose.
+        torque: Its torque [N m].
+        available: Torque that its motor has there [N m].
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        """Try all heights.
+
+        Args:
+            robot: The robot.
+        """
+        p = preset_for(robot, DEFAULT)
+        half = 0.5 * robot.size * p.foot_spacing
+        body, torques = BodyModel(robot), SupportTorque(robot)
+        straight = _height(body, robot, _straight(robot))
+        reached = []
+        for height in np.linspace(0.5, 1.0, HEIGHTS) * straight:
+            placement = ComPlacement(robot, body, make_legs(robot))
+            com = (robot.size * p.foot_reference_x, 0.0, float(height))
+            soles = SoleTarget(0.0, half, 0.0, 0.0), SoleTarget(0.0, -half, 0.0, 0.0)
+            for _ in range(6):
+                placed = placement.place(BodyTargets(com, *soles, 0.0, 0.0, (0.0, 0.0, 0.0)))
+            q = placed.position
+            inside = ((q >= robot.lower - 1e-6) & (q <= robot.upper + 1e-6)).all()
+            off = abs(_height(body, robot, q) - height)
+            if placed.residual == 0.0 and inside and off < 0.01 * height:
+                reached.append(float(height))
+        self.low, self.high = (min(reached), max(reached)) if reached else (np.nan, np.nan)
+        load = np.abs(torques.at(robot.stand_pose, 0.0, 0.0, _under(robot, body)))
+        limit = np.array([GEAR_SHARE * robot.motors[n].stall_torque for n in robot.joint_names])
+        hardest = int(np.argmax(load / limit))
+        self.joint = robot.joint_names[hardest]
+        self.torque, self.available = float(load[hardest]), float(limit[hardest])
+
+
+def _under(robot: RobotDescription, body: BodyModel) -> tuple[Load, Load]:
+    """Half of the weight on each sole, below the CoM."""
+    body.set_joints(robot.stand_pose)
+    x, _, _ = body.com_in_torso()
+    left, right = (x - body.sole_in_torso(side).position[0] for side in (1, -1))
+    return Load(0.5, left), Load(0.5, right)
+
+
+def _straight(robot: RobotDescription) -> FloatArray:
+    pose = np.array(robot.stand_pose)
+    pose[joint_groups(robot)["legs"]] = 0.0
+    return pose
+
+
+def _height(body: BodyModel, robot: RobotDescription, pose: FloatArray) -> float:
+    """[m] of the CoM above the left sole."""
+    body.set_joints(pose)
+    _, _, z = body.com_in_torso()
+    return z - body.sole_in_torso(1).position[2]
+
+
+def _lines(robot: RobotDescription, stand: StandRange) -> Iterator[tuple[str, str]]:
+    groups, index = joint_groups(robot), robot.joint_names
+    body = BodyModel(robot)
+    yield "robot", f"{robot.name}, {body.total_mass:.4g} kg, {len(index)} joints, {robot.urdf_path}"
+    yield "size", (
+        f"{robot.size:.3g} of a NAO; CoM {_height(body, robot, robot.stand_pose):.3g} m "
+        "above the soles in its stand pose"
+    )
+    kinds = {"SharedHipLegs": "closed form, shared hip", "YawHipLegs": "closed form"}
+    legs = kinds.get(type(make_legs(robot)).__name__, "numeric: offsets or another order")
+    yield "legs", f"{legs}; left {', '.join(robot.left_leg.names)}"
+    yield "head", ", ".join(robot.head or ()) or "none"
+    yield "arms", ", ".join(index[i] for i in groups["left_arm"] + groups["right_arm"]) or "none"
+    placed = {*groups["legs"], *groups["left_arm"], *groups["right_arm"], *groups["head"]}
+    held = [name for i, name in enumerate(index) if i not in placed]
+    yield "held", ", ".join(held) or "none"
+    xs, ys = ([point[axis] for point in robot.sole_outline] for axis in (0, 1))
+    yield "soles", (
+        f"{1e3 * (max(xs) - min(xs)):.0f} x {1e3 * (max(ys) - min(ys)):.0f} mm, "
+        f"{1e3 * max(xs):.0f} mm ahead and {-1e3 * min(xs):.0f} mm behind {robot.sole_frames[0]}"
+    )
+    sensors = [f"IMU in {robot.imu_frame}", f"{robot.gyro_axes or 2} gyro axes"]
+    sensors += [f"camera {name}" for name in robot.cameras]
+    yield "sensors", ", ".join(sensors + ["forces under the soles"] * bool(robot.force_sensors))
+    torques = [robot.motors[name].stall_torque for name in robot.left_leg.names]
+    yield "motors", f"stall torques of a leg {min(torques):.3g} to {max(torques):.3g} N m"
+    yield "from URDF", ", ".join(robot.from_urdf) or "nothing: the robot file has all"
+    yield "preset", robot.preset or "none: the NAO's, fitted to its soles and hips"
+    motions = robot.motions in {path.name for path in _motion_folders()}
+    yield "motions", robot.motions if motions else "none: it cannot get up or kick"
+    yield "stands", (
+        f"with its CoM {stand.low:.3g} to {stand.high:.3g} m high" if not math.isnan(stand.high)
+        else "nowhere"
+    )
+    used = stand.torque / stand.available
+    note = "" if used < RESERVE else ", hardly enough"
+    yield "hardest", (
+        f"{stand.joint}: {stand.torque:.3g} of {stand.available:.3g} N m in the stand{note}"
+    )
+
+
+def _motion_folders() -> list[Path]:
+    return [path for path in share("config", "motions").iterdir() if path.is_dir()]
+
+
+def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
+    """The robot in its stand pose from the front and from the left, with CoM and soles."""
+    plt = pyplot()
+    model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+    data, q = model.createData(), pin.neutral(model)
+    for name, angle in zip(robot.joint_names, robot.stand_pose.tolist(), strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    com = pin.centerOfMass(model, data, q)
+    pin.framesForwardKinematics(model, data, q)
+    soles = [data.oMf[model.getFrameId(s, pin.FrameType.BODY)] for s in robot.sole_frames]
+    ground = min(float(sole.translation[2]) for sole in soles)
+    shapes = shapes_of(robot.urdf)
+    places = [data.oMf[model.getFrameId(n, pin.FrameType.BODY)] for n in shapes.links]
+    points = np.array([places[k].act(v) for v, k in zip(shapes.vertex, shapes.link, strict=True)])
+    figure, axes = plt.subplots(1, 2, figsize=(9, 6), sharey=True)
+    for axis, (across, title) in zip(axes, ((1, "front"), (0, "left")), strict=True):
+        flip = -1.0 if across == 1 else 1.0
+        if len(points):
+            depth = points[shapes.triangle].mean(axis=1)[:, 1 - across]
+            for triangle in np.argsort(depth):  # the nearest last
+                corners = points[shapes.triangle[triangle]]
+                axis.fill(
+                    flip * corners[:, across], corners[:, 2] - ground,
+                    color=_paint(shapes.color[triangle]), linewidth=0.0,
+                )  # fmt: skip
+        for name in robot.joint_names:
+            place = data.oMi[model.getJointId(name)].translation
+            axis.plot(flip * place[across], place[2] - ground, ".", color=BLACK, markersize=4)
+        for sole in soles:
+            outline = np.array([sole.act(np.array((x, y, 0.0))) for x, y in robot.sole_outline])
+            axis.plot(flip * outline[:, across], outline[:, 2] - ground, color=BLUE, linewidth=2)
+        axis.plot(flip * com[across], com[2] - ground, "o", color=RED)
+        for height in (stand.low, stand.high):
+            axis.axhline(height, color=RED, linewidth=0.6, linestyle="--")
+        axis.set(title=title, xlabel="m", aspect="equal")
+    figure.suptitle(f"{robot.name}: joints, soles (blue), CoM and where it can be (red)")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return save(figure, path)
+
+
+def _paint(color: str) -> tuple[float, ...]:
+    """Red, green and blue from `rgb(43,46,51)`."""
+    return tuple(int(word) / 255.0 for word in re.findall(r"\d+", color))
+
+
+def check(file: str, out: Path | None, say: Callable[[str], None]) -> None:
+    """Check a robot.
+
+    Args:
+        file: Shipped name, URDF or robot file.
+        out: PNG to write; None = `out/NAME.png`.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: The robot cannot be loaded, cannot stand, or a motor is too weak for a stand.
+    """
+    robot = load_robot(file)
+    stand = StandRange(robot)
+    for key, text in _lines(robot, stand):
+        say(f"{key:10} {text}")
+    say(f"{'picture':10} {_draw(robot, stand, out or Path('out', f'{robot.name}.png'))}")
+    if math.isnan(stand.high):
+        allowed = "legs that put both soles flat below the CoM, inside the joint limits"
+        raise NaoGaitError(f"stand of {robot.name}", "none", allowed)
+    if stand.torque > stand.available:
+        raise NaoGaitError(
+            f"motor of {stand.joint}", f"{stand.available:.3g} N m",
+            f"at least {stand.torque:.3g} N m, which the stand pose needs",
+        )  # fmt: skip
+
+

@@ -1,0 +1,99 @@
+"""Robots of another size: the same walk in other lengths and times, and heavy robots that walk."""
+
+import dataclasses
+import xml.etree.ElementTree as ET
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.presets import DEFAULT, preset_for
+from nao_lipm_gait.similarity import Size, fitted, image_of, proportions
+from robot_core.robot import JointLimit, RobotDescription, load_robot
+from robot_core.types import SensorFrame, VelocityCommand
+from sim_bridge.simulation import Simulation
+
+NAO = load_robot()
+GIANT = 2.25
+PERIOD = 0.01
+
+
+def enlarged(robot: RobotDescription, length: float) -> RobotDescription:
+    """A robot of the same proportions."""
+    root = ET.fromstring(robot.urdf)
+    for origin in root.iter("origin"):
+        words = origin.get("xyz", "0 0 0").split()
+        origin.set("xyz", " ".join(repr(length * float(word)) for word in words))
+    return dataclasses.replace(
+        robot,
+        size=length,
+        urdf=ET.tostring(root, encoding="unicode"),
+        limits={
+            name: JointLimit(each.lower, each.upper, each.velocity / sqrt(length), each.effort)
+            for name, each in robot.limits.items()
+        },
+        sole_outline=tuple((length * x, length * y) for x, y in robot.sole_outline),
+        sole_corners=tuple((length * x, length * y) for x, y in robot.sole_corners),
+    )
+
+
+def test_the_nao_is_its_own_image() -> None:
+    assert image_of(NAO) is NAO
+    parameters = load_preset(DEFAULT)
+    assert fitted(parameters, NAO, NAO).as_dict() == pytest.approx(parameters.as_dict())
+    assert proportions(enlarged(NAO, GIANT)) == pytest.approx(proportions(NAO))
+
+
+def test_a_giant_walks_as_its_image_does() -> None:
+    size, giant = Size(GIANT), enlarged(NAO, GIANT)
+    # The ground, which the levelling of the soles expects, does not grow with the robot.
+    parameters = load_preset(DEFAULT).replace(level_soles=False)
+    slower = parameters.replace(feedback_delay=size.time * parameters.feedback_delay)
+    small, large = Gait(NAO, parameters, PERIOD), Gait(giant, slower, size.time * PERIOD)
+    rng = np.random.default_rng(7)
+    position = np.array(NAO.stand_pose)
+    up = np.array((0.0, 0.0, 9.81))
+    for tick in range(500):
+        rate = rng.normal(0.0, 0.02, 3)
+        speed = 0.2 if tick > 100 else 0.0
+        targets = small.step(
+            SensorFrame(round(tick * PERIOD * 1e9), position, rate, up),
+            VelocityCommand(speed, 0.05, 0.3 if tick > 200 else 0.0),
+        )
+        same = large.step(
+            SensorFrame(round(tick * size.time * PERIOD * 1e9), position, rate / size.time, up),
+            VelocityCommand(
+                speed * GIANT / size.time, 0.05 * GIANT / size.time,
+                (0.3 if tick > 200 else 0.0) / size.time,
+            ),
+        )  # fmt: skip
+        np.testing.assert_allclose(same.position, targets.position, atol=1e-6)
+        position = targets.position
+    assert small.status.step_count == large.status.step_count > 5
+    near, far = small.status, large.status
+    assert np.array(far.base_footprint_in_odom[:2]) == pytest.approx(
+        GIANT * np.array(near.base_footprint_in_odom[:2]), abs=1e-4
+    )
+    assert np.array(far.velocity[:2]) == pytest.approx(
+        GIANT / size.time * np.array(near.velocity[:2]), abs=1e-4
+    )
+    assert large.torso_pose[2] == pytest.approx(GIANT * small.torso_pose[2], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["booster_t1", "booster_k1"])
+def test_a_heavy_robot_walks_by_its_description_alone(name: str) -> None:
+    gait = Gait(name, preset_for(load_robot(name), DEFAULT))
+    with Simulation(name, engine="mujoco", seed=40) as sim:
+        obs, targets = sim.reset(), None
+        for tick in range(1000):
+            obs = sim.step(targets)
+            if obs.frame:
+                speed = 0.2 * min(max((0.01 * tick - 3.0) / 2.0, 0.0), 1.0)
+                targets = gait.step(obs.frame, VelocityCommand(speed))
+        ahead, aside, _ = obs.truth.base_footprint
+    assert gait.status.state == "walk"
+    assert ahead > 0.6
+    assert abs(aside) < 0.3
+    assert gait.status.base_footprint_in_odom[0] == pytest.approx(ahead, rel=0.2)

@@ -1,0 +1,59 @@
+"""`nao_gait robot check`: what it says of good robots, and how it refuses others."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from gait_lab.cli import main
+from robot_core.resources import find
+
+
+def test_a_shipped_robot_stands_and_is_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["robot", "check", "booster_t1", "-o", str(tmp_path / "t1.png")]) == 0
+    said = capsys.readouterr().out
+    for words in ("31.61 kg", "Waist", "numeric", "fitted to its soles", "stands", "hardest"):
+        assert words in said
+    assert (tmp_path / "t1.png").read_bytes().startswith(b"\x89PNG")
+
+
+def changed(tmp_path: Path, **keys: object) -> str:
+    """The robot file of T1 with other keys."""
+    values = yaml.safe_load(find("robots", "booster_t1").read_text())
+    values.update({"urdf": str(find("urdf", "booster_t1")), **keys})
+    path = tmp_path / "changed.yaml"
+    path.write_text(yaml.safe_dump(values))
+    return str(path)
+
+
+def test_a_motor_that_is_too_weak_to_stand_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motors = yaml.safe_load(find("robots", "booster_t1").read_text())["motors"]
+    knees = next(each for each in motors if "Left_Knee_Pitch" in each["joints"])
+    knees["stall_torque"] = 5.0
+    given = changed(tmp_path, motors=motors)
+    assert main(["robot", "check", given, "-o", str(tmp_path / "t1.png")]) == 2
+    said = capsys.readouterr().err
+    assert "Knee_Pitch: got '3.5 N m'" in said
+    assert "which the stand pose needs" in said
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"left_leg": {"hip_yaw": "Left_Hip_Yaw"}}, "left_leg.hip_roll"),
+        ({"head": ["AAHead_yaw", "Antenna"]}, "head: got 'Antenna'"),
+        ({"joints": ["Left_Knee_Pitch"]}, "one of joints"),
+        ({"urdf": "nothing.urdf"}, "nothing.urdf"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], keys: dict[str, object], said: str
+) -> None:
+    assert main(["robot", "check", changed(tmp_path, **keys)]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
