@@ -9,11 +9,12 @@ from enum import StrEnum
 
 from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
+from nao_lipm_gait.velocity_control import DEADBAND
 from robot_core.errors import NaoGaitError
 from robot_core.types import ON_THE_WAY, STANDSTILL, GaitState, VelocityCommand, state_of
 
-STEP_ON_THE_SPOT = VelocityCommand(1e-4, 0.0, 0.0)
-"""Slow enough to stay in place; a command of zero would stand."""
+STEP_ON_THE_SPOT = VelocityCommand(DEADBAND.x, 0.0, 0.0)
+"""The slowest walk ahead, which stays in place; a command of zero would stand."""
 STAND_TIME = 2.0
 """Duration [s] of the quiet stand before the steps, for the gyro."""
 STEP_TIME = 12.0

@@ -654,7 +654,7 @@ def test_a_robot_whose_motors_are_not_ready_does_not_step() -> None:
         robot.take(
             robot.controller.run("motors_ready", lambda r=ready: robot.controller.note_motors(r))
         )
-        for _ in range(300):
+        for _ in range(400):
             robot.drive(0.1)
             robot.tick()
         states.append(robot.controller.state)

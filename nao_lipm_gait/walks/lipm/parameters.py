@@ -94,7 +94,8 @@ class LipmParameters(GaitParameters):
     )
     step_travel_max: float = number(
         0.21, 0.05, 0.4, "m",
-        "Longest path of a swing foot in x, that is the sum of two successive steps.",
+        "Longest path of a swing foot in x, that is the sum of two successive steps; the step that "
+        "feedback needs is at most half as long.",
     )
     step_capture: float = number(
         0.5, 0.0, 1.0, "",

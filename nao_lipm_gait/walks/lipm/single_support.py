@@ -216,9 +216,10 @@ class SingleSupport:
             )
             s_x += (p.step_capture if shift > 0.0 else p.step_capture_back) * shift
         excess = s_x - (wanted + longer)
+        # What feedback needs is bounded by the legs, not by the sizes of commanded steps.
         travel, last = p.step_travel_max, request.last_s_x
-        s_min = longer + max(min(-p.step_backward_max, wanted), -travel - last)
-        s_max = longer + min(max(p.step_forward_max, wanted), travel - last)
+        s_min = longer + max(min(-0.5 * travel, wanted), -travel - last)
+        s_max = longer + min(max(0.5 * travel, wanted), travel - last)
         return SagittalPlan(plan.r_x, min(max(s_x, s_min), s_max) - longer, excess)
 
     def _s_y(self, state: WalkState, lateral: LateralPlan) -> float:
