@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import asin, atan2, hypot
+from math import asin, atan2, copysign, hypot
 
 import numpy as np
 import pinocchio as pin
@@ -24,6 +24,7 @@ class Neck:
         position: [m] On the pan axis, as high as the tilt axis, in the torso frame.
         ahead: [m] Of the tilt axis from the pan axis, head straight.
         camera_height: [m] Height of the line of sight above that point, head straight.
+        signs: Of the joints' angles against pan to the left and tilt downwards, +1 or -1.
     """
 
     pan: int
@@ -31,9 +32,10 @@ class Neck:
     position: Point3
     ahead: float
     camera_height: float
+    signs: tuple[float, float]
 
     def angles_to(self, point: Point3) -> tuple[float, float] | None:
-        """Pan and tilt [rad] that point the camera at a point (torso frame) [m], without limits.
+        """Pan to the left and tilt down [rad] towards a point (torso frame) [m], without limits.
 
         None for a point that is too close.
         """
@@ -65,4 +67,9 @@ def neck_of(robot: RobotDescription) -> Neck | None:
     x, y, _ = np.asarray(pan.translation).tolist()
     tilt_x, _, z = np.asarray(tilt.translation).tolist()
     pan_index, tilt_index = map(robot.index, robot.head)
-    return Neck(pan_index, tilt_index, (x, y, z), tilt_x - x, height)
+    pan_axis, tilt_axis = (
+        place.rotation @ model.joints[model.getJointId(name)].createData().S[3:]
+        for name, place in zip(robot.head, (pan, tilt), strict=True)
+    )
+    signs = copysign(1.0, pan_axis[2]), copysign(1.0, tilt_axis[1])
+    return Neck(pan_index, tilt_index, (x, y, z), tilt_x - x, height, signs)

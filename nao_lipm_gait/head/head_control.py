@@ -75,6 +75,8 @@ class HeadControl:
         wanted = self._wanted(place)
         if wanted is None:  # no goal any more: return to the gait's angles
             wanted = float(position[neck.pan]), float(position[neck.tilt])
+        else:
+            wanted = wanted[0] * neck.signs[0], wanted[1] * neck.signs[1]
         now = []
         for angle, last, low, high, speed in zip(
             wanted, before, self._lower, self._upper, self._speed, strict=True
@@ -108,7 +110,7 @@ class HeadControl:
             return sweep(self._since - LOST, pan)
         angles = neck.angles_to(self._in_torso(goal, place))
         if angles is None and self._now is not None:
-            return self._now[0], self._now[1]
+            return self._now[0] * neck.signs[0], self._now[1] * neck.signs[1]
         return angles
 
     @staticmethod

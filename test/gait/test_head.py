@@ -35,6 +35,10 @@ I_PAN, I_TILT = ROBOT.index(PAN), ROBOT.index(TILT)
 DT = 0.01
 NECK = neck_of(ROBOT)
 BODY = BodyModel(ROBOT)
+OTHERS = {
+    name: (load_robot(name), BodyModel(load_robot(name)))
+    for name in ("nao_h21_v33", "bruno", "booster_t1", "op3")
+}
 
 
 def standing(up: tuple[float, float, float] = (0.0, 0.0, 1.0)) -> TorsoPlace:
@@ -53,20 +57,24 @@ def turned(control: HeadControl, ticks: int, place: TorsoPlace | None = None) ->
     return np.array(way)
 
 
+@pytest.mark.parametrize("name", OTHERS)
 @settings(max_examples=50)
 @given(st.floats(0.2, 4.0), st.floats(-1.5, 1.5), st.floats(-1.0, 0.6))
-def test_the_camera_points_at_the_point(x: float, y: float, z: float) -> None:
+def test_the_camera_points_at_the_point(name: str, x: float, y: float, z: float) -> None:
     """By the forward kinematics of the URDF, not by the formula turned around."""
-    assert NECK is not None
-    angles = NECK.angles_to((x, y, z))
+    robot, body = OTHERS[name]
+    neck = neck_of(robot)
+    assert neck is not None
+    assert robot.head is not None
+    angles = neck.angles_to((x, y, z))
     assert angles is not None
-    model = BODY.model
+    model = body.model
     data, q = model.createData(), pin.neutral(model)
-    for name, angle in zip((PAN, TILT), angles, strict=True):
-        q[model.joints[model.getJointId(name)].idx_q] = angle
+    for joint, angle, sign in zip(robot.head, angles, neck.signs, strict=True):
+        q[model.joints[model.getJointId(joint)].idx_q] = sign * angle
     pin.framesForwardKinematics(model, data, q)
     camera = data.oMf[model.getFrameId(CAMERA, pin.FrameType.BODY)]
-    torso = data.oMf[model.getFrameId(ROBOT.torso_frame, pin.FrameType.BODY)]
+    torso = data.oMf[model.getFrameId(robot.torso_frame, pin.FrameType.BODY)]
     seen = camera.actInv(torso.act(np.array((x, y, z))))
     assert seen[0] > 0.0
     np.testing.assert_allclose(seen[1:], 0.0, atol=1e-9)

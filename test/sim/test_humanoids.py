@@ -9,7 +9,11 @@ import pytest
 import yaml
 
 from robot_core.resources import find
+from robot_core.robot import load_robot
 from robot_core.types import FloatArray
+from sim_bridge.individual import NOMINAL
+from sim_bridge.plant import Plant
+from sim_bridge.world import World
 
 CHECKS = yaml.safe_load(
     (Path(__file__).parents[1] / "data" / "humanoid_checks.yaml").read_text(encoding="utf-8")
@@ -65,3 +69,22 @@ def test_joints_have_the_public_names_axes_places_and_limits(robot: Humanoid) ->
             model.velocityLimit[joint.idx_v], model.effortLimit[joint.idx_v],
         )  # fmt: skip
         assert limits == pytest.approx(row[6:], abs=1e-3), name
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_it_stands_in_its_stand_pose(name: str, engine: str, reference: Plant) -> None:
+    robot = load_robot(name)
+    assert robot.remarks == ()
+    with World.single(robot, reference, engine=engine, robot_seed=NOMINAL) as world:
+        world.robot.command(None)
+        for _ in range(20):
+            world.step()
+        before = world.robot.truth()
+        for _ in range(100):
+            world.step()
+        after = world.robot.truth()
+    assert after.torso_position == pytest.approx(before.torso_position, abs=2e-3)
+    assert after.torso_quaternion == pytest.approx([0.0, 0.0, 0.0, 1.0], abs=5e-3)
+    assert after.sole_force.sum() == pytest.approx(9.81 * CHECKS[name]["mass"], rel=0.03)
+    sunk = [float(sole.position[2]) for sole in after.soles]
+    assert sunk == pytest.approx([0.0, 0.0], abs=1.5e-3)
