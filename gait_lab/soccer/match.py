@@ -2,11 +2,12 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from gait_lab.soccer.channels import Channels, SilentReferee
+from gait_lab.soccer.duel import RESTS
 from gait_lab.soccer.eyes import in_field
 from gait_lab.soccer.pitch import Pitch, PitchSpec, identity_of, is_upright
 from gait_lab.soccer.snapshots import (
@@ -16,10 +17,12 @@ from gait_lab.soccer.snapshots import (
     is_turned,
     wrong_half,
 )
+from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.game_state import Phase, Role
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
 from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
+from robot_core.types import Point2
 from sim_bridge.scene import Scene, load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
@@ -29,6 +32,9 @@ MESSAGE_TICKS = 50
 """Control periods between two messages of the referee."""
 FRAME_TICKS = 20
 """Control periods between two frames of the replay."""
+AT_BALL, DUEL = 0.5, 1.0
+"""[m] from a robot to a ball that it plays; [s] Least duration of a duel, and most of a break in
+one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +49,8 @@ class MatchSpec(PitchSpec):
         goalkeepers: Teams whose player 1 is a goalkeeper.
         frames: Keep what a replay needs.
         silence: From when to when [s] the referee is not heard; None = never.
+        red: How red plays beside other robots.
+        blue: The same of blue.
     """
 
     minutes: float = 2.0
@@ -52,6 +60,8 @@ class MatchSpec(PitchSpec):
     goalkeepers: tuple[str, ...] = ()
     silence: tuple[float, float] | None = None
     frames: bool = True
+    red: DuelSettings = field(default_factory=DuelSettings)
+    blue: DuelSettings = field(default_factory=DuelSettings)
 
 
 @dataclass(slots=True)
@@ -71,6 +81,9 @@ class MatchResult:
             was not watched.
         conflict: Longest time [s] with two strikers in a team; likewise.
         wrong_half: Goals into the own goal by robots that took one half for the other.
+        playing: [s] in which the ball was in play; None if it was not watched.
+        rest: Share of that in which the ball rested; likewise.
+        duels: [s] that each duel lasted: robots of both teams were within `AT_BALL` of the ball.
         frames: The replay.
     """
 
@@ -85,6 +98,9 @@ class MatchResult:
     one_striker: float
     conflict: float
     wrong_half: int
+    playing: float | None = None
+    rest: float | None = None
+    duels: list[float] = field(default_factory=list)
     frames: list[Snapshot] = field(default_factory=list)
 
     @classmethod
@@ -143,6 +159,7 @@ class Match:
             spec.loss,
             rendered=rendered,
             channels=channels,
+            duel={"red": spec.red, "blue": spec.blue},
         )
         self.referee = Referee(
             self.pitch.field,
@@ -154,6 +171,7 @@ class Match:
             kick_off=TEAMS[spec.seed % 2],
         )
         self._strikers = _Strikers(self)
+        self._ball = BallWatch(self)
 
     def play(self) -> Iterator[Snapshot]:
         """Play the match; yields a frame of the replay now and then."""
@@ -185,6 +203,7 @@ class Match:
             elif isinstance(order, PutRobot):
                 self._put_back(order)
         self._strikers.watch(REFEREE_TICKS * CONTROL_PERIOD)
+        self._ball.watch(REFEREE_TICKS * CONTROL_PERIOD, places)
         if self.referee.phase is not before or pitch.count % MESSAGE_TICKS == 0:
             self._broadcast(time)
 
@@ -235,6 +254,7 @@ class Match:
 
     def result(self, frames: Sequence[Snapshot]) -> MatchResult:
         """The result, with a replay."""
+        self._ball.end_duel()
         goals = self.referee.goals_scored
         return MatchResult(
             self.spec,
@@ -248,6 +268,9 @@ class Match:
             self._strikers.share,
             self._strikers.longest,
             wrong_half(goals, frames),
+            round(self._ball.playing, 2),
+            self._ball.rest,
+            self._ball.duels,
             list(frames) if self.spec.frames else [],
         )
 
@@ -293,6 +316,53 @@ class _Strikers:
             self._one += dt * (count == 1)
             self._conflict[team] = self._conflict[team] + dt if count > 1 else 0.0
             self.longest = max(self.longest, self._conflict[team])
+
+
+class BallWatch:
+    """How long the ball is in play, rests, and is fought for."""
+
+    def __init__(self, match: Match) -> None:
+        self._match = match
+        self._last: Point2 | None = None
+        self._began: float | None = None
+        self._fought = self._still = 0.0
+        self.playing = 0.0
+        self.duels: list[float] = []
+
+    @property
+    def rest(self) -> float:
+        """Share of the playing time in which the ball rested."""
+        return self._still / self.playing if self.playing else 0.0
+
+    def watch(self, dt: float, places: Mapping[str, RobotPlace]) -> None:
+        """Count for a time [s]."""
+        ball, last = self._match.pitch.ball, self._last
+        if self._match.referee.phase is not Phase.PLAYING:
+            self._last = None
+            self.end_duel()
+            return
+        self._last = ball
+        if last is None:
+            return
+        self.playing += dt
+        self._still += dt * (math.dist(ball, last) < RESTS * dt)
+        teams = {
+            robot.team
+            for robot in self._match.pitch.scene.robots
+            if places[robot.name].upright
+            and math.dist(places[robot.name].position, ball) < AT_BALL
+        }
+        if len(teams) > 1:
+            self._began = self.playing if self._began is None else self._began
+            self._fought = self.playing
+        elif self.playing - self._fought > DUEL:
+            self.end_duel()
+
+    def end_duel(self) -> None:
+        """Count the duel that is over, if there was one."""
+        if self._began is not None and self._fought - self._began >= DUEL:
+            self.duels.append(round(self._fought - self._began, 2))
+        self._began = None
 
 
 def match_scene(spec: MatchSpec) -> Scene:

@@ -240,7 +240,7 @@ class _Watcher:
             float("nan"),
             float("nan"),
             wrong_half(goals, self._frames),
-            self._frames,
+            frames=self._frames,
         )
 
     # -- messages ----------------------------------------------------------------------------------

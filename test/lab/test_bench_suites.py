@@ -110,6 +110,13 @@ def test_a_suite_writes_its_rows_and_the_same_ones_again(name: str, tmp_path: Pa
     assert run(tmp_path / "again.json") == rows
 
 
+@pytest.mark.parametrize("name", ["duel", "match"])
+@pytest.mark.parametrize("setting", ["speed=1", "apart", "apart=near", "apart=-1"])
+def test_a_policy_that_does_not_exist_is_refused(name: str, setting: str) -> None:
+    with pytest.raises(NaoGaitError, match="policy"):
+        suite.plan(name, {"policy": (setting,)})
+
+
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 def test_an_image_costs_more_than_nothing(engine: str) -> None:
     pytest.importorskip(engine)

@@ -4,12 +4,13 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from gait_lab.soccer.abilities import AbilitySpec, play_ability
 from gait_lab.soccer.kick_table import table
-from gait_lab.soccer.match import Match, MatchResult, MatchSpec, match_scene
+from gait_lab.soccer.match import BallWatch, Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.pitch import is_upright, practice
 from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.snapshots import (
@@ -22,7 +23,7 @@ from gait_lab.soccer.snapshots import (
 from gait_lab.soccer.solo import SoloSpec, solo
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.game_state import GameState, Phase
-from nao_soccer.referee.rules import Goal, PutRobot
+from nao_soccer.referee.rules import Goal, PutRobot, RobotPlace
 from robot_core.errors import NaoGaitError
 from robot_core.types import GETTING_UP, Pose2
 from sim_bridge.scene import load_scene
@@ -185,6 +186,35 @@ def test_a_finished_match_is_not_played_again(tmp_path: Path) -> None:
     assert kept.result(spec) == result
     assert kept.result(replace(spec, seed=4)) is None
     assert kept.result(replace(spec, loss=0.3)) is None
+
+
+def test_a_duel_lasts_while_both_teams_are_at_the_ball_and_a_ball_that_lies_rests() -> None:
+    robots = [SimpleNamespace(name=team + "1", team=team) for team in ("red", "blue")]
+    referee = SimpleNamespace(phase=Phase.PLAYING)
+    pitch = SimpleNamespace(ball=(0.0, 0.0), scene=SimpleNamespace(robots=robots))
+    watch = BallWatch(SimpleNamespace(referee=referee, pitch=pitch))  # type: ignore[arg-type]
+
+    def play(seconds: float, blue: float, *, upright: bool = True, speed: float = 0.0) -> None:
+        for _ in range(round(10 * seconds)):
+            pitch.ball = pitch.ball[0] + 0.1 * speed, 0.0
+            x = pitch.ball[0]
+            watch.watch(0.1, {
+                "red1": RobotPlace((x - 0.3, 0.0), True),
+                "blue1": RobotPlace((x + blue, 0.0), upright),
+            })  # fmt: skip
+
+    play(0.1, 2.0)
+    play(4.0, 2.0, speed=0.5)
+    play(3.0, 0.3)
+    play(0.6, 0.8)  # a short break
+    play(2.0, 0.3)
+    play(2.0, 0.3, upright=False)
+    play(0.5, 0.3)  # too short for a duel
+    referee.phase = Phase.SET
+    play(3.0, 0.3)
+    assert watch.duels == pytest.approx([5.5], abs=0.15)
+    assert watch.playing == pytest.approx(12.1)
+    assert watch.rest == pytest.approx(8.1 / 12.1, abs=0.02)
 
 
 def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_others() -> None:

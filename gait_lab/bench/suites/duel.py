@@ -4,31 +4,14 @@ import math
 import statistics
 from collections.abc import Iterator, Sequence
 
-import attrs
-
 from gait_lab.bench.options import Option, Options
+from gait_lab.bench.policies import POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
 from gait_lab.soccer.duel import DuelResult, DuelSpec, play_duel
-from nao_soccer.behavior.duel import DuelSettings
-from robot_core.errors import NaoGaitError
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.result_cache import ResultCache
-
-CONSTANTS = tuple(each.name for each in attrs.fields(DuelSettings))
-
-
-def policy(settings: Sequence[str]) -> DuelSettings:
-    """The defaults with `name=value` settings; raises NaoGaitError."""
-    values: dict[str, float] = {}
-    for setting in settings:
-        name, _, text = setting.partition("=")
-        try:
-            values[name] = float(text)
-        except ValueError:
-            raise NaoGaitError("policy", setting, "name=value, a number") from None
-    return DuelSettings.from_mapping(values, "policy: ")
 
 
 @suite(
@@ -40,18 +23,14 @@ def policy(settings: Sequence[str]) -> DuelSettings:
             maximum=360,
         ),
         "window": 20.0, "scene": ..., "resume": ...,
-        "policy": Option(
-            (), f"change how one team plays beside others: {', '.join(CONSTANTS)}", "NAME=VALUE",
-            ("--policy",),
-        ),
-        "against": Option((), "the same in the other team", "NAME=VALUE", ("--against",)),
+        **POLICIES,
     },
     gait=False, quick=({"robots": 1},),
-    check=lambda options: (policy(options.policy), policy(options.against)),
+    check=policies,
 )  # fmt: skip
 def duel(options: Options) -> Iterator[Row | str]:
     """Each pair plays from every angle; with two policies, each side of the field in turn."""
-    mine, other = policy(options.policy), policy(options.against)
+    mine, other = policies(options)
     sides = (1.0,) if mine == other else (1.0, -1.0)
     specs = [
         DuelSpec(
