@@ -26,6 +26,7 @@ from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold, StepMean, out
 from nao_lipm_gait.walks.base import BodyTargets, MakeObserver, make_walk
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
+from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
 from nao_lipm_gait.whole_body.stand_blend import StandBlend
@@ -163,6 +164,7 @@ class Gait:
         self._placement = ComPlacement(self._image, self._body, make_legs(self._image))
         self._blend = StandBlend()
         self._posture = PostureFeedback(self.robot)
+        self._feed_forward = FeedForward(self.robot)
         self._head.rest()
         self._last_command = STANDSTILL
         self._last_position: FloatArray | None = None
@@ -302,7 +304,20 @@ class Gait:
 
         # Head, joint limits.
         self._turn_head(position)
-        return self._for_motors(position)
+        sent = self._for_motors(position)
+
+        # Torques of motors that give way.
+        if not self._feed_forward.needed:
+            return sent
+        standing = state not in ON_THE_WAY or self._walk.stopping
+        lead = self._feed_forward.lead(
+            sent, targets, 0 if standing else support, self._walk.origin_in_q, dt * self._size.time
+        )
+        if state is LIFTED:
+            return sent
+        leading: FloatArray = sent + lead
+        self._limits.cut(leading)
+        return leading
 
     # -- parts of the tick -------------------------------------------------------------------------
 

@@ -53,10 +53,14 @@ class SupportTorque:
         self._q_columns = np.array([joint.idx_q for joint in joints])
         self._v_columns = np.array([joint.idx_v for joint in joints])
         self._soles = [model.getFrameId(name, pin.FrameType.BODY) for name in robot.sole_frames]
+        self._rest, self._a = np.zeros(model.nv), np.zeros(model.nv)
+        motors = (robot.motors[name] for name in robot.joint_names)
+        self._rotor = np.array([motor.reflected_inertia for motor in motors])
         self.weight = GRAVITY * float(sum(inertia.mass for inertia in model.inertias))
 
     def at(
-        self, position: FloatArray, roll: float, pitch: float, loads: tuple[Load, Load]
+        self, position: FloatArray, roll: float, pitch: float, loads: tuple[Load, Load],
+        acceleration: FloatArray | None = None,
     ) -> FloatArray:
         """Torques (n,) [N m] of the joints.
 
@@ -65,11 +69,17 @@ class SupportTorque:
             roll: Of the torso [rad].
             pitch: Of the torso [rad].
             loads: Of the left and the right sole; their shares add up to 1.
+            acceleration: (n,) [rad/s^2] of joints that move against a resting torso; None = rest.
         """
         model, data, q = self._model, self._data, self._q
         q[self._q_columns] = position
         q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, 0.0)).coeffs()
-        torque = pin.computeGeneralizedGravity(model, data, q)[self._v_columns]
+        if acceleration is None:
+            torque = pin.computeGeneralizedGravity(model, data, q)[self._v_columns]
+        else:
+            self._a[self._v_columns] = acceleration
+            torque = pin.rnea(model, data, q, self._rest, self._a)[self._v_columns]
+            torque = torque + self._rotor * acceleration
         pin.computeJointJacobians(model, data, q)
         for frame, load in zip(self._soles, loads, strict=True):
             if load.share == 0.0:

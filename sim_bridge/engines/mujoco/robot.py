@@ -149,7 +149,13 @@ class RobotParts:
         damping = _largest_damping(self._robot, self._plant)
         if motor.stiffness is not None:
             damping = np.minimum(damping, motor.stiffness * motor.lag)
-        return damping / motor.lag, damping
+        gains = damping / motor.lag
+        for index, name in enumerate(self._robot.joint_names):
+            own = self._robot.motors[name]
+            if own.stiffness is not None:
+                gains[index] = min(gains[index], own.stiffness)
+                damping[index] = min(damping[index], own.damping or 0.0)
+        return gains, damping
 
     def _add_link(self, parent: mujoco.MjsBody, link: Link) -> mujoco.MjsBody:
         body = parent.add_body(

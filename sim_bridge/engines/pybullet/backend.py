@@ -61,7 +61,7 @@ class PyBulletBackend:
                 opened.
         """
         plant = robots[0].plant
-        refuse(plant)
+        refuse(plant, [robot.description for robot in robots])
         self._physics, self._surroundings = plant.physics, surroundings
         self._gui, self._bodies = gui, [robot.body for robot in robots]
         self._pictures: PyBulletPictures | None = None

@@ -1,12 +1,14 @@
 """State and inputs of one robot in a PyBullet world."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import as_point, cross, rotation_matrix
+from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray
 from sim_bridge.body import BodyPose
 from sim_bridge.engines.backend import RobotModel
@@ -211,16 +213,22 @@ class PyBulletRobot:
         return points  # type: ignore[no-any-return]
 
 
-def refuse(plant: Plant) -> None:
-    """Raise NaoGaitError for the first option that PyBullet cannot honour."""
-    motor = plant.motor
+def refuse(plant: Plant, robots: Iterable[RobotDescription]) -> None:
+    """Raise NaoGaitError for the first option or motor that PyBullet cannot honour."""
+    for robot in robots:
+        for joint, motor in robot.motors.items():
+            if motor.stiffness is not None:
+                allowed = "null with engine pybullet; a motor that gives way needs engine:=mujoco"
+                where = f"{robot.name}: stiffness of {joint}"
+                raise NaoGaitError(where, motor.stiffness, allowed)
+    servo = plant.motor
     for key, honoured, allowed in (
-        ("stiffness", motor.stiffness is None, "null"),
-        ("armature", motor.armature is None, "null"),
-        ("friction", motor.friction == 0.0, "0"),
-        ("play", motor.play == 0.0, "0"),
-        ("encoder_feedback", not motor.encoder_feedback, "false"),
+        ("stiffness", servo.stiffness is None, "null"),
+        ("armature", servo.armature is None, "null"),
+        ("friction", servo.friction == 0.0, "0"),
+        ("play", servo.play == 0.0, "0"),
+        ("encoder_feedback", not servo.encoder_feedback, "false"),
     ):
         if not honoured:
             allowed += " with engine pybullet; any other value needs engine:=mujoco"
-            raise NaoGaitError(f"{plant.name}: motor.{key}", getattr(motor, key), allowed)
+            raise NaoGaitError(f"{plant.name}: motor.{key}", getattr(servo, key), allowed)

@@ -1,0 +1,105 @@
+"""Torques that compliant motors need beside their targets, as a lead of the targets.
+
+A servo of stiffness k and damping d gives the torque k (target - angle) - d speed. To give a torque
+without an error of the angle, its target leads by that torque over k, which any position interface
+can send. The torques carry the robot on its soles: at rest on both, in a step on the support sole,
+with the force of the pendulum. The swing leg also gets those that accelerate it.
+"""
+
+import numpy as np
+
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
+from nao_lipm_gait.whole_body.support_torque import Load, SupportTorque
+from robot_core.geometry import rotate_planar
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, Point2
+
+SMOOTHING_TIME = 0.02
+"""[s] Of the velocity of the targets."""
+LARGEST = 100.0
+"""[rad/s^2] A faster change is a step of the plan, not a movement."""
+SHIFT_TIME = 0.06
+"""[s] in which the weight goes from one sole to the other."""
+
+
+class FeedForward:
+    """The lead of the targets of one robot.
+
+    Args:
+        robot: The robot, in its own size.
+
+    Attributes:
+        needed: Some of its motors give way.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        stiffness = [robot.motors[name].stiffness for name in robot.joint_names]
+        self._yield = np.array([0.0 if each is None else 1.0 / each for each in stiffness])
+        self.needed = any(each is not None for each in stiffness)
+        self._torque = SupportTorque(robot) if self.needed else None
+        self._length = robot.size
+        self._left = 0.5
+        dampings = [robot.motors[name].damping or 0.0 for name in robot.joint_names]
+        self._damping = np.array(dampings)
+        self._legs = {
+            side: [robot.index(name) for name in leg.names]
+            for side, leg in ((1, robot.left_leg), (-1, robot.right_leg))
+        }
+        self._velocity = np.zeros(len(stiffness))
+        self._last: FloatArray | None = None
+
+    def lead(
+        self, position: FloatArray, targets: BodyTargets, support: int, origin: Point2, dt: float
+    ) -> FloatArray:
+        """What to add to joint targets (n,) [rad].
+
+        Args:
+            position: Joint targets (n,) [rad].
+            targets: The body targets behind them, of the robot's image.
+            support: Supporting leg, LEFT or RIGHT; 0 = both.
+            origin: Origin of the pendulum in Q [m], of the image.
+            dt: Time since the last tick [s].
+        """
+        if self._torque is None:
+            return np.zeros(len(position))
+        x, y, height = targets.com_in_q
+        left, right = targets.left_sole, targets.right_sole
+        yaw = 0.5 * (left.yaw + right.yaw)
+        share = 0.5 * (1.0 + support)
+        if support == 0:
+            origin = (x, y)
+            apart = rotate_planar(left.x - right.x, left.y - right.y, -yaw)[1]
+            off = rotate_planar(x - right.x, y - right.y, -yaw)[1]
+            share = min(max(off / max(apart, 1e-6), 0.0), 1.0)
+        stride = dt / SHIFT_TIME
+        self._left += min(max(share - self._left, -stride), stride)
+        ahead, aside = rotate_planar(
+            (x - origin[0]) / height, (y - origin[1]) / height, -yaw
+        )
+
+        def load(part: float, sole: SoleTarget, side: int) -> Load:
+            px, py = rotate_planar(origin[0] - sole.x, origin[1] - sole.y, -yaw)
+            py = py if side == support else 0.0
+            return Load(part, self._length * px, self._length * py, ahead, aside)
+
+        velocity, acceleration = self._moves(position, support, dt)
+        torque = self._torque.at(
+            position, targets.torso_roll, targets.torso_pitch,
+            (load(self._left, left, 1), load(1.0 - self._left, right, -1)), acceleration,
+        )  # fmt: skip
+        return np.asarray(self._yield * (torque + self._damping * velocity))
+
+    def _moves(
+        self, position: FloatArray, support: int, dt: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Velocity (n,) [rad/s], and acceleration (n,) [rad/s^2] of the swing leg."""
+        last = position if self._last is None else self._last
+        self._last = position.copy()
+        before, share = self._velocity, dt / (dt + SMOOTHING_TIME)
+        self._velocity = before + share * ((position - last) / dt - before)
+        acceleration = np.zeros(len(position))
+        swing = self._legs.get(-support)
+        if swing is not None:
+            change = (self._velocity - before) / dt
+            acceleration[swing] = np.clip(change[swing], -LARGEST, LARGEST)
+        return self._velocity, acceleration

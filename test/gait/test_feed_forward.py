@@ -1,0 +1,103 @@
+"""Motors that give way: torques by virtual work, a robot on soft servos that walks."""
+
+import numpy as np
+import pytest
+import yaml
+
+from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.support_torque import Load, SupportTorque
+from robot_core.errors import NaoGaitError
+from robot_core.resources import find
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import VelocityCommand
+from sim_bridge.simulation import Simulation
+
+GAINS = {  # the manufacturer's for standing
+    "Hip_Pitch": (350.0, 7.5), "Hip_Roll": (350.0, 7.5), "Hip_Yaw": (180.0, 3.0),
+    "Knee_Pitch": (350.0, 5.5), "Ankle_Pitch": (450.0, 0.5), "Ankle_Roll": (450.0, 0.5),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def soft(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The robot file of a T1 whose legs give way."""
+    values = yaml.safe_load(find("robots", "booster_t1").read_text())
+    values["motors"] = [
+        {**entry, "joints": [joint], **gains_of(joint)}
+        for entry in values["motors"] for joint in entry["joints"]
+    ]  # fmt: skip
+    values["urdf"] = str(find("urdf", "booster_t1"))
+    path = tmp_path_factory.mktemp("soft") / "soft.yaml"
+    path.write_text(yaml.safe_dump(values))
+    return str(path)
+
+
+def gains_of(joint: str) -> dict[str, float]:
+    found = GAINS.get(joint.split("_", 1)[-1])
+    return {} if found is None else dict(zip(("stiffness", "damping"), found, strict=True))
+
+
+def energy(robot: RobotDescription, body: BodyModel, pose: np.ndarray, weight: float) -> float:
+    """Potential energy [J] over the left sole, which stays flat on the ground."""
+    body.set_joints(pose)
+    com, sole = np.array(body.com_in_torso()), body.sole_in_torso(1)
+    return weight * float(np.dot(com - np.array(sole.position), sole.normal))
+
+
+@pytest.mark.parametrize("name", ["booster_t1", "op3", "nao_h21_v33"])
+def test_the_torques_are_those_of_virtual_work(name: str) -> None:
+    robot = load_robot(name)
+    torques, body = SupportTorque(robot), BodyModel(robot)
+    pose = np.array(robot.stand_pose)
+    body.set_joints(pose)
+    x, y, _ = np.array(body.com_in_torso()) - np.array(body.sole_in_torso(1).position)
+    found = torques.at(pose, 0.0, 0.0, (Load(1.0, x, y), Load(0.0)))
+    step = 1e-5
+    for joint in range(len(pose)):
+        plus, minus = pose.copy(), pose.copy()
+        plus[joint] += step
+        minus[joint] -= step
+        work = energy(robot, body, plus, torques.weight) - energy(
+            robot, body, minus, torques.weight
+        )
+        assert found[joint] == pytest.approx(work / (2.0 * step), abs=2e-3)
+
+
+def test_a_robot_with_stiff_motors_gets_no_lead() -> None:
+    assert not Gait("nao_h21_v33")._feed_forward.needed
+    assert not Gait("booster_t1")._feed_forward.needed
+
+
+def walked(name: str, seconds: float, *, feed_forward: bool) -> tuple[float, float]:
+    """Largest sag of a knee [rad] after 2.9 s of standing, and way [m] at 0.15 m/s until a fall."""
+    gait = Gait(name)
+    robot = gait.robot
+    gait._feed_forward.needed &= feed_forward
+    knees = [robot.index(leg.knee_pitch) for leg in (robot.left_leg, robot.right_leg)]
+    sag = 0.0
+    with Simulation(name, engine="mujoco", seed=-1) as sim:
+        obs, targets = sim.reset(), None
+        for tick in range(round(100 * seconds)):
+            obs = sim.step(targets)
+            if obs.frame:
+                speed = 0.15 * min(max((0.01 * tick - 3.0) / 2.0, 0.0), 1.0)
+                targets = gait.step(obs.frame, VelocityCommand(speed))
+            if tick == 290:
+                sag = float(np.abs(obs.truth.joint_position - gait._sent)[knees].max())
+            if gait.state == "fallen":
+                return sag, 0.0
+        return sag, float(obs.truth.base_footprint[0])
+
+
+def test_a_robot_on_soft_motors_neither_sags_nor_falls(soft: str) -> None:
+    sag, way = walked(soft, 8.0, feed_forward=True)
+    assert sag < 0.015
+    assert way > 0.4
+    sag, _ = walked(soft, 3.0, feed_forward=False)
+    assert sag > 0.04
+
+
+def test_pybullet_refuses_soft_motors(soft: str) -> None:
+    with pytest.raises(NaoGaitError, match="needs engine:=mujoco"):
+        Simulation(soft, engine="pybullet")
