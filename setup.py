@@ -56,7 +56,7 @@ EXTRAS = {
     ],
     "test": TEST,
     "browser": ["playwright>=1.40"],  # tests that look at pages; needs a Chromium
-    "view": ["rosbags>=0.10,<0.12", "viser>=1,<2"],
+    "view": ["rosbags>=0.10,<0.12", "viser>=1.1,<2"],
     "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML", "types-tabulate"],
 }
 

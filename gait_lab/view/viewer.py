@@ -5,6 +5,7 @@ import io
 import math
 import re
 import tempfile
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -36,7 +37,9 @@ TEXT_PERIOD = 0.25
 URDF_TIMEOUT = 3.0
 """Wall time [s] to wait for robot_description before the shipped robot is shown."""
 PING_PERIOD, PING_TIMEOUT = 0.5, 1.5
-"""Wall time [s] between two pings of a page, and without an answer after which it has gone."""
+"""Wall time [s] between two pings of a browser, and without an answer after which it has gone."""
+ANSWER_PERIOD, ANSWER_TIMEOUT = 0.5, 2.0
+"""The same for answers of the page itself: a browser answers pings for a page that hangs."""
 LONGEST_STATE = 60
 """Characters of the gait's state that are shown."""
 PUSH_DURATION = 0.1
@@ -157,6 +160,40 @@ def _whole(value: float) -> int:
     return round(value)
 
 
+class Pages:
+    """The connected pages, and when each last answered.
+
+    Each page is asked for a value of its storage, again and again, by a thread that waits for it.
+    """
+
+    def __init__(self, server: Any) -> None:
+        self._server = server
+        self._answered: dict[int, float] = {}
+        server.on_client_connect(self._watch)
+
+    def alive(self) -> frozenset[int]:
+        """The pages that are connected and have answered lately."""
+        since = time.monotonic() - ANSWER_TIMEOUT
+        return frozenset(
+            page for page in self._server.get_clients() if self._answered.get(page, 0.0) > since
+        )
+
+    def _watch(self, client: Any) -> None:
+        self._answered[client.client_id] = time.monotonic()
+        threading.Thread(target=self._ask, args=(client,), daemon=True).start()
+
+    def _ask(self, client: Any) -> None:
+        page = client.client_id
+        while page in self._server.get_clients():
+            # TimeoutError: it hangs; RuntimeError: it has gone, or answers that it stores nothing.
+            with contextlib.suppress(TimeoutError):
+                with contextlib.suppress(RuntimeError):
+                    client.local_storage.get_item("alive", timeout=ANSWER_TIMEOUT)
+                self._answered[page] = time.monotonic()
+            time.sleep(ANSWER_PERIOD)
+        self._answered.pop(page, None)
+
+
 class ShownRobot:
     """One robot on the page.
 
@@ -239,6 +276,7 @@ class Viewer:
         self._counted = (time.monotonic(), 0)
         self._followed = (0.0, 0.0)
         self._had_clients = False
+        self._pages = Pages(server)
         server.initial_camera.position = CAMERA
         server.initial_camera.look_at = (0.0, 0.0, 0.25)
         node.create_subscription(String, "scene_description", self._on_scene, LATCHED)
@@ -254,8 +292,8 @@ class Viewer:
 
     @property
     def clients(self) -> frozenset[int]:
-        """The pages that are connected."""
-        return frozenset(self._server.get_clients())
+        """The pages that are connected and do not hang."""
+        return self._pages.alive()
 
     @property
     def link(self) -> RobotLink:
@@ -301,7 +339,7 @@ class Viewer:
             chosen.link.push(push)
 
     def _stop_without_driver(self) -> None:
-        """Stop at once if the page that drives is gone, or no page is left."""
+        """Stop at once if the page that drives is gone or hangs, or no page is left."""
         clients = self.clients
         self._had_clients = self._had_clients or bool(clients)
         driver = self.panel.driver
@@ -309,7 +347,7 @@ class Viewer:
         if gone and not self.panel.command.is_zero:
             self.panel.command_standstill()
             self._next_command = 0.0
-            self._node.get_logger().warning("the page that drove has gone: the robot is stopped")
+            self._node.get_logger().warning("the page that drove has gone or hangs: robot stopped")
 
     def _on_scene(self, message: Any) -> None:
         """Show the robots of a scene in place of the only one."""
@@ -399,6 +437,7 @@ def serve(port: int) -> Any:
             server = viser.ViserServer(host=HOST, port=port, label="nao_gait view", verbose=False)
     except OSError as error:
         raise NaoGaitError("port", port, f"a free port ({error})") from error
+    server.gui.configure_theme(show_share_button=False)  # it would show the page to the internet
     return server
 
 

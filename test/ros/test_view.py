@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,17 +21,18 @@ pytest.importorskip("mujoco")
 
 from geometry_msgs.msg import PointStamped, Twist, WrenchStamped
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from gait_lab.view.robot_link import RobotState
-from gait_lab.view.viewer import HOST, Panel, Viewer, serve
+from gait_lab.view.viewer import ANSWER_TIMEOUT, HOST, Panel, Viewer, serve
 from gait_lab.view.world_scene import WorldScene
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import PoseEstimate
 from robot_core.errors import NaoGaitError
+from robot_core.ros.topics import LATCHED
 from robot_core.types import PoseCovariance
 from ros_probe import ROOT, TIMEOUT, Probe
 from sim_bridge.scene import load_scene
@@ -233,41 +235,134 @@ def push_slider(page: Any) -> None:
     page.locator("[role=slider]").first.press("ArrowRight")
 
 
+def crash(page: Any) -> None:
+    with contextlib.suppress(Exception):  # it says that it has crashed
+        page.goto("chrome://crash")
+
+
+def pause(page: Any) -> None:
+    session = page.context.new_cdp_session(page)
+    session.send("Debugger.enable")
+    session.send("Debugger.pause")
+
+
+def later(page: Any, script: str) -> None:
+    """Run JavaScript that the page does not come back from, after this call has."""
+    page.evaluate(f"() => {{ setTimeout(() => {{ {script} }}, 10); }}")
+
+
 LEAVE = {
     "tab closed": lambda page: page.close(),
     "another page": lambda page: page.goto("about:blank"),
     "reload": lambda page: page.reload(),
     "browser closed": lambda page: page.context.browser.close(),
-    "browser killed": lambda page: kill_children(signal.SIGKILL),
-    "asleep": lambda page: kill_children(signal.SIGSTOP),
+    "browser killed": lambda page: signal_browser(signal.SIGKILL),
+    "asleep": lambda page: signal_browser(signal.SIGSTOP),
+    "endless loop": lambda page: later(page, "for (;;) {}"),
+    "renderer stopped": lambda page: signal_browser(signal.SIGSTOP, "--type=renderer"),
+    "renderer killed": lambda page: signal_browser(signal.SIGKILL, "--type=renderer"),
+    "network stopped": lambda page: signal_browser(signal.SIGSTOP, "network.mojom"),
+    "dialogue": lambda page: (page.on("dialog", lambda _: None), later(page, "alert(1);")),
+}
+MORE_WAYS = {
+    "another page by script": lambda page: later(page, "location.href = 'about:blank';"),
+    "network killed": lambda page: signal_browser(signal.SIGKILL, "network.mojom"),
+    "renderer crash": lambda page: crash(page),
+    "breakpoint": lambda page: pause(page),
+    "back": lambda page: page.go_back(),
+    "busy for a while": lambda page: later(
+        page, "const end = Date.now() + 20000; while (Date.now() < end) {}"
+    ),
+    "no memory": lambda page: later(
+        page, "const all = []; for (;;) all.push(new Array(1e6).fill(all.length));"
+    ),
 }
 
 
-def kill_children(number: int) -> None:
-    """Send a signal to the browser's processes, all of which descend from this one."""
-    parents, names = {}, {}
+def signal_browser(number: int, kind: str = "") -> None:
+    """Send a signal to the browser's processes, or to those whose command line has this word.
+
+    They descend from this process.
+    """
+    parents = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):  # one that has just ended
-            name, _, rest = stat.read_text().partition("(")[2].rpartition(")")
-            parents[int(stat.parent.name)], names[int(stat.parent.name)] = rest.split()[1], name
+            parents[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
     below = {os.getpid()}
-    while more := {pid for pid, parent in parents.items() if int(parent) in below} - below:
+    while more := {pid for pid, parent in parents.items() if parent in below} - below:
         below |= more
-    for pid in below:
-        if "chrom" in names.get(pid, "") or "headless" in names.get(pid, ""):
-            with contextlib.suppress(ProcessLookupError):
+    for pid in below - {os.getpid()}:
+        with contextlib.suppress(OSError):
+            command = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
+            if kind in command and re.search("chrom|headless", command.split("\0")[0]):
                 os.kill(pid, number)
+
+
+def leave(driven: Any, way: Any) -> None:
+    tab, viewer, commands, until = driven
+    try:
+        way(tab.page)
+        until(lambda: commands[-1].linear.x == 0.0, "the stop")
+        assert viewer.panel.command.is_zero
+    finally:
+        signal_browser(signal.SIGCONT)
+        signal_browser(signal.SIGKILL)  # a page that hangs cannot be closed
 
 
 @pytest.mark.parametrize("way", LEAVE)
 def test_who_leaves_the_page_stops_the_robot(driven: Any, way: str) -> None:
-    tab, viewer, commands, until = driven
+    leave(driven, LEAVE[way])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", MORE_WAYS)
+def test_who_leaves_the_page_in_a_rarer_way_stops_the_robot(driven: Any, way: str) -> None:
+    leave(driven, MORE_WAYS[way])
+
+
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGKILL, *(pytest.param(n, marks=pytest.mark.slow) for n in (signal.SIGSTOP,
+                                                                        signal.SIGINT))],
+)  # fmt: skip
+def test_a_viewer_that_ends_or_hangs_leaves_a_robot_that_stands(
+    probe: Probe, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "test")
+    from browser import open_tab
+
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    commands = probe.subscribe(Twist, "cmd_vel")
+    probe.start("sim_bridge", engine="mujoco", lockstep=True, real_time_factor=1.0)
+    probe.start("gait", bias_wait=0.0)
+    port = free_port()
+    view = subprocess.Popen(
+        [sys.executable, "-m", "gait_lab.cli", "view", "--port", str(port)],
+        cwd=ROOT, env=probe.domain.environment(), stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
     try:
-        LEAVE[way](tab.page)
-        until(lambda: commands[-1].linear.x == 0.0, "the stop")
-        assert viewer.panel.command.is_zero
+        assert view.stdout is not None
+        assert str(port) in view.stdout.readline()
+        with open_tab(f"http://{HOST}:{port}") as tab:
+            push_slider(tab.page)
+            probe.wait(lambda: support and support[-1].data.startswith("walk"), "a walk")
+            view.send_signal(number)
+            probe.wait(lambda: support[-1].data == "stand double", "the stop")
+            count = len(commands)
+            view.kill()
+        probe.wait(lambda: True, "nothing")
+        assert len(commands) <= count + 1
     finally:
-        kill_children(signal.SIGCONT)
+        view.kill()
+        view.communicate()
+
+
+def test_a_page_that_answers_drives_on(driven: Any) -> None:
+    _, _, commands, until = driven
+    begin = time.monotonic()
+    until(lambda: time.monotonic() > begin + 2.5 * ANSWER_TIMEOUT, "several answers")
+    assert {command.linear.x for command in commands[-20:]} == {0.01}
 
 
 def test_a_second_tab_that_leaves_does_not_stop_the_one_that_drives(driven: Any) -> None:
