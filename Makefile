@@ -14,6 +14,18 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
 # The nodes talk to nobody outside this machine.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
+# Of the Python that is asked for, or none: not silently another one that was set up before.
+VERSION := -c 'import sys; print(sys.version_info[:2])' 2>/dev/null
+ifneq ($(PYTHON),)
+ifneq ($(wildcard $(READY)),)
+ifneq ($(MAKECMDGOALS),clean)
+ifneq ($(shell $(PYTHON) $(VERSION)),$(shell $(BIN)/python $(VERSION)))
+$(error $(VENV) was set up with another Python than PYTHON=$(PYTHON): make clean first)
+endif
+endif
+endif
+endif
+
 .DEFAULT_GOAL := help
 .PHONY: help demo match test test-slow bench results compiled lint urdf install clean
 
@@ -58,13 +70,18 @@ clean:  ## remove .venv and everything that was built
 # Each candidate is run, because a pyenv shim exists also for versions that are not active.
 $(READY): setup.py setup.cfg pyproject.toml
 	@set -euo pipefail; found=; \
-	for python in $(PYTHON) python3.11 python3.12 python3 python \
-	    "$$HOME"/.pyenv/versions/3.11.*/bin/python "$$HOME"/.pyenv/versions/3.12.*/bin/python; do \
+	for python in $(or $(PYTHON),python3.11 python3.12 python3 python \
+	    "$$HOME"/.pyenv/versions/3.11.*/bin/python "$$HOME"/.pyenv/versions/3.12.*/bin/python); do \
 	  if "$$python" -c 'import sys, venv, ensurepip; \
 	      sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))' >/dev/null 2>&1; then \
 	    found=$$python; break; \
 	  fi; \
 	done; \
+	if [ -z "$$found" ] && [ -n '$(PYTHON)' ]; then \
+	  echo 'PYTHON=$(PYTHON) does not run as a Python 3.11 or 3.12 with venv' \
+	    '(of pyenv, a version that is not active?).' >&2; \
+	  exit 1; \
+	fi; \
 	if [ -z "$$found" ]; then \
 	  echo 'No Python 3.11 or 3.12 with venv found (Debian, Ubuntu: apt install python3-venv).' >&2; \
 	  echo 'Install one, or name it: make PYTHON=/path/to/python3.11 ...' >&2; \

@@ -11,6 +11,7 @@ from gait_lab.command_line import Command, Parser, add_commands, argument
 from gait_lab.commands import bench, fingerprint, results, tune
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE, accept_any_locale
 from robot_core.errors import NaoGaitError, one_line
+from robot_core.ros.executable import import_advice, sourced_ros
 from sim_bridge.trials.compiled import check_fresh
 
 _NAO = "nao_h21_v33"
@@ -255,7 +256,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         sys.stderr.write(f"nao_gait {command}: interrupted\n")
         return EXIT_INTERRUPTED
-    except ModuleNotFoundError as error:
+    except ImportError as error:
+        if sourced_ros() or not isinstance(error, ModuleNotFoundError):
+            sys.stderr.write(f"nao_gait {command}: {import_advice(error)}\n")
+            return EXIT_FAILED
         by_command = command if command in ("view", "tune") else "lab"
         extra = _EXTRAS.get(str(error.name), by_command)
         sys.stderr.write(

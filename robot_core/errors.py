@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import traceback
 from collections.abc import Mapping
 from itertools import chain
@@ -14,6 +15,8 @@ LONGEST_ALLOWED = 2000
 """Number of characters of what is allowed: it may list the names of a file."""
 MOST_ITEMS = 100
 """Items of a value, nested ones included, up to which it is shown as `repr` shows it."""
+_NUMPY = re.compile(r"\bnp\.\w+\(([-\w.+]*)\)")
+"""A number of numpy, as `np.float64(0.0)`."""
 _SHORT = Repr()
 _SHORT.maxlevel, _SHORT.maxstring = 2, LONGEST
 
@@ -50,7 +53,7 @@ def _shown(value: object) -> str:
         text = repr(value) if _items(value, MOST_ITEMS) <= MOST_ITEMS else _SHORT.repr(value)
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = f"an {type(value).__name__} too long to print"
-    return _clipped(text)
+    return _clipped(_NUMPY.sub(r"\1", text))
 
 
 def _items(value: object, most: int) -> int:

@@ -15,6 +15,7 @@ import optuna
 from optuna.distributions import FloatDistribution
 from optuna.storages import RDBStorage
 from optuna.trial import FrozenTrial, TrialState
+from sqlalchemy import create_engine, inspect
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -108,6 +109,13 @@ class Kept:
         self.url = make_url(url).render_as_string(hide_password=True)
         self._study = study
         try:
+            engine = create_engine(url)
+            tables = inspect(engine).get_table_names()
+            engine.dispose()
+            if tables and "studies" not in tables:
+                found = f"a database with the tables {', '.join(sorted(tables))}"
+                allowed = "one of Optuna: a study of version 0.1 cannot be resumed; another --out"
+                raise NaoGaitError(f"storage {self.url}", found, allowed)
             self._storage = RDBStorage(url)
         except (ImportError, RuntimeError) as error:
             reason = str(error).split(".")[0]

@@ -47,6 +47,7 @@ from robot_core.motion.library import library_of
 from robot_core.robot import load_robot
 from robot_core.ros.messages import diagnostic_array
 from robot_core.ros.parameters import (
+    FRAME_PREFIX,
     accepted,
     as_mapping,
     declare,
@@ -106,9 +107,6 @@ SENSOR_AGE = node_parameter(
 COAST = node_parameter(
     "coast", False,
     "walk on for a few control periods whose sensors are lost; not where a simulator waits for it",
-)
-FRAME_PREFIX = node_parameter(
-    "frame_prefix", "", "before the names of all frames, as of robot_state_publisher: robot1/"
 )
 NODE_PARAMETERS = (
     URDF, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,

@@ -1,5 +1,7 @@
 """The player as a ROS 2 node: messages and packets in; commands, reports and packets out."""
 
+from functools import partial
+
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped, PoseArray, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -24,8 +26,9 @@ from robot_core.errors import NaoGaitError, is_number
 from robot_core.field import TEAMS
 from robot_core.head_goals import Follow, Goal, LookAt, Search
 from robot_core.robot import load_robot
-from robot_core.ros.messages import to_time
+from robot_core.ros.messages import to_time, with_prefix
 from robot_core.ros.parameters import (
+    FRAME_PREFIX,
     declare,
     load_parameter_file,
     node_parameter,
@@ -56,7 +59,7 @@ TEAM_PORT = node_parameter(
 CONTROL = node_parameter("control_port", CONTROL_PORT, "UDP port of the referee", "", 1024, 65535)
 RETURN = node_parameter("return_port", RETURN_PORT, "UDP port of return messages", "", 1024, 65535)
 NODE_PARAMETERS = (
-    URDF, SCENE, START, SEED,
+    URDF, SCENE, START, SEED, FRAME_PREFIX,
     TEAM, NUMBER, PLAYERS, TEAM_NUMBER, REFEREE, ROLES, ADDRESS, TEAM_PORT, CONTROL, RETURN,
 )  # fmt: skip
 
@@ -90,6 +93,7 @@ class PlayerNode(Node):
         )
         self._player = Player(identity, robot, WorldSettings.on(scene, seed), start)
         self._radius = scene.ball_radius
+        self._prefix = of_type(declare(self, FRAME_PREFIX), str)
         address = of_type(declare(self, ADDRESS), str)
         team_port = of_type(declare(self, TEAM_PORT), int) or PORT_BASE + number
         control, back = (of_type(declare(self, each), int) for each in (CONTROL, RETURN))
@@ -140,7 +144,7 @@ class PlayerNode(Node):
 
     def _on_odometry(self, message: Odometry) -> None:
         stamp, pose = convert.odometry(message)
-        self._odometry = stamp, pose, message.header.frame_id
+        self._odometry = stamp, pose, message.header.frame_id.removeprefix(self._prefix)
         try:
             self._player.world.add_odometry(stamp, pose)
         finally:
@@ -148,6 +152,7 @@ class PlayerNode(Node):
                 self._decide(stamp)
 
     def _on_percepts(self, message: PointCloud2) -> None:
+        message.header.frame_id = message.header.frame_id.removeprefix(self._prefix)
         self._player.world.add_percepts(convert.percepts(message))
 
     def _on_support(self, message: String) -> None:
@@ -215,7 +220,9 @@ class PlayerNode(Node):
             point = PointStamped()
             point.header.stamp, point.header.frame_id = to_time(now), goal.frame.value
             point.point.x, point.point.y, point.point.z = goal.point
-            (self._follow if isinstance(goal, Follow) else self._look_at).publish(point)
+            (self._follow if isinstance(goal, Follow) else self._look_at).publish(
+                with_prefix(self._prefix, point)
+            )
         elif isinstance(goal, Search):
             if self._head is not Search:
                 self._searches.reset()
@@ -228,18 +235,19 @@ class PlayerNode(Node):
     # -- reports -----------------------------------------------------------------------------------
 
     def _publish(self, state: WorldState) -> None:
-        self._pose.publish(convert.pose(state.stamp, state.own))
+        framed = partial(with_prefix, self._prefix)
+        self._pose.publish(framed(convert.pose(state.stamp, state.own)))
         self._valid.publish(Bool(data=state.own.valid))
         if self._transforms is not None and self._odometry is not None and state.own.valid:
             stamp, odometry, odom = self._odometry
             if stamp == state.stamp:
                 transforms = convert.map_transforms(stamp, state.own.pose, odometry, odom)
-                self._transforms.sendTransform(transforms)
+                self._transforms.sendTransform([framed(each) for each in transforms])
         if state.ball is not None:
-            self._ball.publish(convert.ball(state.stamp, state.ball, self._radius))
+            self._ball.publish(framed(convert.ball(state.stamp, state.ball, self._radius)))
         if self._particles.get_subscription_count():
             poses = self._player.world.localization.particles
-            self._particles.publish(convert.particles(state.stamp, poses))
+            self._particles.publish(framed(convert.particles(state.stamp, poses)))
 
     def _diagnostics(self, now: int, decision: Decision) -> DiagnosticArray:
         player = self._player

@@ -41,12 +41,25 @@ def image_input(message: Image, topic: str) -> ImageInput:
     )
 
 
-def intrinsics(message: CameraInfo, topic: str) -> Intrinsics:
-    """The pinhole of `camera_info`; NaoGaitError if the image is distorted."""
-    if any(message.d):
-        raise NaoGaitError(f"{topic} d", list(message.d), "zeros: rectify the image first")
-    k = message.k
-    return Intrinsics(message.width, message.height, k[0], k[4], k[2], k[5])
+def intrinsics(message: CameraInfo, topic: str, *, rectified: bool = False) -> Intrinsics:
+    """The pinhole of `camera_info`: P, which is that of the rectified image; K where P is not set.
+
+    Args:
+        message: `camera_info`; its D describes the image before it was rectified.
+        topic: Its name, for errors.
+        rectified: Whether the image is rectified.
+
+    Raises:
+        NaoGaitError: The image is distorted, or rectified and P is not set.
+    """
+    p, k = message.p.tolist(), message.k.tolist()
+    if rectified and not p[0]:
+        raise NaoGaitError(f"{topic} p", p, "the pinhole of the rectified image")
+    if any(message.d) and not rectified:
+        allowed = "zeros: rectify the image, and set the parameter images to its topic (image_rect)"
+        raise NaoGaitError(f"{topic} d", list(message.d), allowed)
+    fx, fy, cx, cy = (p[0], p[5], p[2], p[6]) if p[0] else (k[0], k[4], k[2], k[5])
+    return Intrinsics(message.width, message.height, fx, fy, cx, cy)
 
 
 def torso_pose(message: PoseStamped) -> tuple[int, FloatArray, FloatArray]:

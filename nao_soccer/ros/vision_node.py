@@ -16,8 +16,9 @@ from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percepts
 from nao_soccer.vision.settings import settings_of_scene
 from robot_core.robot import load_robot
 from robot_core.ros.lockstep import LockstepPartner
-from robot_core.ros.messages import stamp_in
+from robot_core.ros.messages import stamp_in, with_prefix
 from robot_core.ros.parameters import (
+    FRAME_PREFIX,
     declare,
     load_parameter_file,
     node_parameter,
@@ -26,11 +27,15 @@ from robot_core.ros.parameters import (
 )
 from robot_core.ros.topics import Inputs
 
+RAW = "image_raw"
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 SCENE = node_parameter("scene", "pitch", "field, goals and ball: a shipped scene or a YAML file")
 COLORS = node_parameter("colors", "pitch", "colour classes: a shipped table or a YAML file")
 CAMERAS = node_parameter("cameras", "", "names of the cameras, with commas; empty = all")
-NODE_PARAMETERS = (URDF, SCENE, COLORS, CAMERAS)
+IMAGES = node_parameter(
+    "images", RAW, "topic of the images below each camera: of rectified ones image_rect"
+)
+NODE_PARAMETERS = (URDF, SCENE, COLORS, CAMERAS, IMAGES, FRAME_PREFIX)
 
 
 class VisionNode(Node):
@@ -44,7 +49,9 @@ class VisionNode(Node):
         table = load_parameter_file(self, COLORS, load_color_table)
         names = tuple(name.strip() for name in text(declare(self, CAMERAS)).split(",") if name)
         self._radius = settings.ball_radius
-        self._controller = VisionController(robot, table, settings, names or None)
+        self._images = text(declare(self, IMAGES))
+        self._prefix = text(declare(self, FRAME_PREFIX))
+        self._controller = VisionController(robot, table, settings, names or None, self._images)
         self._inputs = Inputs(self, burst=1)
         self._make_publishers()
         self._make_subscriptions()
@@ -76,7 +83,7 @@ class VisionNode(Node):
         self._subscribe(PoseStamped, "gait/torso_pose", self._on_torso)
         for name in self._controller.cameras:
             self._subscribe(CameraInfo, f"{name}/camera_info", partial(self._on_info, name))
-            self._subscribe(Image, f"{name}/image_raw", partial(self._on_image, name))
+            self._subscribe(Image, f"{name}/{self._images}", partial(self._on_image, name))
 
     def _subscribe(self, kind: type, topic: str, receive: Callable[[Any], None]) -> None:
         self._inputs.subscribe(kind, topic, partial(self._serve, receive), qos_profile_sensor_data)
@@ -99,19 +106,22 @@ class VisionNode(Node):
         self._controller.add_torso(*convert.torso_pose(message))
 
     def _on_info(self, camera: str, message: CameraInfo) -> None:
-        self._controller.set_camera(camera, convert.intrinsics(message, f"{camera}/camera_info"))
+        topic = f"{camera}/camera_info"
+        intrinsics = convert.intrinsics(message, topic, rectified=self._images != RAW)
+        self._controller.set_camera(camera, intrinsics)
 
     def _on_image(self, camera: str, message: Image) -> None:
-        self._controller.add_image(camera, convert.image_input(message, f"{camera}/image_raw"))
+        self._controller.add_image(camera, convert.image_input(message, f"{camera}/{self._images}"))
 
     def _publish(self, camera: str, percepts: Percepts) -> None:
+        framed = partial(with_prefix, self._prefix)
         if percepts.ball is not None:
-            self._ball.publish(convert.ball(percepts, percepts.ball, self._radius))
-        self._lines.publish(convert.lines(percepts))
-        self._percepts.publish(convert.percept_cloud(percepts))
+            self._ball.publish(framed(convert.ball(percepts, percepts.ball, self._radius)))
+        self._lines.publish(framed(convert.lines(percepts)))
+        self._percepts.publish(framed(convert.percept_cloud(percepts)))
         for publisher, kinds in self._arrays:
-            publisher.publish(convert.poses(percepts, percepts.of(*kinds)))
+            publisher.publish(framed(convert.poses(percepts, percepts.of(*kinds))))
         if self._debug.get_subscription_count():
             picture = self._controller.debug_image(camera, percepts)
             if picture is not None:
-                self._debug.publish(convert.debug(percepts, picture, camera))
+                self._debug.publish(framed(convert.debug(percepts, picture, camera)))

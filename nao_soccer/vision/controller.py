@@ -62,7 +62,7 @@ class _Still(NamedTuple):
 class VisionController:
     """Takes joints, torso poses, camera facts and images; returns percepts.
 
-    `cameras` None = all of the robot.
+    `cameras` None = all of the robot; `images`: topic of the images below that of a camera.
     """
 
     def __init__(
@@ -71,7 +71,9 @@ class VisionController:
         table: ColorTable,
         settings: VisionSettings,
         cameras: tuple[str, ...] | None = None,
+        images: str = "image_raw",
     ) -> None:
+        self._images = images
         self.cameras = tuple(robot.cameras) if cameras is None else cameras
         for name in self.cameras:
             if name not in robot.cameras:
@@ -134,12 +136,12 @@ class VisionController:
         for name, focal in (("fx", intrinsics.fx), ("fy", intrinsics.fy)):
             if not low <= focal <= high:
                 allowed = f"{low:g} to {high:g} px"
-                raise NaoGaitError(f"{camera}/camera_info k {name}", focal, allowed)
+                raise NaoGaitError(f"{camera}/camera_info {name}", focal, allowed)
         centers = (("cx", intrinsics.cx, width), ("cy", intrinsics.cy, intrinsics.height))
         for name, center, size in centers:
             if not 0.0 <= center <= size:
                 allowed = f"0 to {size} px: a centre inside the image"
-                raise NaoGaitError(f"{camera}/camera_info k {name}", center, allowed)
+                raise NaoGaitError(f"{camera}/camera_info {name}", center, allowed)
         self._waiting.pop(camera, None)
         self._models[camera] = CameraModel(self._robot, camera, intrinsics)
         self._visions[camera] = Vision(self._table, self._settings, self._calibration)
@@ -150,15 +152,15 @@ class VisionController:
         Raises:
             NaoGaitError: The image is not usable, or replaces one that still waits.
         """
-        pixels_of(f"{camera}/image_raw", image)
+        pixels_of(f"{camera}/{self._images}", image)
         model = self._models.get(camera)
         if model is None:
             allowed = f"{camera}/camera_info before the first image"
-            raise NaoGaitError(f"{camera}/image_raw", "no camera_info", allowed)
+            raise NaoGaitError(f"{camera}/{self._images}", "no camera_info", allowed)
         pinhole = model.intrinsics
         if (image.width, image.height) != (pinhole.width, pinhole.height):
             raise NaoGaitError(
-                f"{camera}/image_raw size",
+                f"{camera}/{self._images} size",
                 f"{image.width} x {image.height}",
                 f"{pinhole.width} x {pinhole.height}, as in camera_info",
             )
@@ -182,7 +184,7 @@ class VisionController:
         view = self._models[camera].view(
             body.joint_position, body.torso_position, body.torso_rotation
         )
-        where = f"{camera}/image_raw"
+        where = f"{camera}/{self._images}"
         pixels = pixels_of(where, image)
         self._check_lively(camera, image.data, view.pose)
         brightness = float(pixels.mean())
@@ -200,7 +202,7 @@ class VisionController:
         turned = 0.5 * (float(np.trace(still.pose.rotation.T @ pose.rotation)) - 1.0)
         if moved > MOVED or turned < math.cos(TURNED):
             allowed = "an image that changes with the camera's place"
-            raise NaoGaitError(f"{camera}/image_raw data", "the same image again", allowed)
+            raise NaoGaitError(f"{camera}/{self._images} data", "the same image again", allowed)
 
     def debug_image(self, camera: str, percepts: Percepts) -> Image | None:
         """The last image of a camera with its percepts drawn into it; None before the first."""

@@ -1,6 +1,8 @@
 """The `main` of an executable that is one node. Nothing heavy is imported here."""
 
+import os
 import signal
+import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
@@ -24,9 +26,32 @@ def executable(
 
         stop = StopRequest()
         stop.install()
-        return run(name, description, _loaded(node), _loaded(loop), args, stop)
+        try:
+            return run(name, description, _loaded(node), _loaded(loop), args, stop)
+        except ImportError as error:
+            print(f"{name}: {import_advice(error)}", file=sys.stderr)
+            return 2
 
     return main
+
+
+def import_advice(error: ImportError) -> str:
+    """One line about a module that cannot be imported; a sourced ROS of another Python is named."""
+    text = f"cannot import: {' '.join(str(error).split())}"
+    folders = sourced_ros()
+    if not folders:
+        return text
+    where = os.pathsep.join(folders)
+    return f"{text}; PYTHONPATH has {where}: a ROS of another Python? Without it: env -u PYTHONPATH"
+
+
+def sourced_ros() -> list[str]:
+    """Folders of PYTHONPATH with packages of ROS, as a sourced setup.bash leaves them."""
+    folders = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    return [
+        each for each in folders
+        if each and any(os.path.isdir(os.path.join(each, name)) for name in ("rclpy", "std_msgs"))
+    ]  # fmt: skip
 
 
 def _loaded(place: str):  # type: ignore[no-untyped-def]

@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Sequence
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -22,6 +23,14 @@ BASE_FOOTPRINT = "base_footprint"
 
 _NANOSECONDS = 1_000_000_000
 
+
+
+def with_prefix(prefix: str, message: Any) -> Any:
+    """The message, with a prefix before the names of its frames."""
+    message.header.frame_id = prefix + message.header.frame_id
+    if hasattr(message, "child_frame_id"):
+        message.child_frame_id = prefix + message.child_frame_id
+    return message
 
 
 def stamp_in(header: Header, topic: str) -> int:

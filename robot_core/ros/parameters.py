@@ -56,6 +56,11 @@ def node_parameter(
     return Field(name, default, kind, meaning)
 
 
+FRAME_PREFIX = node_parameter(
+    "frame_prefix", "", "before the names of all frames, as of robot_state_publisher: robot1/"
+)
+
+
 def declare(
     node: Node, field: Field, default: Value | None = None, read_only: bool = True
 ) -> Value:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -200,3 +201,30 @@ def test_found_nowhere_names_where_it_looked(tmp_path: Path) -> None:
     for folder in ("ws/lib/python3.12/site-packages", "ws/share/nao_lipm_gait",
                    "no_prefix/share/nao_lipm_gait"):  # fmt: skip
         assert str(tmp_path / folder) in refused.value.allowed
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
+def test_make_uses_the_python_that_is_named_or_none(tmp_path: Path) -> None:
+    shutil.copy(Path(__file__).parents[2] / "Makefile", tmp_path)
+    for name in ("setup.py", "setup.cfg", "pyproject.toml"):
+        (tmp_path / name).touch()
+    shim = tmp_path / "python3.12"  # as pyenv's of a version that is not active
+    shim.write_text("#!/bin/sh\nexit 127\n")
+    shim.chmod(0o755)
+
+    def make(*words: str) -> "subprocess.CompletedProcess[str]":
+        return subprocess.run(["make", *words], cwd=tmp_path, capture_output=True, text=True)
+
+    done = make("install", f"PYTHON={shim}")
+    assert done.returncode == 2
+    assert f"PYTHON={shim} does not run" in done.stderr
+    assert not (tmp_path / ".venv").exists()
+    bin_folder = tmp_path / ".venv" / "bin"
+    bin_folder.mkdir(parents=True)
+    (bin_folder / "python").symlink_to(sys.executable)
+    (tmp_path / ".venv" / ".installed").touch()
+    done = make("-n", "demo", f"PYTHON={shim}")
+    assert "set up with another Python" in done.stderr
+    assert done.returncode == 2
+    assert make("-n", "demo", f"PYTHON={sys.executable}").returncode == 0
+    assert make("-n", "clean", f"PYTHON={shim}").returncode == 0

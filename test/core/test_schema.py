@@ -6,6 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 
 import attrs
+import numpy as np
 import pytest
 
 from robot_core import schema
@@ -126,6 +127,14 @@ def test_an_unreadable_file_is_refused_in_one_line(tmp_path: Path, content: byte
     with pytest.raises(NaoGaitError, match=r"thing .*bad\.yaml.*readable") as refused:
         schema.read_yaml(path, "thing")
     assert "\n" not in str(refused.value)
+
+
+def test_numbers_of_numpy_are_shown_as_numbers() -> None:
+    values = np.array((0.0, -1.5e-3, np.nan)), np.float64(2.5), np.int64(3), [np.float32(0.5)]
+    shown = [str(NaoGaitError("field", value, "none")) for value in (list(values[0]), *values[1:])]
+    assert not any("np." in text for text in shown)
+    assert "got [0.0, -0.0015, nan];" in shown[0]
+    assert ["got 2.5;" in shown[1], "got 3;" in shown[2], "got [0.5];" in shown[3]] == [True] * 3
 
 
 def test_an_unexpected_error_is_one_line_with_its_place() -> None:

@@ -2,7 +2,9 @@
 
 import os
 import signal
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +120,18 @@ def test_another_study_is_not_resumed(tmp_path: Path) -> None:
     other = Kept(parse_study({**GOOD, "name": "other"}), kept.url)
     with pytest.raises(NaoGaitError, match="holds this study"):
         other.open(ABOUT, existing=True)
+
+
+def test_a_study_of_another_version_is_not_begun_again(tmp_path: Path) -> None:
+    file = tmp_path / "study.db"
+    with closing(sqlite3.connect(file)) as old:  # as version 0.1 made it
+        old.execute("CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL)")
+        old.execute("CREATE TABLE trial (number INTEGER PRIMARY KEY)")
+        old.commit()
+    before = file.read_bytes()
+    with pytest.raises(NaoGaitError, match=r"tables about, trial'; allowed: .* version 0\.1"):
+        Kept(STUDY, f"sqlite:///{file}")
+    assert file.read_bytes() == before
 
 
 # -- processes that really die ---------------------------------------------------------------------

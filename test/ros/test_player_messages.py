@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import CameraInfo, PointCloud2
 from std_msgs.msg import Header
 
 from nao_soccer.ros import player_messages, vision_messages
@@ -15,6 +15,7 @@ from nao_soccer.world.team_knowledge import in_field
 from pitch_percepts import Eyes
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import compose
+from robot_core.ros.messages import with_prefix
 from robot_core.types import PoseCovariance
 
 STAMP = 12_345_000_000
@@ -40,6 +41,35 @@ def test_percepts_survive_the_way_to_the_player():
     assert np.allclose(joined.line_points, percepts.line_points, atol=1e-6)
     assert np.allclose(joined.line_covariances, percepts.line_covariances)
     assert np.allclose(joined.visible, percepts.visible, atol=1e-6)
+
+
+def info(**fields: object) -> CameraInfo:
+    k = [300.0, 0.0, 160.0, 0.0, 310.0, 120.0, 0.0, 0.0, 1.0]
+    return CameraInfo(width=320, height=240, k=k, **fields)
+
+
+P = [280.0, 0.0, 155.0, 0.0, 0.0, 290.0, 118.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+
+
+def test_a_rectified_camera_is_described_by_its_projection_matrix():
+    raw = vision_messages.intrinsics(info(), "camera_info")
+    assert (raw.fx, raw.fy, raw.cx, raw.cy) == (300.0, 310.0, 160.0, 120.0)
+    distortion = [0.1, -0.05, 0.0, 0.0, 0.0]
+    for given, rectified in ((info(p=P), False), (info(p=P, d=distortion), True)):
+        found = vision_messages.intrinsics(given, "camera_info", rectified=rectified)
+        assert (found.fx, found.fy, found.cx, found.cy) == (280.0, 290.0, 155.0, 118.0)
+    with pytest.raises(NaoGaitError, match=r"camera_info d: .* parameter images") as refused:
+        vision_messages.intrinsics(info(p=P, d=distortion), "camera_info")
+    assert "np." not in str(refused.value)
+    with pytest.raises(NaoGaitError, match="camera_info p") as refused:
+        vision_messages.intrinsics(info(), "camera_info", rectified=True)
+    assert "np." not in str(refused.value)
+
+
+def test_a_prefix_comes_before_both_frames_of_a_message():
+    transform, _ = player_messages.map_transforms(STAMP, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), "odom")
+    message = with_prefix("red1/", transform)
+    assert (message.header.frame_id, message.child_frame_id) == ("red1/map", "red1/odom")
 
 
 def with_kind(kind: float) -> PointCloud2:

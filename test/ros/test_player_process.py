@@ -1,10 +1,19 @@
 """`player` and `referee` as processes: obedience over UDP; foreign packets are ignored."""
 
 import math
+import os
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, Twist
+from geometry_msgs.msg import (
+    PointStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    Twist,
+)
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import PointCloud2
@@ -23,7 +32,10 @@ from nao_soccer.referee.protocol import (
 from nao_soccer.ros import vision_messages
 from nao_soccer.team.udp import UdpLink
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
-from ros_probe import Probe, set_stamp
+from pitch_percepts import Eyes
+from robot_core.geometry import compose
+from robot_core.ros.messages import with_prefix
+from ros_probe import Probe, set_stamp, stamp
 
 MS = 1_000_000
 PERIOD = 20 * MS
@@ -221,3 +233,65 @@ def test_a_gait_that_was_started_again_is_told_to_search(probe: Probe) -> None:
 
     probe.wait(lambda: len(modes) > 2, "three searches", every=see_nothing)
     assert {each.data for each in modes} == {"search"}
+
+
+TF2_ROS = """
+from geometry_msgs.msg import TransformStamped
+
+class TransformBroadcaster:
+    # The interface of tf2_ros, of which there is no wheel; one transform per message.
+    def __init__(self, node):
+        self._topic = node.create_publisher(TransformStamped, "/transforms", 100)
+
+    def sendTransform(self, transforms):
+        for each in transforms if isinstance(transforms, list) else [transforms]:
+            self._topic.publish(each)
+"""
+
+
+def planar(pose: Any) -> tuple[float, float, float]:
+    at, q = pose.position, pose.orientation
+    return at.x, at.y, 2.0 * math.atan2(q.z, q.w)
+
+
+def test_map_to_odom_and_odom_to_the_robot_give_its_pose_with_a_prefix(
+    probe: Probe, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tf2_ros.py").write_text(TF2_ROS)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    probe.start("player", scene="pitch_small", start="'-1.0 0.5 0.3'", referee=False,
+                frame_prefix="red1/", **ports(probe))  # fmt: skip
+    transforms = probe.subscribe(TransformStamped, "/transforms")
+    poses = probe.subscribe(PoseWithCovarianceStamped, "pose")
+    odometry = probe.publisher(Odometry, "odom")
+    images = probe.publisher(PointCloud2, "vision/percepts")
+    eyes, time = Eyes(), 0
+
+    def step() -> None:
+        nonlocal time
+        time += PERIOD
+        message = set_stamp(Odometry(), time)
+        message.header.frame_id, message.child_frame_id = "red1/odom", "red1/base_footprint"
+        message.pose.pose.position.x, message.pose.pose.orientation.w = 2.0, 1.0
+        odometry.publish(message)
+        if time % (5 * PERIOD) == 0:
+            cloud = vision_messages.percept_cloud(eyes.see(time, (-1.0, 0.5, 0.3), (0.5, 0.4)))
+            images.publish(with_prefix("red1/", cloud))
+
+    def found() -> dict[int, TransformStamped]:
+        return {stamp(each): each for each in transforms if each.child_frame_id == "red1/odom"}
+
+    probe.wait(lambda: len(found()) > 5 and len(poses) > 5, "transforms", every=step, pause=0.0)
+    assert {each.header.frame_id for each in transforms} == {"red1/map"}
+    assert {each.child_frame_id for each in transforms} == {"red1/odom", "red1/field"}
+    compared = 0
+    for pose in poses:
+        assert pose.header.frame_id == "red1/field"
+        if (transform := found().get(stamp(pose))) is None:
+            continue
+        t, q = transform.transform.translation, transform.transform.rotation
+        origin = t.x, t.y, 2.0 * math.atan2(q.z, q.w)
+        robot = compose(origin, (2.0, 0.0, 0.0))
+        assert robot == pytest.approx(planar(pose.pose.pose), abs=1e-6)
+        compared += 1
+    assert compared > 3

@@ -21,7 +21,7 @@ pytest.importorskip("mujoco")
 
 from geometry_msgs.msg import PointStamped, Twist, WrenchStamped
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
@@ -32,7 +32,6 @@ from gait_lab.view.world_scene import WorldScene
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import PoseEstimate
 from robot_core.errors import NaoGaitError
-from robot_core.ros.topics import LATCHED
 from robot_core.types import PoseCovariance
 from ros_probe import ROOT, TIMEOUT, Probe
 from sim_bridge.scene import load_scene
@@ -318,44 +317,6 @@ def test_who_leaves_the_page_stops_the_robot(driven: Any, way: str) -> None:
 @pytest.mark.parametrize("way", MORE_WAYS)
 def test_who_leaves_the_page_in_a_rarer_way_stops_the_robot(driven: Any, way: str) -> None:
     leave(driven, MORE_WAYS[way])
-
-
-@pytest.mark.parametrize(
-    "number",
-    [signal.SIGKILL, *(pytest.param(n, marks=pytest.mark.slow) for n in (signal.SIGSTOP,
-                                                                        signal.SIGINT))],
-)  # fmt: skip
-def test_a_viewer_that_ends_or_hangs_leaves_a_robot_that_stands(
-    probe: Probe, monkeypatch: pytest.MonkeyPatch, number: int
-) -> None:
-    monkeypatch.syspath_prepend(ROOT / "test")
-    from browser import open_tab
-
-    support = probe.subscribe(String, "gait/support", LATCHED)
-    commands = probe.subscribe(Twist, "cmd_vel")
-    probe.start("sim_bridge", engine="mujoco", lockstep=True, real_time_factor=1.0)
-    probe.start("gait", bias_wait=0.0)
-    port = free_port()
-    view = subprocess.Popen(
-        [sys.executable, "-m", "gait_lab.cli", "view", "--port", str(port)],
-        cwd=ROOT, env=probe.domain.environment(), stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
-    try:
-        assert view.stdout is not None
-        assert str(port) in view.stdout.readline()
-        with open_tab(f"http://{HOST}:{port}") as tab:
-            push_slider(tab.page)
-            probe.wait(lambda: support and support[-1].data.startswith("walk"), "a walk")
-            view.send_signal(number)
-            probe.wait(lambda: support[-1].data == "stand double", "the stop")
-            count = len(commands)
-            view.kill()
-        probe.wait(lambda: True, "nothing")
-        assert len(commands) <= count + 1
-    finally:
-        view.kill()
-        view.communicate()
 
 
 def test_a_page_that_answers_drives_on(driven: Any) -> None:

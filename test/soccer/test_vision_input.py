@@ -95,7 +95,7 @@ def test_image_without_camera_info_is_refused(controller: VisionController):
 def test_a_pinhole_that_is_none_is_refused_and_the_old_one_kept(
     controller: VisionController, field: str, value: float
 ):
-    with pytest.raises(NaoGaitError, match=f"camera_top/camera_info k {field}"):
+    with pytest.raises(NaoGaitError, match=f"camera_top/camera_info {field}"):
         controller.set_camera("camera_top", replace(PINHOLE, **{field: value}))
     controller.add_image("camera_top", image())
     assert controller.see("camera_top") is not None
