@@ -212,7 +212,7 @@ def test_make_uses_the_python_that_is_named_or_none(tmp_path: Path) -> None:
     shim.write_text("#!/bin/sh\nexit 127\n")
     shim.chmod(0o755)
 
-    def make(*words: str) -> "subprocess.CompletedProcess[str]":
+    def make(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(["make", *words], cwd=tmp_path, capture_output=True, text=True)
 
     done = make("install", f"PYTHON={shim}")
