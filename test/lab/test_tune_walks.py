@@ -57,7 +57,7 @@ def test_distance_counts_along_the_start_heading_until_the_last_step() -> None:
 def test_a_posture_that_cannot_walk_falls_and_has_no_speed() -> None:
     protocol = PROTOCOLS["growing_stride"]
     options = protocol.options.from_mapping({"steps": 30, "first": 0.2, "last": 0.24})
-    poor = GaitParameters(swing_lift=0.0, torso_pitch=-0.3)
+    poor = GaitParameters(swing_lift=0.0, torso_pitch=-0.3, step_forward_max=0.2)
     measures = protocol.run(TrialSpec(engine="mujoco", parameters=poor), options)
     assert measures.fell
     assert measures.values["speed"] == 0.0
