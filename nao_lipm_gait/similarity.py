@@ -163,6 +163,7 @@ class Proportions(NamedTuple):
         sole_width: Width of a sole.
         sole_inside: From the sole's frame to its inner edge.
         hip: From the middle to a hip.
+        pace: Lowest no-load speed of hip pitch, knee and ankle pitch [rad/s].
     """
 
     sole_length: float
@@ -170,6 +171,7 @@ class Proportions(NamedTuple):
     sole_width: float
     sole_inside: float
     hip: float
+    pace: float
 
 
 def proportions(robot: RobotDescription) -> Proportions:
@@ -181,7 +183,13 @@ def proportions(robot: RobotDescription) -> Proportions:
         for axis in (0, 1)
     )
     hip = abs(float(tree.joints[image.left_leg.hip_roll].position[1]))
-    return Proportions(x1 - x0, 0.5 * (x0 + x1), y1 - y0, -y0, hip)
+    leg = robot.left_leg
+    speeds = [
+        robot.motors[name].no_load_speed
+        for name in (leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch)
+    ]
+    pace = Size(robot.size).time * min(speeds)
+    return Proportions(x1 - x0, 0.5 * (x0 + x1), y1 - y0, -y0, hip, pace)
 
 
 def fitted(
@@ -195,7 +203,8 @@ def fitted(
         reference: The robot for which they were chosen.
 
     Returns:
-        The parameters with the lengths of soles and hips that the robot has.
+        The parameters with the lengths of soles and hips that the robot has, and with a lower lift
+        and shorter steps if its motors are slower.
     """
     own, other = proportions(robot), proportions(reference)
     p = parameters
@@ -208,8 +217,10 @@ def fitted(
         "foot_spacing": spacing,
         "yaw_gyro": robot.gyro_axes == 3,
     }
+    pace = min(1.0, own.pace / other.pace)
     for name, share in (
-        ("pendulum_width", stance), ("pendulum_offset_y", stance),
+        ("swing_lift", pace), ("step_forward_max", pace), ("step_backward_max", pace),
+        ("step_side_max", pace), ("pendulum_width", stance), ("pendulum_offset_y", stance),
         ("pendulum_shift_max", along), ("pendulum_shift_back_max", along),
         ("pendulum_shift_side_max", across),
     ):  # fmt: skip

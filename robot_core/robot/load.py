@@ -8,6 +8,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.resources import find, names
 from robot_core.robot.derive import completed, relative_size
 from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
+from robot_core.robot.mjcf import urdf_of_mjcf
 from robot_core.robot.robot_file import RobotFile, checked_robot_file, read_robot_file
 from robot_core.robot.urdf_check import checked_urdf
 from robot_core.robot.urdf_model import LARGEST_URDF, UrdfModel
@@ -30,7 +31,7 @@ def load_robot(
     Joints and links of the URDF that the robot file does not name are ignored.
 
     Args:
-        urdf: Shipped name or path of the URDF, or of a robot file (YAML) that names its URDF.
+        urdf: Shipped name or path of the URDF or MJCF, or of a robot file (YAML) that names it.
         robot: Shipped name or path of the robot file; None = that beside the URDF with its name
             and `.yaml`, else the shipped one of the name in the URDF's <robot>, else the first
             whose joints the URDF has. A URDF that none fits is taken by itself, see `derive`.
@@ -46,6 +47,8 @@ def load_robot(
         urdf = _urdf_of(robot)
     urdf_path = find("urdf", str(urdf))
     text = read_text(urdf_path, "URDF", LARGEST_URDF)
+    if "<mujoco" in text:
+        text = urdf_of_mjcf(urdf_path)
     model = UrdfModel.parse(text, urdf_path)
     file_path = _fitting(model, urdf_path) if robot is None else find("robots", str(robot))
     values = {} if file_path is None else read_robot_file(file_path)

@@ -4,6 +4,7 @@ import dataclasses
 import xml.etree.ElementTree as ET
 from math import sqrt
 
+import attrs
 import numpy as np
 import pytest
 
@@ -33,6 +34,10 @@ def enlarged(robot: RobotDescription, length: float) -> RobotDescription:
         limits={
             name: JointLimit(each.lower, each.upper, each.velocity / sqrt(length), each.effort)
             for name, each in robot.limits.items()
+        },
+        motors={
+            name: attrs.evolve(each, no_load_speed=each.no_load_speed / sqrt(length))
+            for name, each in robot.motors.items()
         },
         sole_outline=tuple((length * x, length * y) for x, y in robot.sole_outline),
         sole_corners=tuple((length * x, length * y) for x, y in robot.sole_corners),

@@ -1,0 +1,170 @@
+"""An MJCF model as a URDF; MuJoCo reads it, so that classes, includes and angles are its own."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robot_core.errors import NaoGaitError
+from robot_core.types import FloatArray
+
+SPEED = 10.0
+"""[rad/s] Speed limit of the joints: an MJCF has none. The `motors` of a robot file know better."""
+
+
+def urdf_of_mjcf(path: Path) -> str:
+    """The URDF of the first body with a free joint, or of the first body, and all below it.
+
+    Meshes become boxes around them. A joint's torque is its `actuatorfrcrange`, or what its
+    actuator can give.
+
+    Args:
+        path: The MJCF.
+
+    Raises:
+        NaoGaitError: MuJoCo is not installed or cannot read the file, or it has what no URDF has.
+    """
+    try:
+        import mujoco
+    except ImportError as error:
+        raise NaoGaitError(f"MJCF {path}", "no MuJoCo", "pip install mujoco, or a URDF") from error
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        allowed = "a model that MuJoCo can read"
+        raise NaoGaitError(f"MJCF {path}", str(error), allowed) from error
+    free = [int(model.jnt_bodyid[j]) for j in range(model.njnt) if model.jnt_type[j] == 0]
+    if model.nbody < 2:
+        raise NaoGaitError(f"MJCF {path}", "no body", "a robot")
+    root = free[0] if free else 1
+    robot = ET.Element("robot", name=path.stem)
+    inside = {root}
+    for body in range(root, model.nbody):
+        parent = int(model.body_parentid[body])
+        if body == root or parent in inside:
+            inside.add(body)
+            _add_link(robot, model, body)
+            if body != root:
+                _add_joint(robot, model, body, parent, path)
+    return ET.tostring(robot, encoding="unicode")
+
+
+def _hinge(model: Any, body: int) -> int | None:
+    """The joint that moves a body."""
+    return int(model.body_jntadr[body]) if model.body_jntnum[body] else None
+
+
+def _anchor(model: Any, body: int) -> FloatArray:
+    """(3,) [m] of the link's frame in that of the body: where its hinge is."""
+    joint = _hinge(model, body)
+    if joint is None or model.jnt_type[joint] == 0:
+        return np.zeros(3)
+    return np.asarray(model.jnt_pos[joint])
+
+
+def _add_link(robot: ET.Element, model: Any, body: int) -> None:
+    link = ET.SubElement(robot, "link", name=model.body(body).name)
+    anchor = _anchor(model, body)
+    if model.body_mass[body] > 0.0:
+        inertial = ET.SubElement(link, "inertial")
+        _origin(inertial, model.body_ipos[body] - anchor, model.body_iquat[body])
+        ET.SubElement(inertial, "mass", value=repr(float(model.body_mass[body])))
+        x, y, z = map(float, model.body_inertia[body])
+        ET.SubElement(
+            inertial, "inertia", ixx=repr(x), iyy=repr(y), izz=repr(z), ixy="0", ixz="0", iyz="0"
+        )
+    for geom in range(model.ngeom):
+        if model.geom_bodyid[geom] != body:
+            continue
+        meets = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+        for tag in ("visual", "collision") if meets else ("visual",):
+            _add_shape(link, tag, model, geom, anchor)
+
+
+def _add_shape(link: ET.Element, tag: str, model: Any, geom: int, anchor: FloatArray) -> None:
+    import mujoco
+
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
+    place = np.asarray(model.geom_pos[geom]) - anchor
+    if kind in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD):
+        return
+    element = ET.SubElement(link, tag)
+    geometry = ET.SubElement(element, "geometry")
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        ET.SubElement(geometry, "sphere", radius=repr(float(size[0])))
+    elif kind in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
+        length = 2.0 * float(size[1])
+        if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+            length += 2.0 * float(size[0])
+        ET.SubElement(geometry, "cylinder", radius=repr(float(size[0])), length=repr(length))
+    else:  # a box, or the box around a mesh or an ellipsoid
+        centre, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+        place = place + rotation.reshape(3, 3) @ centre
+        ET.SubElement(geometry, "box", size=_words(2.0 * half))
+    _origin(element, place, model.geom_quat[geom])
+    red, green, blue, alpha = map(float, model.geom_rgba[geom])
+    material = ET.SubElement(element, "material", name=f"color_{geom}")
+    ET.SubElement(material, "color", rgba=f"{red:.4g} {green:.4g} {blue:.4g} {alpha:.4g}")
+
+
+def _add_joint(robot: ET.Element, model: Any, body: int, parent: int, path: Path) -> None:
+    name, joint = model.body(body).name, _hinge(model, body)
+    if model.body_jntnum[body] > 1:
+        joints = [model.joint(int(model.body_jntadr[body]) + i).name for i in range(2)]
+        allowed = "one hinge a body: put a body between them"
+        raise NaoGaitError(f"body {name} in {path}", f"joints {', '.join(joints)}", allowed)
+    hinged = joint is not None
+    if hinged and model.jnt_type[joint] != 3:
+        raise NaoGaitError(f"joint {model.joint(joint).name} in {path}", "no hinge", "hinges")
+    element = ET.SubElement(
+        robot, "joint", name=model.joint(joint).name if hinged else f"{name}_fixed",
+        type="revolute" if hinged else "fixed",
+    )  # fmt: skip
+    import mujoco
+
+    turned = np.empty(3)
+    mujoco.mju_rotVecQuat(turned, _anchor(model, body), model.body_quat[body])
+    _origin(element, model.body_pos[body] + turned - _anchor(model, parent), model.body_quat[body])
+    ET.SubElement(element, "parent", link=model.body(parent).name)
+    ET.SubElement(element, "child", link=name)
+    if joint is not None:
+        low, high = map(float, model.jnt_range[joint])
+        if not model.jnt_limited[joint]:
+            low, high = -np.pi, np.pi
+        ET.SubElement(element, "axis", xyz=_words(model.jnt_axis[joint]))
+        torque = max(_torques(model, joint), default=0.0)
+        ET.SubElement(
+            element, "limit", lower=repr(low), upper=repr(high), effort=repr(torque),
+            velocity=repr(SPEED),
+        )  # fmt: skip
+
+
+def _torques(model: Any, joint: int) -> Iterator[float]:
+    """What may limit a joint's torque [N m]; the smallest range that the model gives."""
+    if model.jnt_actfrclimited[joint]:
+        yield float(model.jnt_actfrcrange[joint][1])
+        return
+    for actuator in range(model.nu):
+        if model.actuator_trnid[actuator][0] == joint and model.actuator_trntype[actuator] == 0:
+            gear = abs(float(model.actuator_gear[actuator][0]))
+            if model.actuator_forcelimited[actuator]:
+                yield gear * float(model.actuator_forcerange[actuator][1])
+            elif model.actuator_ctrllimited[actuator] and not model.actuator_biastype[actuator]:
+                gain = float(model.actuator_gainprm[actuator][0])
+                yield gear * gain * float(model.actuator_ctrlrange[actuator][1])
+
+
+def _words(values: FloatArray) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _origin(element: ET.Element, place: FloatArray, quaternion: FloatArray) -> None:
+    w, x, y, z = map(float, quaternion)
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    ET.SubElement(element, "origin", xyz=_words(place), rpy=_words(np.array((roll, pitch, yaw))))

@@ -1,0 +1,102 @@
+"""A robot from an MJCF: the same body as from its URDF."""
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription, load_robot
+
+mujoco = pytest.importorskip("mujoco")
+
+LEG = """
+<body name="{s}_hip" pos="0 {y} -0.05"><joint name="{s}_hip_pitch" axis="0 1 0" range="-1.5 1.5"/>
+ <geom type="box" size=".02 .02 .02" mass=".3"/>
+ <body name="{s}_hip2"><joint name="{s}_hip_roll" axis="1 0 0" range="-1 1"/>
+  <geom type="box" size=".02 .02 .02" mass=".3"/>
+  <body name="{s}_thigh" pos="0 0 -.02"><joint name="{s}_hip_yaw" axis="0 0 1" range="-1 1"/>
+   <geom type="capsule" fromto="0 0 0 0 0 -.15" size=".02" mass=".6"/>
+   <body name="{s}_shank" pos=".01 0 -.16">
+    <joint name="{s}_knee" pos="0 0 .01" axis="0 1 0" range="0 2.2"/>
+    <geom type="capsule" fromto="0 0 0 0 0 -.14" size=".02" mass=".4"/>
+    <body name="{s}_ankle" pos="0 0 -.15"><joint name="{s}_ankle_pitch" axis="0 1 0" range="-1 1"/>
+     <geom type="sphere" size=".015" mass=".1"/>
+     <body name="{s}_foot" pos="0 0 -.01"><joint name="{s}_ankle_roll" axis="1 0 0" range="-1 1"/>
+      <geom type="box" pos=".02 0 -.03" size=".08 .04 .01" mass=".2"/>
+     </body></body></body></body></body></body>
+"""
+MODEL = """
+<mujoco model="walker"><compiler angle="radian"/>
+ <default><joint actuatorfrcrange="-20 20"/></default>
+ <worldbody><geom type="plane" size="1 1 1"/>
+  <body name="trunk" pos="0 0 .5"><freejoint/>
+   <geom type="box" pos="0 0 .1" size=".08 .1 .12" mass="4"/>{legs}
+  </body></worldbody></mujoco>
+"""
+
+
+def model(legs: str | None = None) -> str:
+    if legs is None:
+        legs = LEG.format(s="left", y=0.06) + LEG.format(s="right", y=-0.06)
+    return MODEL.format(legs=legs)
+
+
+@pytest.fixture(scope="module")
+def walker(tmp_path_factory: pytest.TempPathFactory) -> RobotDescription:
+    path = tmp_path_factory.mktemp("mjcf") / "walker.xml"
+    path.write_text(model())
+    return load_robot(path)
+
+
+def test_masses_and_kinematics_are_those_of_mujoco(walker: RobotDescription) -> None:
+    theirs = mujoco.MjModel.from_xml_string(model())
+    state = mujoco.MjData(theirs)
+    ours = pin.buildModelFromXML(walker.urdf, pin.JointModelFreeFlyer())
+    data, q = ours.createData(), pin.neutral(ours)
+    rng = np.random.default_rng(2)
+    for _ in range(5):
+        state.qpos[:7] = (0, 0, 0, 1, 0, 0, 0)
+        for name in walker.joint_names:
+            limit = walker.limits[name]
+            angle = rng.uniform(limit.lower, limit.upper)
+            state.joint(name).qpos = angle
+            q[ours.joints[ours.getJointId(name)].idx_q] = angle
+        mujoco.mj_forward(theirs, state)
+        com = pin.centerOfMass(ours, data, q)
+        np.testing.assert_allclose(com, state.subtree_com[1], atol=1e-9)
+        pin.framesForwardKinematics(ours, data, q)
+        for foot in ("left_foot", "right_foot"):
+            place = data.oMf[ours.getFrameId(foot, pin.FrameType.BODY)]
+            np.testing.assert_allclose(place.translation, state.body(foot).xpos, atol=1e-9)
+            rotation = np.reshape(state.body(foot).xmat, (3, 3))
+            np.testing.assert_allclose(place.rotation, rotation, atol=1e-9)
+    assert walker.limits["left_knee"].effort == 20.0
+
+
+def test_roles_and_soles_are_found(walker: RobotDescription) -> None:
+    assert walker.left_leg.hip == ("left_hip_yaw", "left_hip_roll", "left_hip_pitch")
+    assert walker.right_leg.ankle == ("right_ankle_pitch", "right_ankle_roll")
+    assert walker.head is None
+    xs = [x for x, _ in walker.sole_outline]
+    assert (min(xs), max(xs)) == pytest.approx((-0.06, 0.10))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<mujoco><worldbody/></mujoco>", "no body"),
+        ("<mujoco><worldbody>", "MuJoCo can read"),
+        (model('<body name="a"><joint name="x"/><joint name="y"/><geom size="1"/></body>'),
+         "joints x, y"),
+        (model('<body name="a"><joint name="x" type="slide"/><geom size="1"/></body>'), "no hinge"),
+        (model(LEG.format(s="left", y=0.06)), "right leg"),
+    ],
+)  # fmt: skip
+def test_bad_models_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "bad.xml"
+    path.write_text(text)
+    with pytest.raises(NaoGaitError) as refused:
+        load_robot(path)
+    assert said in str(refused.value)
