@@ -605,6 +605,10 @@ class Gait:
         """Current mode."""
         return self._modes.state
 
+    def corrected(self, frame: SensorFrame) -> SensorFrame:
+        """The frame without the constant errors that are known."""
+        return self._correction.sensed(frame)
+
     @property
     def calibration(self) -> Calibration:
         """The constant errors of the sensors, by all that has been measured so far."""

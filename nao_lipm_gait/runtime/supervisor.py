@@ -10,6 +10,7 @@ from nao_lipm_gait.runtime.diagnostics import WALK as WALK_GROUP
 from nao_lipm_gait.runtime.inputs import LoadInput, TemperatureInput, TwistInput, read_velocity
 from nao_lipm_gait.runtime.intake import Gaps, NewTime
 from nao_lipm_gait.runtime.sensor_check import SensorCheck
+from nao_lipm_gait.runtime.stand_check import StandCheck
 from nao_lipm_gait.runtime.watches import (
     LIFT_TIME,
     LOAD_AGE,
@@ -93,6 +94,7 @@ class Supervisor:
         self._outage = SensorOutage(self._loads, settings.imu_patience)
         self._heat = HeatWatch(gait.robot, say, settings.hot_speed)
         self._check = SensorCheck(gait.robot, settings.control_period)
+        self._stand_check = StandCheck(gait.robot)
         self._motors_ready = True
         self._ticked = False
         self._held = 0
@@ -143,6 +145,8 @@ class Supervisor:
         if not self._check.done and gaps.blind_since is None:
             frame, wrong = self._proven(frame)
             stands = stands or wrong
+        if not self._stand_check.done:
+            self._judge_stand(frame, in_doubt=stands)
         command = self._heat.limited(self.velocity.at(stamp))
         command = self._allowed(stamp, STANDSTILL if stands else command)
         if self._lift is not None and self._lift.update(stamp, frame.linear_acceleration):
@@ -214,6 +218,15 @@ class Supervisor:
             self._gait.request_stand()
         self._say.begin(SENSORS, Level.ERROR, "wrong sensors", check.trouble)
         return frame, True
+
+    def _judge_stand(self, frame: SensorFrame, *, in_doubt: bool) -> None:
+        """Look once, in a quiet stand on both soles, whether the robot stands as its joints say."""
+        check, loads, stamp = self._stand_check, self._loads, frame.stamp
+        carried = loads.both_time(stamp) >= CARRIED_TIME or not loads.are_known(stamp)
+        stands = self._gait.state is STAND and self._motors_ready and carried and not in_doubt
+        check.update(self._gait.corrected(frame), stands=stands)
+        if check.warning:
+            self._say.begin(SENSORS, Level.WARN, "stand", check.warning)
 
     def _sensors_are_missing(self, stamp: int, gaps: Gaps) -> bool:
         """Whether the robot must not walk in this tick; handles a fall and the end of an outage."""

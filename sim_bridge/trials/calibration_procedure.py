@@ -123,17 +123,29 @@ class Procedure:
             if measured.stand_time >= STAND_TIME:
                 self._begin(Phase.STEP)
         elif self.phase is Phase.STEP:
-            if self._stepped >= STEP_TIME and measured.soles_level:
-                self._begin(Phase.REST)
+            if self._stepped >= STEP_TIME:
+                _check_soles(measured)
+                if measured.soles_level:
+                    self._begin(Phase.REST)
         elif measured.stand_time >= REST_TIME:
-            if max(abs(measured.sole_pitch), abs(measured.sole_roll)) >= TILT_MAX:
-                limit = math.degrees(TILT_MAX)
-                raise CalibrationError(f"the soles are tilted by {limit:.1f} deg or more")
             self._begin(Phase.DONE)
 
     def _begin(self, phase: Phase) -> None:
         self.phase = phase
         self._began = self._now
+
+
+def _check_soles(measured: Measurement) -> None:
+    """Raise `CalibrationError` for soles that are tilted as far as can be levelled, or farther."""
+    for axis, tilt, joints in (
+        ("pitched", measured.sole_pitch, "hip pitch, knee or ankle pitch"),
+        ("rolled", measured.sole_roll, "hip roll or ankle roll"),
+    ):
+        if abs(tilt) >= TILT_MAX:
+            raise CalibrationError(
+                f"the left sole is {axis} by {math.degrees(tilt):+.1f} deg or more relative to the "
+                f"right one: the zero of a {joints} joint is wrong; mend it in the robot"
+            )
 
 
 _UNFINISHED = {

@@ -1,0 +1,73 @@
+"""Before the first walk: does the torso of the robot that stands lean as its joints say?
+
+A leg joint with a wrong zero, an IMU that is mounted askew and a floor that slopes look the same
+here, so the robot may walk; `nao_gait calibrate` tells a wrong zero from the others.
+"""
+
+from math import acos, degrees
+
+import numpy as np
+
+from nao_lipm_gait.whole_body.body_model import BodyModel
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray, SensorFrame
+
+LEAN_MAX = 0.055
+"""[rad] Largest lean that needs no explanation: joints and IMUs that are off by up to a degree give
+0.035."""
+STAND_TICKS = 30
+"""Ticks of a quiet stand over which the lean is averaged."""
+QUIET = 0.02
+"""[rad] Largest movement of a joint in them."""
+
+
+class StandCheck:
+    """Judges the first quiet stand; one tick after the other.
+
+    Args:
+        robot: The robot.
+
+    Attributes:
+        done: It has been judged.
+        warning: What is wrong; empty if nothing.
+    """
+
+    def __init__(self, robot: RobotDescription) -> None:
+        self._body = BodyModel(robot)
+        self._frames: list[SensorFrame] = []
+        self.done = False
+        self.warning = ""
+
+    def update(self, frame: SensorFrame, *, stands: bool) -> None:
+        """One tick.
+
+        Args:
+            frame: Sensors without the errors that were calibrated.
+            stands: The robot stands on both soles by its own motors.
+        """
+        self._frames.append(frame)
+        moved = np.abs(frame.joint_position - self._frames[0].joint_position).max()
+        if not stands or moved > QUIET:
+            self._frames.clear()
+        if len(self._frames) < STAND_TICKS:
+            return
+        self.done = True
+        force = np.mean([each.linear_acceleration for each in self._frames], axis=0)
+        vertical = self._vertical(np.mean([each.joint_position for each in self._frames], axis=0))
+        lean = acos(min(1.0, float(force @ vertical / np.linalg.norm(force))))
+        self._frames.clear()
+        if lean > LEAN_MAX:
+            self.warning = (
+                f"the robot stands {degrees(lean):.1f} deg askew by its IMU; allowed: "
+                f"{degrees(LEAN_MAX):.1f} deg from upright by its joints; does the floor slope, is "
+                "the IMU mounted askew, or the zero of a leg joint wrong? `nao_gait calibrate` "
+                "tells"
+            )
+
+    def _vertical(self, position: FloatArray) -> FloatArray:
+        """Mean normal (3,) of the soles in the torso frame, for joint angles (n,) [rad]."""
+        self._body.set_joints(position)
+        self._body.com_in_torso()
+        left, right = (np.array(self._body.sole_in_torso(side).normal) for side in (1, -1))
+        normal: FloatArray = (left + right) / np.linalg.norm(left + right)
+        return normal
