@@ -19,6 +19,9 @@ STAND_TIME = 2.0
 """Duration [s] of the quiet stand before the steps, for the gyro."""
 STEP_TIME = 12.0
 """Least duration [s] of the steps; the soles are usually level after 3 s."""
+STEADY_TIME, STEADY = 3.0, 0.004
+"""Duration [s] of steps in which the measured tilt may change by so much [rad]: that of soles which
+are tilted farther than can be levelled goes on rising."""
 REST_TIME = 5.0
 """Duration [s] of the quiet stand after them, for gyro and accelerometer."""
 PHASE_LIMIT = 60.0
@@ -56,6 +59,7 @@ class Procedure:
         self._state = GaitState.STAND
         self._place: tuple[float, float] | None = None
         self._now = self._began = self._stepped = 0.0
+        self._tilt, self._tilted_at = (math.inf, math.inf), 0.0
 
     @property
     def command(self) -> VelocityCommand | None:
@@ -123,12 +127,20 @@ class Procedure:
             if measured.stand_time >= STAND_TIME:
                 self._begin(Phase.STEP)
         elif self.phase is Phase.STEP:
+            self._note_tilt(measured)
             if self._stepped >= STEP_TIME:
                 _check_soles(measured)
-                if measured.soles_level:
+                steady = self._stepped - self._tilted_at >= STEADY_TIME
+                if measured.soles_level and steady:
                     self._begin(Phase.REST)
         elif measured.stand_time >= REST_TIME:
             self._begin(Phase.DONE)
+
+    def _note_tilt(self, measured: Measurement) -> None:
+        """Remember since when the tilt has not changed much."""
+        tilt = measured.sole_pitch, measured.sole_roll
+        if math.dist(tilt, self._tilt) > STEADY:
+            self._tilt, self._tilted_at = tilt, self._stepped
 
     def _begin(self, phase: Phase) -> None:
         self.phase = phase

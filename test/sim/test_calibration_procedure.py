@@ -1,6 +1,5 @@
 """The procedure of a calibration: its phases, and what ends it."""
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from sim_bridge.trials.calibration_procedure import (
     PLACE,
     REST_TIME,
     STAND_TIME,
+    STEADY_TIME,
     STEP_ON_THE_SPOT,
     STEP_TIME,
     CalibrationError,
@@ -55,7 +55,13 @@ class Robot:
     def steps(self) -> None:
         self.stands()
         self.procedure.see_state("walk left")
-        self.wait(STEP_TIME + 0.5)
+        self.level()
+
+    def level(self) -> None:
+        """Step for the least duration, with the same tilt at its end."""
+        self.wait(STEP_TIME - STEADY_TIME)
+        self.measure(LEVEL)
+        self.wait(STEADY_TIME + 0.5)
         self.measure(LEVEL)
 
     @property
@@ -74,8 +80,7 @@ def test_it_stands_steps_and_stands(robot: Robot) -> None:
     assert robot.phase is Phase.STEP
     assert robot.procedure.command == STEP_ON_THE_SPOT
     robot.procedure.see_state("walk left")
-    robot.wait(STEP_TIME + 0.5)
-    robot.measure(LEVEL)
+    robot.level()
     assert robot.phase is Phase.REST
     assert robot.procedure.command == STANDSTILL
     robot.procedure.see_state("stop left")
@@ -102,6 +107,8 @@ def test_it_steps_until_the_soles_are_level(robot: Robot) -> None:
     robot.wait(STEP_TIME + 5.0)
     robot.measure(UNKNOWN)
     assert robot.phase is Phase.STEP
+    robot.measure(LEVEL, sole_pitch_applied=0.0)
+    robot.wait(STEADY_TIME + 0.5)
     robot.measure(LEVEL, sole_pitch_applied=0.0)
     assert robot.phase is Phase.STEP, "known, but not corrected yet"
     robot.measure(LEVEL)
@@ -186,12 +193,29 @@ def test_a_gait_that_does_not_measure_is_refused(robot: Robot) -> None:
         robot.measure(attrs.evolve(UNKNOWN, steps_measure=False))
 
 
-def test_a_tilt_at_the_limit_of_what_is_learned_is_no_result(robot: Robot) -> None:
-    robot.steps()
-    robot.procedure.see_state("stand both")
-    robot.wait(1.0)
-    with pytest.raises(CalibrationError, match=f"{math.degrees(TILT_MAX):.1f} deg or more"):
-        robot.measure(LEVEL, sole_roll=-TILT_MAX, stand_time=REST_TIME)
+@pytest.mark.parametrize(("tilt", "joints"), [
+    ({"sole_roll": -TILT_MAX}, r"rolled by -3.4 deg or more .*hip roll or ankle roll"),
+    ({"sole_pitch": TILT_MAX}, r"pitched by \+3.4 deg or more .* hip pitch, knee or ankle pitch"),
+])  # fmt: skip
+def test_a_tilt_at_the_limit_of_what_is_learned_names_the_joints(
+    robot: Robot, tilt: dict[str, float], joints: str
+) -> None:
+    robot.stands()
+    robot.procedure.see_state("walk left")
+    robot.wait(STEP_TIME + 0.5)
+    with pytest.raises(CalibrationError, match=joints):
+        robot.measure(LEVEL, **tilt)
+
+
+def test_a_tilt_that_still_rises_is_no_result(robot: Robot) -> None:
+    robot.stands()
+    robot.procedure.see_state("walk left")
+    robot.wait(STEP_TIME)
+    for step in range(20):
+        robot.wait(0.5)
+        tilt = 0.002 * step
+        robot.measure(LEVEL, sole_pitch=tilt, sole_pitch_applied=tilt)
+        assert robot.procedure.phase is Phase.STEP
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_robot_moves(
