@@ -11,7 +11,9 @@ from setuptools import find_packages, setup
 
 NAME = "nao_lipm_gait"
 
-PACKAGES = ("robot_core", NAME, "nao_soccer", "lola_bridge", "sim_bridge", "gait_lab")
+PACKAGES = (
+    "robot_core", NAME, "nao_soccer", "lola_bridge", "rcss_bridge", "sim_bridge", "gait_lab"
+)
 SHARED_FOLDERS = ("config", "urdf", "launch")
 
 CORE = ("attrs>=23", "msgpack>=1.0,<2", "numpy>=1.26", "pin>=3.0", "pybullet>=3.2.6", "pyyaml>=6.0")

@@ -68,6 +68,20 @@ _MATCH = (
              help="replay, logs and bag (out/match)"),
     argument("--json", type=Path, metavar="FILE", help="the result as JSON"),
 )  # fmt: skip
+_RCSS = (
+    argument("--host", default="127.0.0.1", metavar="H", help="of the server (127.0.0.1)"),
+    argument("--port", type=int, default=60000, metavar="P", help="for players (60000)"),
+    argument("--team", default="nao_lipm_gait", metavar="NAME", help="of the team (nao_lipm_gait)"),
+    argument("--number", group="who", type=int, default=2, metavar="N",
+             help="of the player (2); 1 is the goalkeeper"),
+    argument("--players", group="who", metavar="A-B", help="several players, such as 1-7"),
+    argument("--robot", default="K1", metavar="R", help="of the server: K1 (default) or T1"),
+    argument("--drive", default="0,0,0", metavar="VX,VY,WZ",
+             help="walk so fast [m/s, rad/s] (0,0,0: stand)"),
+    argument("--seconds", type=float, default=math.inf, metavar="S",
+             help="leave after S simulated seconds"),
+    argument("--preset", default="default", metavar="NAME", help="of the gait (the robot's own)"),
+)  # fmt: skip
 _RECORD = (
     argument("bag", type=Path, nargs="?", metavar="BAG",
              help="a new folder for the bag; the same as --out"),
@@ -182,6 +196,8 @@ COMMANDS = {
                     "gait_lab.demo.demo:command", _DEMO),
     "match": Command("two teams play soccer; result, bag and a replay page",
                      "gait_lab.soccer.match_command:play", _MATCH),
+    "rcss": Command("walk on RoboCup's simulation server, as one player or several",
+                    "gait_lab.rcss.command:run", _RCSS),
     "bench": Command("measure the gait on many robots, in process, without ROS",
                      declare=bench.add),
     "compile": Command("the gait as machine code, for long rollouts; the same walk",

@@ -161,8 +161,11 @@ FLOORS = {
     "nao_lipm_gait": {"robot_core"},
     "nao_soccer": {"robot_core"},
     "lola_bridge": {"robot_core"},
+    "rcss_bridge": {"robot_core"},
     "sim_bridge": {"robot_core", "nao_lipm_gait", "lola_bridge"},
-    "gait_lab": {"robot_core", "nao_lipm_gait", "nao_soccer", "lola_bridge", "sim_bridge"},
+    "gait_lab": {
+        "robot_core", "nao_lipm_gait", "nao_soccer", "lola_bridge", "rcss_bridge", "sim_bridge"
+    },
 }
 """What each package may import; ground truth and physics never get below the simulator."""
 SIMULATORS = {"pybullet", "mujoco"}

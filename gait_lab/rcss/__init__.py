@@ -1,0 +1,1 @@
+"""Our robots on RoboCup's simulation server: a player without ROS, the start of a server."""

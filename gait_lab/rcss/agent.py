@@ -1,0 +1,104 @@
+"""One robot on the server: its gait between the percepts and the motors, without ROS."""
+
+from nao_lipm_gait.gait import Gait
+from rcss_bridge import codec
+from rcss_bridge.body import CYCLE, Body
+from rcss_bridge.codec import Percepts
+from rcss_bridge.joints import ServerRobot
+from rcss_bridge.landing import Landing
+from robot_core.robot import load_robot
+from robot_core.types import DOWN, Pose2, VelocityCommand
+
+DELAY = 0.03
+"""[s] from a percept to the effect of its answer, which acts a cycle later. With 0.02 to 0.04 a K1
+walks the same, with 0.05 it falls."""
+BEAM_MODES = ("BeforeKickOff", "Goal_Left", "Goal_Right")
+"""Play modes in which the server takes `beam`."""
+
+
+class Agent:
+    """Answers the messages of one player.
+
+    Args:
+        server_robot: The robot by the server's names.
+        team: Name of its team.
+        start: x, y [m], yaw [rad] in the field of its team, where it begins; None = where the
+            server puts it.
+        preset: Gait preset.
+
+    Attributes:
+        gait: Its gait.
+        landing: Watches free fall and landing.
+        percepts: Of the last cycle.
+        falls: Number of falls so far.
+    """
+
+    def __init__(
+        self,
+        server_robot: ServerRobot,
+        team: str,
+        start: Pose2 | None = None,
+        preset: str = "default",
+    ) -> None:
+        robot = load_robot(server_robot.robot)
+        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY)
+        self.landing = Landing(robot)
+        self.percepts: Percepts | None = None
+        self.falls = 0
+        self._body = Body(server_robot, robot)
+        self._team, self._start = team, start
+        self._down = False
+
+    def beam(self, pose: Pose2) -> None:
+        """Be put at a pose in the own half as soon as the play mode allows it."""
+        self._start = pose
+
+    def restart(self, start: Pose2) -> None:
+        """Begin anew on another server, or after this one has dropped the player."""
+        self.landing.active = False
+        self.gait.reset()
+        self._down = False
+        self.beam(start)
+
+    @property
+    def state(self) -> str:
+        """What it does, in a word."""
+        return "landing" if self.landing.active else self.gait.state.value
+
+    @property
+    def stands(self) -> bool:
+        """It has landed, and is neither down nor on its way there."""
+        return not (self.landing.active or self._down)
+
+    def cycle(self, message: bytes, command: VelocityCommand) -> bytes:
+        """Answer a message of the server.
+
+        Args:
+            message: Of this cycle.
+            command: Velocity at which to walk.
+
+        Returns:
+            The actions.
+
+        Raises:
+            NaoGaitError: The message cannot be used; the robot is to get no answer then.
+        """
+        self.percepts = percepts = codec.percepts(message)
+        frame = self._body.frame(percepts)
+        beam = None
+        if self._start is not None and percepts.game.mode in BEAM_MODES:
+            x, y, yaw = self._start
+            right = percepts.game.right == self._team
+            beam = (x, -y if right else y, yaw)  # the server mirrors x, and turns, but not y
+            self._start = None
+            self.landing.drop()
+        was_landing = self.landing.active
+        targets = self.landing.update(frame)
+        if targets is None:
+            if was_landing:
+                self.gait.reset()
+            targets = self.gait.step(frame, command)
+            down = self.gait.state in DOWN
+            self.falls += down and not self._down
+            self._down = down
+        return codec.actions(self._body.motors(targets), beam)

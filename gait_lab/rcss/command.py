@@ -1,0 +1,180 @@
+"""`nao_gait rcss`: robots on RoboCup's simulation server, one process each."""
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gait_lab.rcss.agent import Agent
+from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
+from rcss_bridge.client import Client, ServerGoneError
+from rcss_bridge.codec import init
+from rcss_bridge.joints import server_robot
+from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL, Pose2, VelocityCommand
+
+SETTLED = 2.0
+"""[s] that a robot stands after it has landed, before it walks."""
+PATIENCE = 30.0
+"""[s] for which a lost server is looked for."""
+NUMBER_MAX = 99
+SPEED_MAX, TURN_MAX = 2.0, 4.0
+"""Largest commands [m/s], [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What one process does.
+
+    Attributes:
+        host: Of the server.
+        port: Of the server.
+        team: Name of the team.
+        number: Number of the player.
+        robot: The robot by the server's name.
+        command: Velocity at which it walks.
+        seconds: Simulated time [s] after which it leaves.
+        preset: Gait preset.
+    """
+
+    host: str
+    port: int
+    team: str
+    number: int
+    robot: str
+    command: VelocityCommand
+    seconds: float
+    preset: str
+
+
+def run(
+    host: str,
+    port: int,
+    team: str,
+    number: int,
+    players: str | None,
+    robot: str,
+    drive: str,
+    seconds: float,
+    preset: str,
+    say: Callable[[str], None],
+) -> int:
+    """Bring robots onto the field; the exit status.
+
+    Raises:
+        NaoGaitError: An argument is not allowed.
+    """
+    server_robot(robot)
+    init(robot, team, number)
+    if not 0 < port < 65536:
+        raise NaoGaitError("port", port, "1 to 65535")
+    if not seconds > 0.0:
+        raise NaoGaitError("seconds", seconds, "more than 0")
+    command = _velocity(drive)
+    numbers = (number,) if players is None else _numbers(players)
+    jobs = [Job(host, port, team, each, robot, command, seconds, preset) for each in numbers]
+    if len(jobs) == 1:
+        return walk(jobs[0], say)
+    context = multiprocessing.get_context("spawn")
+    processes = [context.Process(target=_in_process, args=(job,)) for job in jobs]
+    for process in processes:
+        process.start()
+    try:
+        for process in processes:
+            process.join()
+    except KeyboardInterrupt:
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.join()
+        return EXIT_INTERRUPTED
+    return EXIT_OK if not any(process.exitcode for process in processes) else EXIT_FAILED
+
+
+def walk(job: Job, say: Callable[[str], None]) -> int:
+    """One robot on the server until its time is over; the exit status.
+
+    When the server goes, the robot looks for it again and begins anew.
+    """
+    who = f"{job.team} {job.number}"
+    agent = Agent(server_robot(job.robot), job.team, start_of(job.number), job.preset)
+    with Client(job.host, job.port, job.robot, job.team, job.number) as client:
+        done = 0.0
+        while True:
+            try:
+                client.connect_within(PATIENCE)
+                done = _cycles(client, agent, job, done, lambda text: say(f"{who}: {text}"))
+            except ServerGoneError as error:
+                say(f"{who}: {error}")
+                if agent.percepts is None or not client.heard:
+                    return EXIT_FAILED
+                agent.restart(start_of(job.number))
+                continue
+            say(f"{who}: {done:.0f} s, {agent.falls} falls, {agent.landing.count} drops")
+            return EXIT_OK
+
+
+def _cycles(
+    client: Client, agent: Agent, job: Job, done: float, say: Callable[[str], None]
+) -> float:
+    """Play until the time is over; the time [s] that was played."""
+    began, stood, state = None, 0.0, ""
+    while True:
+        message = client.receive()
+        try:
+            answer = agent.cycle(message, job.command if stood >= SETTLED else STANDSTILL)
+        except NaoGaitError as error:
+            say(str(error))
+            answer = b"(syn)"
+        client.send(answer)
+        percepts = agent.percepts
+        if percepts is None:
+            continue
+        if began is None:
+            began = percepts.time - done
+        stood = stood + 0.02 if agent.stands else 0.0
+        if agent.state != state:
+            state = agent.state
+            say(f"{percepts.time - began:.2f} s {state}")
+        if percepts.time - began >= job.seconds:
+            return percepts.time - began
+
+
+def start_of(number: int) -> Pose2:
+    """Where a player begins: the goalkeeper before the goal, the others in rows of four."""
+    if number == 1:
+        return -26.0, 0.0, 0.0
+    row, place = divmod(number - 2, 4)
+    return -7.0 - 5.0 * row, 6.0 * place - 9.0, 0.0
+
+
+def _in_process(job: Job) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        status = walk(job, lambda text: print(text, flush=True))
+    except NaoGaitError as error:
+        print(f"{job.team} {job.number}: {error}", flush=True)
+        status = EXIT_FAILED
+    os._exit(status)
+
+
+def _velocity(text: str) -> VelocityCommand:
+    allowed = (
+        f"vx,vy,wz in m/s and rad/s, at most {SPEED_MAX:g} and {TURN_MAX:g}, such as 0.3,0,0"
+    )
+    try:
+        x, y, yaw = map(float, text.split(","))
+    except ValueError:
+        raise NaoGaitError("drive", text, allowed) from None
+    # Comparisons with NaN are false.
+    if not (abs(x) <= SPEED_MAX and abs(y) <= SPEED_MAX and abs(yaw) <= TURN_MAX):
+        raise NaoGaitError("drive", text, allowed)
+    return VelocityCommand(x, y, yaw)
+
+
+def _numbers(text: str) -> range:
+    first, _, last = text.partition("-")
+    if first.isdecimal() and last.isdecimal() and 1 <= int(first) <= int(last) <= NUMBER_MAX:
+        return range(int(first), int(last) + 1)
+    raise NaoGaitError("players", text, f"A-B with 1 <= A <= B <= {NUMBER_MAX}, such as 1-7")

@@ -1,0 +1,120 @@
+"""The server on this machine, in a Python environment of its own: it pins another MuJoCo."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from robot_core.errors import NaoGaitError
+
+VERSION = "0.2.1"
+"""Of rcsssmj."""
+FIELD = "fifa7vs7"
+"""The server's field: 55 x 36 m."""
+STARTS_WITHIN = 120.0
+"""[s] for which the server may take to listen."""
+ENDS_WITHIN = 5.0
+"""[s] after which a server that was asked to end is killed."""
+
+
+def environment() -> Path:
+    """Folder of the server's environment, which may not exist yet."""
+    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(cache) / "nao_lipm_gait" / f"rcsssmj-{VERSION}"
+
+
+def is_installed() -> bool:
+    """Whether the server can start."""
+    return (environment() / "ready").exists()
+
+
+def install() -> Path:
+    """Install the server if it is not; the Python of its environment.
+
+    Raises:
+        NaoGaitError: It cannot be installed, for example without a network.
+    """
+    folder = environment()
+    python = folder / "bin" / "python"
+    if not is_installed():
+        for command in (
+            [sys.executable, "-m", "venv", "--clear", str(folder)],
+            [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check",
+             f"rcsssmj=={VERSION}"],
+        ):  # fmt: skip
+            done = subprocess.run(command, capture_output=True, text=True)
+            if done.returncode:
+                lines = (done.stderr or done.stdout).strip().splitlines() or ["no reason given"]
+                allowed = f"an environment in {folder} with rcsssmj=={VERSION} from PyPI"
+                raise NaoGaitError("server", lines[-1], allowed)
+        (folder / "ready").touch()
+    return python
+
+
+class Server:
+    """A server without pace, which waits for every player in each cycle; use it with `with`.
+
+    Args:
+        field: Its field.
+        arguments: More of its arguments.
+
+    Attributes:
+        port: Its port for players.
+
+    Raises:
+        NaoGaitError: It cannot be installed, or does not start.
+    """
+
+    def __init__(self, *arguments: str, field: str = FIELD) -> None:
+        python = install()
+        self._folder = tempfile.TemporaryDirectory(prefix="rcsssmj-")
+        self._log = Path(self._folder.name, "server.log")
+        self.port, monitor = _free_port(), _free_port()
+        with self._log.open("wb") as log:
+            self._process = subprocess.Popen(
+                [str(python), launcher_file(), "--aport", str(self.port), "--mport",
+                 str(monitor), "--no-render", "--no-realtime", "--sync", "--field", field,
+                 *arguments],
+                cwd=self._folder.name, stdout=log, stderr=subprocess.STDOUT,
+            )  # fmt: skip
+
+    def __enter__(self) -> "Server":
+        until = time.monotonic() + STARTS_WITHIN
+        while time.monotonic() < until and self._process.poll() is None:
+            with socket.socket() as probe:
+                if probe.connect_ex(("127.0.0.1", self.port)) == 0:
+                    return self
+            time.sleep(0.2)
+        reason = self.last_words
+        self.__exit__()
+        raise NaoGaitError("server", reason, f"one that listens within {STARTS_WITHIN:g} s")
+
+    def __exit__(self, *_: object) -> None:
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+            try:
+                self._process.wait(ENDS_WITHIN)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        self._folder.cleanup()
+
+    @property
+    def last_words(self) -> str:
+        """The last line of its log."""
+        lines = self._log.read_text(errors="replace").strip().splitlines()
+        return lines[-1] if lines else "it said nothing"
+
+
+def launcher_file() -> str:
+    """The script that starts the server."""
+    return str(Path(__file__).with_name("launcher.py"))
+
+
+def _free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return int(listener.getsockname()[1])
