@@ -42,6 +42,8 @@ LARGEST_METADATA = 4 * 1024 * 1024
 """[bytes] of metadata.yaml, which is parsed as a whole."""
 LARGEST_CHUNK = 64 * 1024 * 1024
 """[bytes] of an unpacked chunk of MCAP."""
+LARGEST_UNPACKED, LARGEST_RATIO = 1024**3, 30
+"""[bytes] of an unpacked file, or how many times its size: the larger of both."""
 STEP_BACK, STEP_AHEAD = 500_000_000, 10_000_000_000
 """[ns] between two messages of a steady topic beyond which the clock was set, or it paused."""
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
@@ -332,6 +334,7 @@ def _suffix(file: Path) -> str:
 
 def _check_magic(file: Path) -> None:
     if file.suffix == _ZSTD:
+        _check_unpacked(file)
         return
     magic = _MAGIC.get(file.suffix)
     if magic is None:
@@ -345,6 +348,19 @@ def _check_magic(file: Path) -> None:
         raise _no_bag(file, f"a file that begins with {start[:8]!r}")
     if file.suffix == ".mcap":
         _check_chunks(file)
+
+
+def _check_unpacked(file: Path) -> None:
+    """Refuse a packed file that would fill the disk when it is unpacked."""
+    import zstandard
+
+    most = max(LARGEST_UNPACKED, LARGEST_RATIO * file.stat().st_size)
+    size = 0
+    with file.open("rb") as packed, contextlib.suppress(zstandard.ZstdError):  # found when read
+        for block in zstandard.ZstdDecompressor().read_to_iter(packed):
+            size += len(block)
+            if size > most:
+                raise _no_bag(file, f"more than {most} bytes unpacked")
 
 
 def _check_chunks(file: Path) -> None:

@@ -11,6 +11,11 @@ from robot_core.errors import NaoGaitError
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 AXIS_TYPES = ("revolute", "continuous", "prismatic", "planar")
+SHAPES = {
+    "box": {"size": 3}, "cylinder": {"radius": 1, "length": 1}, "sphere": {"radius": 1},
+    "capsule": {"radius": 1, "length": 1}, "mesh": {"scale": 3},
+}  # fmt: skip
+"""How many numbers the attributes of a shape have; a mesh may be without."""
 MASS_RANGE = (0.3, 300.0)
 """[kg] of the whole robot; a mass in grams is outside."""
 REACH_RANGE = (0.03, 3.0)
@@ -42,6 +47,8 @@ def checked_urdf(
     _check_tree(root, path)
     for joint in root.findall("joint"):
         _check_joint(joint, path)
+    for link in root.findall("link"):
+        _check_shapes(link, path)
     remarks = [
         remark for link in root.findall("link") if (remark := _balanced(link, path)) is not None
     ]
@@ -101,6 +108,20 @@ def _check_joint(joint: ET.Element, path: Path) -> None:
         direction = _numbers(axis, "xyz", 3, f"{where}: axis")
         if np.linalg.norm(direction) < 1e-6:
             raise NaoGaitError(f"{where}: axis", axis.get("xyz"), "a direction, not 0 0 0")
+
+
+def _check_shapes(link: ET.Element, path: Path) -> None:
+    for shape in (*link.findall("visual"), *link.findall("collision")):
+        where = f"link {link.get('name')} in {path}: {shape.tag}"
+        _read_origin(shape, where)
+        geometry = shape.find("geometry")
+        first = None if geometry is None else next(iter(geometry), None)
+        if first is None or first.tag not in SHAPES:
+            found = None if first is None else first.tag
+            raise NaoGaitError(f"{where} geometry", found, f"one of {', '.join(SHAPES)}")
+        for key, count in SHAPES[first.tag].items():
+            if first.tag != "mesh" or key in first.attrib:
+                _numbers(first, key, count, f"{where} {key}")
 
 
 def _read_origin(element: ET.Element, where: str) -> None:

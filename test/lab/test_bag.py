@@ -326,6 +326,18 @@ def test_only_regular_files_are_a_bag(tmp_path: Path, name: str, target: str) ->
             open_bag(folder)
 
 
+@pytest.mark.parametrize("name", ["bomb.mcap.zstd", "bomb.db3.zstd"])
+def test_a_packed_file_that_would_fill_the_disk_is_refused(tmp_path: Path, name: str) -> None:
+    zstandard = pytest.importorskip("zstandard")
+    file = tmp_path / name
+    block = bytes(2**24)
+    with file.open("wb") as stream, zstandard.ZstdCompressor(1).stream_writer(stream) as packed:
+        for _ in range(65):
+            packed.write(block)
+    with pytest.raises(NaoGaitError, match="more than 1073741824 bytes unpacked"):
+        open_bag(file)
+
+
 def test_a_chunk_that_unpacks_to_more_than_the_memory_is_refused(tmp_path: Path) -> None:
     from mcap.writer import Writer
 
