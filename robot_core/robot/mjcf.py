@@ -78,7 +78,8 @@ def _add_link(robot: ET.Element, model: Any, body: int) -> None:
     for geom in range(model.ngeom):
         if model.geom_bodyid[geom] != body:
             continue
-        meets = bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+        paired = geom in model.pair_geom1 or geom in model.pair_geom2
+        meets = paired or bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
         for tag in ("visual", "collision") if meets else ("visual",):
             _add_shape(link, tag, model, geom, anchor)
 
