@@ -20,7 +20,8 @@ _STAMPED = argument("--stamped", action="store_true", help="send TwistStamped")
 _CHECK = argument("--check", action="store_true", help="only compare; status 1 if a file differs")
 _JOBS = argument("--jobs", type=int, metavar="N", help="processes (all cores)")
 _ROBOT = argument("--robot", "--urdf", default=_NAO, metavar="NAME", dest="urdf",
-                  help=f"shipped robot ({{urdf}}) or a URDF file ({_NAO})")  # fmt: skip
+                  help=f"shipped robot ({{urdf}}), or a URDF, MJCF or robot file ({_NAO})",
+                  )  # fmt: skip
 _FAST = argument("--fast", group="pace", action="store_false", dest="real_time", default=False,
                  help="in lockstep, as fast as the machine can (default)")  # fmt: skip
 _REAL_TIME = argument("--real-time", group="pace", action="store_true",

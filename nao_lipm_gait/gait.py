@@ -75,7 +75,7 @@ class Gait:
     """Makes one robot walk.
 
     Args:
-        robot: Robot to walk with, or its shipped name or URDF file.
+        robot: Robot to walk with, or its shipped name or file (URDF, MJCF, robot file).
         parameters: Parameters of the gait, or the name or file of a preset.
         control_period: Time [s] between two sensor frames.
         motions: Motions of this robot; None = the shipped ones, read when one is first requested.

@@ -56,7 +56,7 @@ class Simulation:
     Use it as a context manager, or call `close`.
 
     Args:
-        robot: Shipped name or URDF file of the robot.
+        robot: Shipped name of the robot, or its URDF, MJCF or robot file.
         engine: `mujoco` or `pybullet`.
         seed: The individual: its joint zeros, sensor biases, strength, friction; -1 = the nominal
             robot.

@@ -38,7 +38,7 @@ class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
     its number, `individual`.
 
     Args:
-        robot: Shipped name or URDF file of the robot.
+        robot: Shipped name of the robot, or its URDF, MJCF or robot file.
         engine: `mujoco` or `pybullet`.
         plant: A plant, or its name or file.
         parameters: Parameters of the gait, or the name or file of a preset.

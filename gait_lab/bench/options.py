@@ -94,7 +94,7 @@ SHARED: Mapping[str, Option] = {
     ),
     "urdf": Option(
         "nao_h21_v33",
-        f"shipped robot ({', '.join(names('urdf'))}) or a URDF file with its joint names",
+        f"shipped robot ({', '.join(names('urdf'))}) or the path of a URDF, MJCF or robot file",
         "NAME", ("--robot", "--urdf"),
     ),
     "tasks": Option(

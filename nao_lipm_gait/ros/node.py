@@ -70,7 +70,7 @@ from robot_core.ros.topics import (
 )
 from robot_core.types import BUSY, GaitStatus, Pose6
 
-URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
 PRESET = node_parameter(
     "preset", "default", "gait parameters: a shipped name (default: the robot's own) or a YAML file"
 )

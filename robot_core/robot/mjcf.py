@@ -35,6 +35,11 @@ def urdf_of_mjcf(path: Path) -> str:
     except ValueError as error:
         allowed = "a model that MuJoCo can read"
         raise NaoGaitError(f"MJCF {path}", str(error), allowed) from error
+    for number in range(model.neq):
+        kind = mujoco.mjtEq(int(model.eq_type[number]))
+        if kind in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+            where = f"equality {model.eq(number).name or number} in {path}"
+            raise NaoGaitError(where, "a closed chain", "a tree of bodies, its loops cut open")
     free = [int(model.jnt_bodyid[j]) for j in range(model.njnt) if model.jnt_type[j] == 0]
     if model.nbody < 2:
         raise NaoGaitError(f"MJCF {path}", "no body", "a robot")

@@ -8,7 +8,7 @@ from sim_bridge.scene import FLOOR
 SCENE = node_parameter(
     "scene", FLOOR, "floor = one robot on an endless floor; or a shipped scene or a YAML file"
 )
-URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
+URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
 ENGINE = node_parameter("engine", "pybullet", "physics engine", choices=ENGINES)
 PLANT = node_parameter("plant", "reference", "plant: a shipped name or a YAML file")
 ROBOT_SEED = node_parameter(

@@ -92,6 +92,8 @@ def test_roles_and_soles_are_found(walker: RobotDescription) -> None:
          "joints x, y"),
         (model('<body name="a"><joint name="x" type="slide"/><geom size="1"/></body>'), "no hinge"),
         (model(LEG.format(s="left", y=0.06)), "right leg"),
+        (model().replace("</worldbody>", "</worldbody><equality><connect body1='left_foot' "
+                         "body2='right_foot' anchor='0 0 0'/></equality>"), "closed chain"),
     ],
 )  # fmt: skip
 def test_bad_models_are_refused(tmp_path: Path, text: str, said: str) -> None:
