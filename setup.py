@@ -80,7 +80,7 @@ setup(
     description="A NAO that walks with the CoM-observing 3D-LIPM gait of Graf and Roefer",
     license="Apache-2.0",
     maintainer="The nao_lipm_gait authors",
-    maintainer_email="maintainers@nao-lipm-gait.invalid",
+    maintainer_email="maintainers@users.noreply.h-seed-ee39dd6e.example",
     python_requires=">=3.11",
     packages=find_packages(
         include=[f"{top}*" for top in PACKAGES]

@@ -249,7 +249,8 @@ class StatusWriter:
         covariance[1] = covariance[6] = pose.xy
         covariance[5] = covariance[30] = pose.x_yaw
         covariance[11] = covariance[31] = pose.y_yaw
-        message.twist.covariance[35] = status.yaw_rate_variance
+        # A filter cannot use the 0 of a robot that stands.
+        message.twist.covariance[35] = max(status.yaw_rate_variance, 1e-6)
         return message
 
     def transform(self, status: GaitStatus) -> TransformStamped:
