@@ -27,7 +27,7 @@ endif
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo match test test-slow bench results compiled lint urdf install clean
+.PHONY: help demo match test test-slow bench rcss results compiled lint urdf install clean
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/:.*## /|/' \
@@ -47,6 +47,9 @@ test-slow: $(READY)  ## the slow tests, which CI does not run
 
 bench: compiled  ## measure with the compiled gait (make bench ARGS="speed --robots 8")
 	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait bench $(or $(ARGS),all)
+
+rcss: compiled  ## a Booster K1 on RoboCup's simulation server, which is installed for it
+	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait bench rcss $(ARGS)
 
 results: compiled  ## every figure of docs/results.md, from one commit (ARGS=--quick: a smaller one)
 	@PYTHONPATH="$(CURDIR)/$(COMPILED)" $(BIN)/nao_gait results $(ARGS)

@@ -10,7 +10,7 @@ from robot_core.errors import NaoGaitError
 
 PORT = 60000
 """The server's port for players."""
-TIMEOUT = 60.0
+TIMEOUT = 180.0
 """[s] that a server may be silent: it compiles its world for each player that comes or goes."""
 RETRY = 0.5
 """[s] between two attempts to connect."""
