@@ -1,15 +1,18 @@
 """Starts rcsssmj, in the Python environment that has it; arguments are the server's.
 
-rcsssmj 0.2.1 ends when a K1 touches the ball: it asks for the name of the part that touched it, and
-K1's parts have none. They get names here, when the model is loaded.
+Two faults of rcsssmj 0.2.1 end it; they are answered here:
+- A K1 touches the ball: the server asks for the name of the part, and K1's parts have none.
+- A player joins before the first step: the places of the speakers have the wrong shape until then.
 """
 
 from typing import Any
 
+import numpy as np
 from rcsssmj.__main__ import soccer_sim
 from rcsssmj.resources.spec_provider import ModelSpecProvider
+from rcsssmj.sim.simulation import BaseSimulation
 
-_load = ModelSpecProvider.load_robot_spec
+_load, _init = ModelSpecProvider.load_robot_spec, BaseSimulation.init
 
 
 def _with_names(self: Any, *args: Any, **options: Any) -> Any:
@@ -20,6 +23,14 @@ def _with_names(self: Any, *args: Any, **options: Any) -> Any:
     return spec
 
 
+def _with_speakers(self: Any) -> bool:
+    done = bool(_init(self))
+    if done:
+        self._a_data.origins = np.zeros((3, 0))
+    return done
+
+
 if __name__ == "__main__":
     ModelSpecProvider.load_robot_spec = _with_names
+    BaseSimulation.init = _with_speakers
     soccer_sim()
