@@ -36,8 +36,8 @@ from robot_core.schema import Anything, Group, Settings, Table
 
 ROOT = Path(gait_lab.__file__).resolve().parents[1]
 CODE = (
-    "config", "gait_lab", "lola_bridge", "nao_lipm_gait", "nao_soccer", "robot_core", "sim_bridge",
-    "urdf",
+    "config", "gait_lab", "lola_bridge", "nao_lipm_gait", "nao_soccer", "rcss_bridge", "robot_core",
+    "sim_bridge", "urdf",
 )  # fmt: skip
 """What the figures depend on; other files may change without making a result old."""
 KEPT = ROOT / "build" / "results"

@@ -44,7 +44,7 @@ def test_a_robot_before_the_goal_scores() -> None:
 def test_a_ball_before_a_foot_of_a_walking_robot_goes_straight_ahead(side: float) -> None:
     """Between the feet it goes aside: so dribbling leads one foot to it."""
     before, between = (
-        dribble(DribbleSpec(robot_seed=2, engine="mujoco", across=across, speed=0.35))
+        dribble(DribbleSpec(robot_seed=1, engine="mujoco", across=across, speed=0.35))
         for across in (0.06 * side, 0.0)
     )
     assert before.stood
