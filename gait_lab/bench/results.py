@@ -327,10 +327,9 @@ INTRODUCTION = """\
 # Results
 
 Written by `nao_gait results` from [results.csv](results.csv), which holds every measured value
-({sections} sections, {rows} rows) with commit and command; `nao_gait bench SUITE` prints all tables
-of a suite. Physics and noise have seeds: the same walk gives the same figures. Robots are
-individuals drawn from the plant ([plants.md](plants.md)): 40 to 59, while the parameters were
-chosen on others; engine MuJoCo. A speed counts only without a fall, with flight of at most 5 %,
+({sections} sections, {rows} rows) with commit and command. Earlier walk: measured before the walk
+last changed. Robots are individuals drawn from the plant ([plants.md](plants.md)): 40 to 59, while
+the parameters were chosen on others; engine MuJoCo. A speed counts only without a fall, with flight of at most 5 %,
 slip of at most 3 cm/s and no contact of the legs. Paper: Graf and Röfer on a real NAO. placo: its
 open-loop walk on a similar plant, nine robots with stronger motors. NAO: the fastest walk measured
 on NAO hardware. {form}
@@ -386,10 +385,8 @@ def _table(table: PageTable, results: Mapping[str, Measured], docs: Path) -> Ite
     if table.text:
         yield f"{table.text}\n"
     if stale := [name for name in used if results[name].head["stale"]]:
-        yield (
-            f"> **Measured on an earlier walk** ({', '.join(stale)}). The walk has changed since; "
-            "these figures are kept until they are measured again.\n"
-        )
+        names = "" if len(stale) == len(used) else f" ({', '.join(stale)})"
+        yield f"> **Earlier walk**{names}.\n"
     if table.figure in results:
         drawn = push_figure(results[table.figure].values, docs / "images" / "bench_push.png")
         if drawn is not None:

@@ -187,10 +187,10 @@ def test_another_walk_makes_results_old_until_they_are_marked(bench: Bench, tmp_
     assert results.outdated(results.load(file)) == ["one", "two"]
     results.mark_stale(ResultsOptions(tmp_path, only=("one",)), lambda _: None)
     assert results.outdated(results.load(file)) == ["two"]
-    assert (tmp_path / "results.md").read_text().count("Measured on an earlier walk") == 1
+    assert (tmp_path / "results.md").read_text().count("**Earlier walk**") == 1
     run(tmp_path)
     assert bench.ran == ["one", "two"] * 2
-    assert "earlier walk" not in (tmp_path / "results.md").read_text()
+    assert "**Earlier walk**" not in (tmp_path / "results.md").read_text()
 
 
 def test_a_result_without_a_walk_that_its_section_depends_on_is_out_of_date(
