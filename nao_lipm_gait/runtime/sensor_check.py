@@ -1,18 +1,17 @@
-"""The IMU proves itself in the stand before the first walk, and in its first steps.
+"""The accelerometer proves itself in the stand before the first walk, and in its first steps.
 
-In the stand the accelerometer measures the vertical, which the joints over flat soles show too, and
-the size of gravity. In the first steps `ImuAxes` compares accelerometer, gyro and joints.
+It measures the vertical, which the joints over flat soles show too, the size of gravity, and a
+force to the right while the first steps sway the torso to the left. The gyro is not judged: a robot
+that is held, lies or has just fallen rocks in ways that look like a wrong one.
 """
 
-from collections import deque
 from math import acos, hypot
 
 import numpy as np
 
-from nao_lipm_gait.runtime.imu_axes import ImuAxes
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.robot import RobotDescription
-from robot_core.types import GRAVITY, LEFT, RIGHT, FloatArray, SensorFrame
+from robot_core.types import GRAVITY, FloatArray, SensorFrame
 
 FORCE_TICKS = 30
 """Ticks over which gravity is averaged."""
@@ -20,8 +19,6 @@ SETTLED_TICKS = 5
 """First ticks that are left out: a robot that is set down feels an impact."""
 FORCE_RANGE = 7.0, 13.0
 """[m/s^2] Mean specific force of a robot that stands."""
-DOUBTFUL_RANGE = 3.0, 30.0
-"""[m/s^2] A first force outside, which may be an impact, is not used until the mean is known."""
 TILT_MAX = 0.35
 """[rad] Largest angle between the vertical of the accelerometer and that over flat soles."""
 LYING_TILT = 1.0
@@ -30,11 +27,15 @@ LYING_TICKS = 60
 """Ticks in which the loads of the soles must arrive; a robot that lies gets up later."""
 INVERTED_TILT = 2.3
 """[rad] from there on the vertical points into the floor: no robot lies like that."""
-ABSURD_TICKS, ABSURD_FIRST = 15, 5
-"""Ticks over which the gyro's size is judged, and must be wrong in a stand; the first of them."""
-ABSURD, ABSURD_RATE = 36.0, 0.2
-"""Angular acceleration [rad/s^2] by the gyro for each m/s^2 that the accelerometer changes by, and
-deviation [rad/s] of the gyro, above which its unit is wrong. Right ones of all sizes reach 22."""
+BAND_TIME, SMOOTH_TIME = 0.2, 0.02
+"""[s] Time constants of the band in which rocking is compared."""
+OPPOSED = 0.45
+"""Correlation above which the lateral force follows the sway instead of opposing it."""
+SWAY_TICKS = 40
+"""First ticks of a walk in which the sway by the joints is compared with the lateral force."""
+SWAY_RATIO, SWAY_CORRELATION = 1.5, 0.5
+"""Share of the force along x that follows the sway, and its correlation, from which on the axes are
+exchanged; right ones stay below 0.3."""
 
 
 class SensorCheck:
@@ -43,41 +44,34 @@ class SensorCheck:
     Args:
         robot: The robot that is measured.
         period: Control period [s].
-        yaw_gyro: The gyro is said to measure yaw.
 
     Attributes:
+        trouble: Why the robot must not walk; empty while nothing is known to be wrong.
         seems_to_lie: The first frame shows a robot that lies. If its soles carry it, it does not.
     """
 
-    def __init__(self, robot: RobotDescription, period: float, *, yaw_gyro: bool) -> None:
+    def __init__(self, robot: RobotDescription, period: float) -> None:
         self._body = BodyModel(robot)
-        self._dt, self._yaw_gyro = period, yaw_gyro
+        self._dt = period
         self.restart()
 
     def restart(self) -> None:
         """The sensors, or the robot's place, may be others from here on."""
-        self._passing = self._final = ""
+        self.trouble = ""
         self.seems_to_lie = False
         self._lying_ticks = 0
         self._up: FloatArray | None = None
         self._forces: list[FloatArray] = []
-        self._gravity_is_right = False
-        self._samples: deque[FloatArray] = deque(maxlen=ABSURD_TICKS)
-        self._absurd = False
-        self._absurd_ticks = 0
-        self._axes = ImuAxes(self._body, self._dt, yaw_gyro=self._yaw_gyro)
+        self._gravity_is_right = self._sway_is_judged = False
+        self._sway: list[FloatArray] = []
+        self._smooth = self._slow = np.zeros(3)
         self._first = True
         self._doubtful = False
 
     @property
-    def trouble(self) -> str:
-        """Why the robot must not walk; empty while nothing is known to be wrong."""
-        return self._final or self._passing
-
-    @property
     def done(self) -> bool:
         """Nothing more is to be judged, and all was right."""
-        return self._gravity_is_right and self._axes.done and not self.trouble
+        return self._gravity_is_right and self._sway_is_judged and not self.trouble
 
     def update(
         self,
@@ -85,7 +79,7 @@ class SensorCheck:
         *,
         stands: bool,
         carried: bool,
-        support: int = 0,
+        walks: bool = False,
         light: bool = False,
         in_doubt: bool = False,
     ) -> SensorFrame:
@@ -95,7 +89,7 @@ class SensorCheck:
             frame: As measured.
             stands: The gait stands or moves into its stand.
             carried: The soles are known to carry the robot.
-            support: The leg on which it walks because it is told to, LEFT or RIGHT; else 0.
+            walks: The gait walks because it is told to.
             light: The soles are known not to carry it: it lies, falls or is held.
             in_doubt: The loads of the soles do not show a robot that stands on both.
 
@@ -109,17 +103,14 @@ class SensorCheck:
             self._first = False
             self._up = self._vertical(frame)
             angle = _angle(force, self._up)
-            low, high = DOUBTFUL_RANGE
-            self._doubtful = TILT_MAX < angle < LYING_TILT or not low < _size(force) < high
+            self._doubtful = TILT_MAX < angle < LYING_TILT
             if angle > INVERTED_TILT:
-                self._passing = self._gravity_trouble(force)
+                self.trouble = self._gravity_trouble(force)
             else:
                 self.seems_to_lie = angle > LYING_TILT and _size(force) > FORCE_RANGE[0]
-        if light and not self._final:
+        if light and not self._gravity_is_right:
             self._forces.clear()
-            self._samples.clear()
-            self._axes.interrupt()
-            self._passing = ""
+            self.trouble = ""
             return frame
         if self.seems_to_lie and not self.trouble:
             self._lying_ticks += 1
@@ -127,23 +118,20 @@ class SensorCheck:
                 self.seems_to_lie = self._lying_ticks < LYING_TICKS
                 return frame
             self.seems_to_lie = False
-            self._passing = self._gravity_trouble(force)
-        self._judge_size(frame, walks=support != 0, waits=stands)
+            self.trouble = self._gravity_trouble(force)
         if not stands and not self.trouble:
             self._forces.clear()
-            self._judge_axes(frame, support)
-            return self.at_rest(frame) if self.trouble else frame
-        self._axes.interrupt()
-        if self._absurd:
-            return self.at_rest(frame)
+            if not self._sway_is_judged:
+                self._judge_sway(frame, walks=walks)
+            return self._at_rest(frame) if self.trouble else frame
         if not in_doubt or self.trouble:
             self._judge_gravity(frame)
         else:
             self._forces.clear()
         if self.trouble:
-            return self.at_rest(frame)
+            return self._at_rest(frame)
         if self._doubtful and not self._gravity_is_right:
-            return self.at_rest(frame)
+            return self._at_rest(frame)
         return frame
 
     def _judge_gravity(self, frame: SensorFrame) -> None:
@@ -155,7 +143,7 @@ class SensorCheck:
         self._up = self._vertical(frame)
         mean: FloatArray = np.mean(self._forces[SETTLED_TICKS:], axis=0)
         self._forces.clear()
-        self._passing = self._gravity_trouble(mean)
+        self.trouble = self._gravity_trouble(mean)
         self._gravity_is_right = not self.trouble
 
     def _gravity_trouble(self, force: FloatArray) -> str:
@@ -192,63 +180,56 @@ class SensorCheck:
                     return f"axes {'xyz'[first]} and {'xyz'[second]} exchanged or turned?"
         return "mounting of the IMU, or a robot that does not stand upright?"
 
-    def _judge_size(self, frame: SensorFrame, *, walks: bool, waits: bool) -> None:
-        """A gyro in another unit moves the estimated torso so much that a robot that stands falls.
-
-        In a stand it has to show for some time: someone may shake the robot.
-        """
-        if self._absurd:
-            self._absurd, self._passing = False, ""
-        if self.trouble or not (walks or waits):
-            self._samples.clear()
+    def _judge_sway(self, frame: SensorFrame, *, walks: bool) -> None:
+        """A torso that the legs sway to one side is pressed to the other."""
+        if not walks:
+            self._sway.clear()
             return
-        self._samples.append(np.append(frame.angular_velocity[:2], frame.linear_acceleration[:2]))
-        if len(self._samples) < ABSURD_FIRST:
+        self._vertical(frame)
+        y = -0.5 * sum(self._body.sole_in_torso(side).position[1] for side in (1, -1))
+        force = frame.linear_acceleration
+        now = np.array((y, force[0], force[1]))
+        if not self._sway:
+            self._smooth = self._slow = now
+        self._smooth = self._smooth + self._dt / SMOOTH_TIME * (now - self._smooth)
+        self._slow = self._slow + self._dt / BAND_TIME * (self._smooth - self._slow)
+        self._sway.append(self._smooth - self._slow)
+        if len(self._sway) < SWAY_TICKS:
             return
-        samples = np.array(self._samples)
-        rates, forces = samples[:, :2], samples[:, 2:]
-        turned = np.sum(np.diff(rates, axis=0) ** 2) / self._dt**2
-        pressed = np.sum((forces - forces.mean(axis=0)) ** 2)
-        if turned > ABSURD**2 * pressed and np.mean(np.sum(rates**2, axis=1)) > ABSURD_RATE**2:
-            times = float(np.sqrt(turned / max(pressed, 1e-9)))
-            text = (
-                f"imu/data angular_velocity: turns by {times:.3g} rad/s^2 for each m/s^2 of the "
-                f"accelerometer; allowed: {ABSURD:g}; deg/s instead of rad/s? The robot stands"
-            )
-            self._absurd_ticks += 1
-            self._absurd = not walks and self._absurd_ticks < ABSURD_TICKS
-            if self._absurd:
-                self._passing = text
-            else:
-                self._final = text
-
-    def _judge_axes(self, frame: SensorFrame, support: int) -> None:
-        axes = self._axes
-        if support == 0:
-            axes.interrupt()
-        elif not axes.done:
-            axes.update(frame, support)
-        if axes.trouble:
-            self._final = (
-                "imu/data: accelerometer, gyro and joints do not fit together in the first steps; "
-                f"{axes.trouble} Mend it and start the sensors again; the robot stands"
+        self._sway_is_judged = True
+        sway, along, lateral = (np.array(self._sway) - np.mean(self._sway, axis=0)).T
+        guess = ""
+        follows = abs(_correlation(sway, along)) > SWAY_CORRELATION
+        if follows and abs(float(sway @ along)) > SWAY_RATIO * abs(float(sway @ lateral)):
+            guess = "axes x and y exchanged or turned?"
+        elif _correlation(sway, lateral) > OPPOSED:
+            guess = "sign of y, or an IMU that looks back?"
+        if guess:
+            self.trouble = (
+                "imu/data linear_acceleration: does not follow the first sway of the joints; "
+                f"allowed: a force to the right while the torso is on the left; {guess} Mend it "
+                "and start the sensors again; the robot stands"
             )
 
     def _vertical(self, frame: SensorFrame) -> FloatArray:
         """Mean normal (3,) of the soles in the torso frame."""
         self._body.set_joints(frame.joint_position)
         self._body.com_in_torso()
-        left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
-        normal = np.array(left.normal) + np.array(right.normal)
+        left, right = self._body.sole_in_torso(1).normal, self._body.sole_in_torso(-1).normal
+        normal = np.array(left) + np.array(right)
         return normal / max(_size(normal), 1e-6)
 
-    def at_rest(self, frame: SensorFrame) -> SensorFrame:
-        """The frame with an IMU that rests on the robot's soles."""
+    def _at_rest(self, frame: SensorFrame) -> SensorFrame:
         up = self._vertical(frame)
         return frame._replace(
             linear_acceleration=GRAVITY * up, angular_velocity=np.zeros(3),
             mean_angular_velocity=None,
         )  # fmt: skip
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    size = float(np.sqrt((a @ a) * (b @ b)))
+    return float(a @ b) / size if size > 0.0 else 0.0
 
 
 def _size(vector: FloatArray) -> float:

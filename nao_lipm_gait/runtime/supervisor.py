@@ -93,9 +93,7 @@ class Supervisor:
         self._lift = None if gait.robot.force_sensors is None else LiftWatch(self._loads)
         self._outage = SensorOutage(self._loads, settings.imu_patience)
         self._heat = HeatWatch(gait.robot, say, settings.hot_speed)
-        self._check = SensorCheck(
-            gait.robot, settings.control_period, yaw_gyro=gait.measures_yaw
-        )
+        self._check = SensorCheck(gait.robot, settings.control_period)
         self._stand_check = StandCheck(gait.robot)
         self._motors_ready = True
         self._ticked = False
@@ -144,8 +142,8 @@ class Supervisor:
         if leg:
             self._sit_down(leg)
         stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate
-        if not self._check.done:
-            frame, wrong = self._proven(frame, blind=gaps.blind_since is not None)
+        if not self._check.done and gaps.blind_since is None:
+            frame, wrong = self._proven(frame)
             stands = stands or wrong
         if not self._stand_check.done:
             self._judge_stand(frame, in_doubt=stands)
@@ -192,15 +190,9 @@ class Supervisor:
             self._say.begin(COMMANDS, Level.OK, "gyro bias", text)
         return STANDSTILL if stands else command
 
-    def _proven(self, frame: SensorFrame, *, blind: bool) -> tuple[SensorFrame, bool]:
-        """The frame for the gait, and whether the sensors are wrong: then the robot stands.
-
-        blind: there is no IMU sample, so that nothing can be judged.
-        """
+    def _proven(self, frame: SensorFrame) -> tuple[SensorFrame, bool]:
+        """The frame for the gait, and whether the sensors are wrong: then the robot stands."""
         check, loads, stamp = self._check, self._loads, frame.stamp
-        if blind:
-            wrong = bool(check.trouble)
-            return check.at_rest(frame) if wrong else frame, wrong
         if self._gait.state in IN_MOTION:
             check.seems_to_lie = False
         lay = check.seems_to_lie
@@ -215,7 +207,7 @@ class Supervisor:
             carried=carried,
             light=light,
             in_doubt=known and not carried,
-            support=self._gait.support if told and state is WALK else 0,
+            walks=told and state is WALK,
         )
         if not check.trouble:
             self._say.end("wrong sensors", "the sensors measure what they should")

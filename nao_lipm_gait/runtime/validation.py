@@ -46,10 +46,10 @@ STUCK = 0.06
 SPEED_SHARE = 3.0
 """Fastest plausible change of a joint, as a share of its speed limit. Joints that are pushed and
 measured in encoder steps reach 1.6."""
-ROTATION_STEP, ROTATION_ACCELERATION = 1.5, 150.0
+ROTATION_STEP, ROTATION_ACCELERATION = 1.2, 120.0
 """[rad/s, rad/s^2] Largest change of the gyro between two samples that needs no confirmation by the
-next one: 1.5 rad/s each 10 ms, more if samples between them were lost. Walks reach 1.1, on a busy
-machine 1.2, pushes 0.8."""
+next one: 1.2 rad/s each 10 ms, more if samples between them were lost. The fastest walks reach 1.1,
+pushes 0.8."""
 ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""
