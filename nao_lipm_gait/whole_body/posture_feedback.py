@@ -5,8 +5,8 @@ the shoulders. In the legs it acts on the supporting one, which moves the whole 
 those of the ankle; the other joints use shares of them. A robot without one of these joints does
 without its share.
 
-With positive gains, a torso that pitches forward
-(w_y > 0) presses the toes down and extends the hip; a negative gain turns the correction round.
+With positive gains, a torso that pitches forward (w_y > 0) presses the toes down and extends the
+hip; a negative gain turns the correction round.
 """
 
 from nao_lipm_gait.parameters import GaitParameters
