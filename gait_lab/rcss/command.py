@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from gait_lab.rcss.agent import Agent
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
+from rcss_bridge.body import CYCLE
 from rcss_bridge.client import Client, ServerGoneError
 from rcss_bridge.codec import init
 from rcss_bridge.joints import server_robot
@@ -133,7 +134,7 @@ def _cycles(
             continue
         if began is None:
             began = percepts.time - done
-        stood = stood + 0.02 if agent.stands else 0.0
+        stood = stood + CYCLE if agent.stands else 0.0
         if agent.state != state:
             state = agent.state
             say(f"{percepts.time - began:.2f} s {state}")
