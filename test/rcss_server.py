@@ -76,10 +76,13 @@ class FakeServer:
                 unframer = Unframer()
                 self.inits.append(parse(_message(player, unframer)))
                 self.answers.append([])
-                with contextlib.suppress(OSError):  # the player has left
+                with contextlib.suppress(OSError):  # it has left, and its system says so
                     for message in cycles or ():
                         player.sendall(framed(message))
-                        self.answers[-1].append(parse(_message(player, unframer)))
+                        answer = _message(player, unframer)
+                        if not answer:  # the player has left
+                            break
+                        self.answers[-1].append(parse(answer))
         self._listener.close()
 
 
