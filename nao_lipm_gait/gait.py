@@ -127,6 +127,7 @@ class Gait:
         self._limits = JointLimits(self._image)
         self._head = HeadControl(self._image)
         self._requests = Requests()
+        self._lift_share = 1.0
         self.levelling = SoleLevelling(
             sole_springs(self._image.sole_corners, self._image_mass()),
             calibration.sole_pitch,
@@ -548,6 +549,8 @@ class Gait:
     def _walk_parameters(self, parameters: GaitParameters) -> GaitParameters:
         """The parameters of the walk, with shorter steps until the soles are level."""
         p = self._size.parameters(parameters)
+        if self._lift_share < 1.0:
+            p = p.replace(swing_lift=self._lift_share * p.swing_lift)
         self._cautious = p.level_soles and p.feedback and not self.levelling.known
         if not self._cautious:
             return p
@@ -592,6 +595,20 @@ class Gait:
         if not self._head.exists:
             raise NaoGaitError("head", "none", "a robot with a `head` in its file")
         self._head.ask(self._size.goal(goal))
+
+    def request_lift(self, share: float) -> None:
+        """Lift the feet by a share of `swing_lift`, 0 to 1, from the next support change on.
+
+        Beside other robots and posts a low foot pushes where a high one treads on things.
+
+        Raises:
+            NaoGaitError: The share is not from 0 to 1.
+        """
+        if not (is_number(share) and 0.0 <= share <= 1.0):
+            raise NaoGaitError("lift", share, "0 to 1, a share of swing_lift")
+        if share != self._lift_share:
+            self._lift_share = float(share)
+            self.set_parameters(self._pending or self._parameters)
 
     # -- status ------------------------------------------------------------------------------------
 

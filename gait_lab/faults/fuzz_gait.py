@@ -92,6 +92,7 @@ REQUESTS = st.one_of(
     st.tuples(st.just("look_at"), st.tuples(TRIPLES, FRAMES)),
     st.tuples(st.just("follow"), st.tuples(TRIPLES, FRAMES)),
     st.tuples(st.just("head_mode"), st.one_of(st.sampled_from(("search", "free")), TITLES)),
+    st.tuples(st.just("lift"), NUMBERS),
     st.tuples(st.just("motors"), st.booleans()),
     st.tuples(st.just("publishers"), st.tuples(*[st.integers(0, 3)] * 3)),
     # A number from 0 to 1 is a share of the range of the parameter.
@@ -220,6 +221,8 @@ class Rig:
             self._checked(what, lambda: controller.run("motion", act))
             while controller.loads_file:  # else the run would depend on the time that takes
                 self._checked(what, controller.watch)
+        elif kind == "lift":
+            self._checked(what, lambda: controller.run(kind, lambda: controller.lift(content)))
         elif kind in looks:
             self._checked(
                 what, lambda: controller.run(kind, lambda: controller.look(looks[kind]()))

@@ -109,6 +109,7 @@ class RobotPlayer(Policy):
             except NaoGaitError:
                 pass  # refused by the gait, for example because the robot is falling
         self._motion = action.motion
+        self.gait.request_lift(action.lift)
         self.gait.request_look(player.look(decision))
         data = player.team_message(time)
         if data is not None:

@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState, Temperature
-from std_msgs.msg import Bool, String
+from std_msgs.msg import Bool, Float32, String
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -221,6 +221,7 @@ class GaitNode(Node):
         self._motors_ready, self._motors_unheard = True, False
         self._motors_topic = on(Bool, "motors_ready", self._receive_motors, LATCHED)
         on(String, "~/motion", lambda m: controller.request_motion(m.data))
+        on(Float32, "~/lift", lambda m: controller.lift(m.data))
         look(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
         look(String, "~/head_mode", lambda m: head_mode(m.data))
         look(PointStamped, "~/look_at", lambda m: head_point(

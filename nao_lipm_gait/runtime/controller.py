@@ -302,6 +302,10 @@ class GaitController:
         """
         self._gait.request_look(goal)
 
+    def lift(self, share: float) -> None:
+        """Lift the feet by a share of `swing_lift`; NaoGaitError if it is not from 0 to 1."""
+        self._gait.request_lift(share)
+
     def with_changes(self, changes: Mapping[str, object]) -> GaitParameters:
         """The gait's parameters with these changes, all or none; names of others are left out.
 

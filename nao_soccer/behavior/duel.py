@@ -36,3 +36,9 @@ class DuelSettings(Settings):
     gain_ball: float = number(
         2.0, 0.05, 20.0, "1/s", "The same of a robot that plays the ball between them."
     )
+    lift: float = number(
+        0.5, 0.0, 1.0, "",
+        "Share of its usual height by which a robot lifts its feet beside others: a low foot "
+        "pushes where a high one treads on theirs.",
+    )  # fmt: skip
+    lift_near: float = number(1.0, 0.0, 5.0, "m", "From another robot, up to which it does so.")

@@ -129,7 +129,13 @@ class Mind:
             # Whatever the state of the tree: the ball is the other team's.
             near = Round(situation.ball, BALL_FREE_DISTANCE, APART_FROM)
             walk = kept_apart(walk, [near], self._limits)
-        action = replace(action, walk=walk, head=_watching_way(action, situation))
+        beside = any(
+            math.hypot(*each.position) < self._duel.lift_near for each in world.obstacles
+        )
+        action = replace(
+            action, walk=walk, head=_watching_way(action, situation),
+            lift=self._duel.lift if beside else 1.0,
+        )  # fmt: skip
         return Decision(world, action, path, self._plan)
 
     def _planned(self, world: WorldState, body: Body) -> BallPlan | None:

@@ -42,11 +42,13 @@ class Action:
 
     Attributes:
         motion: Motion to play; it is requested once, when it appears.
+        lift: Share of its usual height by which the walking robot lifts its feet.
     """
 
     walk: VelocityCommand = STANDSTILL
     motion: str = ""
     head: HeadMode = HeadMode.AUTO
+    lift: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Bool, Empty, String
+from std_msgs.msg import Bool, Empty, Float32, String
 
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.situation import Body
@@ -136,6 +136,7 @@ class PlayerNode(Node):
         self._look_at = make(PointStamped, "gait/look_at", 10)
         self._follow = make(PointStamped, "gait/follow", 10)
         self._head_mode = make(String, "gait/head_mode", 10)
+        self._lift = make(Float32, "gait/lift", 10)
         self._cmd_vel = make(Twist, "cmd_vel", 10)
         self._motions = make(String, "gait/motion", 10)
         self._report = make(DiagnosticArray, "behavior", 10)
@@ -204,6 +205,7 @@ class PlayerNode(Node):
         walk.linear.x, walk.linear.y = float(action.walk.x), float(action.walk.y)
         walk.angular.z = float(action.walk.yaw)
         self._cmd_vel.publish(walk)
+        self._lift.publish(Float32(data=float(action.lift)))
         if action.motion and action.motion != self._motion:
             self._motions.publish(String(data=action.motion))
         self._motion = action.motion

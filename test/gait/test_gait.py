@@ -7,6 +7,7 @@ import pytest
 
 from obedient_robot import PARAMETERS as P
 from obedient_robot import PERIOD, UPRIGHT, ObedientRobot
+from robot_core.errors import NaoGaitError
 from robot_core.joint_limits import JointLimits
 from robot_core.robot import RobotDescription
 from robot_core.types import STANDSTILL, GaitState, VelocityCommand
@@ -215,6 +216,21 @@ def test_parameters_change_between_ticks(robot: RobotDescription) -> None:
     before = nao.gait.status.base_footprint_in_odom[0]
     nao.run(4.0, FORWARD)
     assert nao.gait.status.base_footprint_in_odom[0] - before < 0.25
+
+
+def test_a_requested_lift_is_a_share_of_the_parameter(robot: RobotDescription) -> None:
+    def walked(lift: float, share: float) -> np.ndarray:
+        nao = ObedientRobot(robot, P.replace(swing_lift=lift))
+        nao.gait.request_lift(share)
+        nao.run(0.5)
+        return np.array([targets.position for targets in nao.run(2.0, FORWARD)])
+
+    low = walked(0.03, 0.5)
+    np.testing.assert_array_equal(low, walked(0.015, 1.0))
+    assert np.abs(low - walked(0.03, 1.0)).max() > 0.02
+    for share in (-0.1, 1.1, math.nan):
+        with pytest.raises(NaoGaitError, match="lift"):
+            ObedientRobot(robot).gait.request_lift(share)
 
 
 def test_without_feedback_neither_gyro_nor_com_has_an_effect(robot: RobotDescription) -> None:

@@ -385,6 +385,14 @@ def test_of_two_opponents_equally_near_to_the_ball_one_keeps_off(x: float) -> No
     assert sorted(kept) == [DUEL.apart_ball, DUEL.apart_wide]
 
 
+def test_the_feet_stay_low_beside_other_robots() -> None:
+    lifts = [
+        new_mind().update(world((0.0, 0.0, 0.0), (1.0, 0.0), robots=robots), Body()).action.lift
+        for robots in ((), ((3.0, 0.0),), ((0.6, 0.3),), ((-0.6, 0.3),))
+    ]
+    assert lifts == [1.0, 1.0, DUEL.lift, DUEL.lift]
+
+
 def in_duel(heading: float, ball: tuple[float, float]) -> tuple[str, VelocityCommand]:
     """What a robot in its own half does with an opponent beyond the ball; from the third update."""
     mind, own = new_mind(), (-1.0, 0.2, heading)
