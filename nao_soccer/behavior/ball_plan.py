@@ -8,7 +8,7 @@ be sent past that robot, on either side.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import attrs
@@ -81,6 +81,7 @@ class BallPlan:
         direction: Where the ball has to go [rad] in the frame of the field.
         approach: Estimated time [s] to the place from which it begins.
         seconds: Expected time [s] until the ball is in the goal.
+        runner_up: The best plan that does something else; None if there is none.
     """
 
     kick: Kick
@@ -88,6 +89,7 @@ class BallPlan:
     direction: float
     approach: float
     seconds: float
+    runner_up: "BallPlan | None" = None
 
     @property
     def name(self) -> str:
@@ -196,8 +198,9 @@ class Planner:
             kept = [plan for plan in plans if before.is_like(plan)]
             again = min(kept, key=lambda plan: plan.seconds, default=best)
             if again.seconds < best.seconds + self.settings.keep:
-                return again
-        return best
+                best = again
+        others = (plan for plan in plans if not best.is_like(plan))
+        return replace(best, runner_up=min(others, key=lambda plan: plan.seconds, default=None))
 
     def _plans(
         self, own: Pose2, ball: Point2, robots: Sequence[Point2], *, valid: bool, stands: bool

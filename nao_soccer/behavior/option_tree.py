@@ -142,23 +142,33 @@ class Option(Generic[S, A]):
 class Activation(NamedTuple):
     """One option on the activation path.
 
-    `seconds` [s] is the time in its active state.
+    Attributes:
+        option: Its name.
+        state: Its active state.
+        seconds: [s] in that state.
+        left: The state from which a transition led there; empty in the initial state.
+        why: Label of that transition.
     """
 
     option: str
     state: str
     seconds: float
+    left: str = ""
+    why: str = ""
 
     def __str__(self) -> str:
-        return f"{self.option}: {self.state} ({self.seconds:.1f} s)"
+        came = f"; {self.left}, {self.why}" if self.left else ""
+        return f"{self.option}: {self.state} ({self.seconds:.1f} s{came})"
 
 
 @dataclass(slots=True)
 class _Memory:
-    """The active state of an option, and since when [s]."""
+    """The active state of an option, since when [s], and the transition that led there."""
 
     state: str
     since: float
+    left: str = ""
+    why: str = ""
 
 
 class OptionTree(Generic[S, A]):
@@ -190,11 +200,12 @@ class OptionTree(Generic[S, A]):
             state = option.states[memory.state]
             for transition in state.to:
                 if transition.holds(situation, time - memory.since):
-                    memory = _Memory(transition.target, time)
+                    memory = _Memory(transition.target, time, state.name, transition.label)
                     state = option.states[transition.target]
                     break
             self._active[place] = memory
-            path.append(Activation(option.name, state.name, time - memory.since))
+            since = time - memory.since
+            path.append(Activation(option.name, state.name, since, memory.left, memory.why))
             place = f"{place}/{state.name}"
             if not isinstance(state.do, Option):
                 return state.do(situation), tuple(path)

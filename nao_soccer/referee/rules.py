@@ -212,6 +212,25 @@ class Referee:
         """Goals by team."""
         return {team: sum(goal.team == team for goal in self.goals_scored) for team in TEAMS}
 
+    @property
+    def set_play(self) -> SetPlay:
+        """The set play that is not over."""
+        return self._set_play
+
+    @property
+    def kicking(self) -> str:
+        """The team that has the kick-off or the set play; empty while both may play the ball."""
+        return self._kicks or ""
+
+    @property
+    def touched_by(self) -> str:
+        """Name of the robot that touched the ball last; empty if none has since it was put."""
+        return self._ball.touched_by
+
+    def penalty(self, name: str) -> Penalty:
+        """The penalty of a robot."""
+        return self._players[name].penalty
+
     def penalized(self, name: str) -> bool:
         """Whether a robot may not play."""
         return self._players[name].penalty is not Penalty.NONE
