@@ -39,6 +39,7 @@ EXTRAS = {
     "lab": [
         "hypothesis>=6.100",  # bench fuzz
         "joblib>=1.3",
+        "jupyter-threejs-sage>=130",  # three.js as a file, for the replay of a match
         "matplotlib>=3.8",
         "mcap-ros2-support>=0.5",
         "pillow>=10",

@@ -9,21 +9,26 @@ from typing import Any
 from gait_lab.soccer.channels import Channels, SilentReferee
 from gait_lab.soccer.duel import RESTS
 from gait_lab.soccer.eyes import in_field
-from gait_lab.soccer.pitch import Pitch, PitchSpec, identity_of, is_upright
+from gait_lab.soccer.motion_track import PERIOD, BodyState, MotionTrack
+from gait_lab.soccer.pitch import Pitch, PitchSpec, RobotPlayer, identity_of, is_upright
 from gait_lab.soccer.snapshots import (
+    PlanSnapshot,
     RobotSnapshot,
     Snapshot,
     dribble_strokes,
     is_turned,
+    path_of,
     wrong_half,
 )
+from nao_soccer.behavior.ball_plan import BallPlan
 from nao_soccer.behavior.duel import DuelSettings
-from nao_soccer.game_state import Phase, Role
+from nao_soccer.game_state import Phase, Role, SetPlay
+from nao_soccer.referee.protocol import Penalty
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
 from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
-from robot_core.types import Point2
-from sim_bridge.scene import Scene, load_scene
+from robot_core.types import Point2, Pose2
+from sim_bridge.scene import Scene, SceneRobot, load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
 REFEREE_TICKS = 10
@@ -32,6 +37,8 @@ MESSAGE_TICKS = 50
 """Control periods between two messages of the referee."""
 FRAME_TICKS = 20
 """Control periods between two frames of the replay."""
+MOTION_TICKS = round(PERIOD / CONTROL_PERIOD)
+"""Control periods between two moments of the motion."""
 AT_BALL, DUEL = 0.5, 1.0
 """[m] from a robot to a ball that it plays; [s] Least duration of a duel, and most of a break in
 one."""
@@ -84,7 +91,8 @@ class MatchResult:
         playing: [s] in which the ball was in play; None if it was not watched.
         rest: Share of that in which the ball rested; likewise.
         duels: [s] that each duel lasted: robots of both teams were within `AT_BALL` of the ball.
-        frames: The replay.
+        frames: The moments of the replay.
+        motion: How the robots moved between them; None if it was not kept.
     """
 
     spec: MatchSpec
@@ -102,6 +110,7 @@ class MatchResult:
     rest: float | None = None
     duels: list[float] = field(default_factory=list)
     frames: list[Snapshot] = field(default_factory=list)
+    motion: MotionTrack | None = None
 
     @classmethod
     def restored(cls, spec: MatchSpec, goals: list[list[Any]], **values: Any) -> "MatchResult":
@@ -172,11 +181,16 @@ class Match:
         )
         self._strikers = _Strikers(self)
         self._ball = BallWatch(self)
+        self._motion = MotionTrack() if spec.frames else None
 
     def play(self) -> Iterator[Snapshot]:
         """Play the match; yields a frame of the replay now and then."""
         for ticks in self.run():
-            if (self.pitch.count - 1) % FRAME_TICKS == 0:
+            count = self.pitch.count - 1
+            if self._motion is not None and count % MOTION_TICKS == 0:
+                time = self.pitch.world.time * 1e-9
+                self._motion.add(time, self.pitch.ball_position, [body_of(tick) for tick in ticks])
+            if count % FRAME_TICKS == 0:
                 yield self._frame(ticks)
 
     def run(self) -> Iterator[Sequence[Tick]]:
@@ -227,29 +241,60 @@ class Match:
                 player.put_back()
 
     def _frame(self, ticks: Sequence[Tick]) -> Snapshot:
-        robots: dict[str, RobotSnapshot] = {}
-        pitch = self.pitch
-        for robot, player, pose, tick in zip(
-            pitch.scene.robots, pitch.players, pitch.poses, ticks, strict=True
-        ):
-            path = player.path
-            state = "stand" if tick.status is None else tick.status.state.value
-            doing = f"{path[-1].option}: {path[-1].state}" if path else ""
-            x, y, heading = (round(each, 3) for each in pose)
-            role = player.player.role.value
-            # From the field of the team into the world is the same turn as back.
-            turned = player.estimated_pose is not None and is_turned(
-                heading, in_field(player.estimated_pose, robot.team)[2]
+        pitch, referee = self.pitch, self.referee
+        robots = {
+            robot.name: self._robot_frame(robot, player, pose, tick)
+            for robot, player, pose, tick in zip(
+                pitch.scene.robots, pitch.players, pitch.poses, ticks, strict=True
             )
-            robots[robot.name] = RobotSnapshot(x, y, heading, state, role, doing, turned)
-        score = self.referee.score
+        }
+        score = referee.score
         x, y = pitch.ball
         return Snapshot(
             round(pitch.world.time * 1e-9, 2),
             (round(x, 3), round(y, 3)),
             robots,
-            self.referee.phase.value,
+            referee.phase.value,
             (score["red"], score["blue"]),
+            "" if referee.set_play is SetPlay.NONE else referee.set_play.value,
+            referee.kicking,
+        )
+
+    def _robot_frame(
+        self, robot: SceneRobot, player: RobotPlayer, pose: Pose2, tick: Tick
+    ) -> RobotSnapshot:
+        # From the field of the team into the world is the same turn as back.
+        state = "stand" if tick.status is None else tick.status.state.value
+        x, y, heading = (round(each, 3) for each in pose)
+        decision, penalty = player.decision, self.referee.penalty(robot.name)
+        frame = RobotSnapshot(
+            x,
+            y,
+            heading,
+            state,
+            player.player.role.value,
+            "",
+            penalty="" if penalty is Penalty.NONE else penalty.value,
+            kicks=len(player.kicks),
+        )
+        if decision is None:
+            return frame
+        own, ball = decision.world.own.pose, decision.world.ball
+        believed = in_field(own, robot.team)
+        plan = decision.plan
+        return frame._replace(
+            **path_of(decision.path),
+            turned=is_turned(heading, believed[2]),
+            believed=believed,
+            ball=None if ball is None else in_field((*ball.position_in_field, 0.0), robot.team)[:2],
+            others=tuple(
+                in_field((*each.position_in_field, 0.0), robot.team)[:2]
+                for each in decision.world.obstacles
+            ),
+            plan=None if plan is None else plan_of(plan, robot.team),
+            runner_up=None
+            if plan is None or plan.runner_up is None
+            else plan_of(plan.runner_up, robot.team),
         )
 
     def result(self, frames: Sequence[Snapshot]) -> MatchResult:
@@ -272,6 +317,7 @@ class Match:
             self._ball.rest,
             self._ball.duels,
             list(frames) if self.spec.frames else [],
+            self._motion,
         )
 
     def __enter__(self) -> "Match":
@@ -399,6 +445,18 @@ def play_match(
             if progress is not None:
                 progress(frame, match.referee)
         return match.result(frames)
+
+
+def body_of(tick: Tick) -> BodyState:
+    """The true body of a robot."""
+    truth = tick.truth
+    return BodyState(truth.torso_position, truth.torso_quaternion, truth.joint_position)
+
+
+def plan_of(plan: BallPlan, team: str) -> PlanSnapshot:
+    """A plan, with its direction in the world."""
+    direction = in_field((0.0, 0.0, plan.direction), team)[2]
+    return PlanSnapshot(plan.name, direction, plan.seconds)
 
 
 def _rounded(value: float) -> float | None:

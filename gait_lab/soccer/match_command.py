@@ -9,7 +9,7 @@ from typing import Any
 from tqdm import tqdm
 
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene, play_match
-from gait_lab.soccer.replay_page import write_replay
+from gait_lab.soccer.replay_page import three_js, write_replay
 from gait_lab.soccer.snapshots import Snapshot
 from gait_lab.terminal import EXIT_OK
 from robot_core.errors import NaoGaitError
@@ -67,6 +67,7 @@ def play(
     _check(spec)
     if real_time and vision == "model":
         raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
+    three_js()  # missing, it is missed before the match and not after it
     out.mkdir(parents=True, exist_ok=True)
     began = clock.monotonic()
     status = EXIT_OK
@@ -112,7 +113,7 @@ def _finish(
         f"{spec.scene}, seed {spec.seed}, {spec.engine}, vision by {vision}; "
         f"{result.seconds:.0f} s simulated in {seconds:.0f} s"
     )
-    write_replay(replay, match_scene(spec), result.frames, result.goals, subtitle)
+    write_replay(replay, result, subtitle)
     if json is not None:
         json.parent.mkdir(parents=True, exist_ok=True)
         json.write_text(json_format.dumps(result.as_json(), indent=2) + "\n", encoding="utf-8")

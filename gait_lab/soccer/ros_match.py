@@ -4,29 +4,36 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.demo.node_processes import NodeProcesses
 from gait_lab.ros_session import ros_node
 from gait_lab.soccer.eyes import in_field
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
+from gait_lab.soccer.motion_track import PERIOD, BodyState, MotionTrack
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
 from gait_lab.soccer.snapshots import (
+    PlanSnapshot,
     RobotSnapshot,
     Snapshot,
     dribble_strokes,
     is_turned,
+    path_of,
     wrong_half,
 )
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
-from nao_soccer.referee.rules import Goal, Rules
+from nao_soccer.behavior.option_tree import Activation
+from nao_soccer.referee.rules import TEAM_NUMBERS, Goal, Rules
 from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
 from robot_core.geometry import yaw_of_quaternion
+from robot_core.robot import load_robot
 from robot_core.ros.process import DomainClaim, StopRequest, stop_on_signal
 from robot_core.types import state_of
 from sim_bridge.scene import Scene
@@ -152,6 +159,7 @@ class _Watcher:
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.qos import qos_profile_sensor_data
         from rosgraph_msgs.msg import Clock
+        from sensor_msgs.msg import JointState
         from std_msgs.msg import String
 
         from robot_core.ros.topics import LATCHED
@@ -165,36 +173,48 @@ class _Watcher:
         self._executor.add_node(node)
         self._now = 0
         self._moved = time.monotonic()
-        self._ball: tuple[float, float] | None = None
+        self._ball: tuple[float, float, float] | None = None
         self._robots = {r.name: RobotSnapshot(*r.pose, "stand", "", "") for r in scene.robots}
         self._teams = {robot.name: robot.team for robot in scene.robots}
         self._game: dict[str, str] = {}
         self._began = START
         self._frames: list[Snapshot] = []
-        self._kicks = 0
+        self._motion = MotionTrack()
+        self._joint_names = {r.name: load_robot(r.urdf).joint_names for r in scene.robots}
+        self._poses: dict[str, bytes] = {}
+        self._joints: dict[str, bytes] = {}
         self._expected = Rules(half=60.0 * spec.minutes).duration
         sensors = qos_profile_sensor_data
 
         def subscribe(
-            kind: Any, topic: str, take: Callable[[Any], None] | None, qos: Any = 10
+            kind: Any, topic: str, take: Callable[[Any], None], qos: Any = 10
         ) -> None:
+            """Write all messages of a topic to the bag, and read them."""
+            from rclpy.serialization import deserialize_message
+
+            keep(kind, topic, lambda data: take(deserialize_message(data, kind)), qos)
+
+        def keep(kind: Any, topic: str, take: Callable[[bytes], None], qos: Any = 10) -> None:
             package = kind.__module__.split(".")[0]
             writer.add_topic(f"/{topic}", f"{package}/msg/{kind.__name__}", latched=qos is LATCHED)
-            node.create_subscription(
-                kind, topic, partial(self._on_message, kind, f"/{topic}", take), qos, raw=True
-            )
+            receive = partial(self._on_message, f"/{topic}", take)
+            node.create_subscription(kind, topic, receive, qos, raw=True)
 
+        self._kinds = Odometry, JointState
         node.create_subscription(Clock, "/clock", self._on_clock, sensors)
         subscribe(DiagnosticArray, "game_state", self._on_game)
         subscribe(PointStamped, "ground_truth/ball", self._on_ball, sensors)
         for name in self._robots:
             on = partial(partial, name=name)
-            subscribe(Odometry, f"{name}/ground_truth/odom", on(self._on_robot), sensors)
+            poses = partial(self._poses.__setitem__, name)
+            keep(Odometry, f"{name}/ground_truth/odom", poses, sensors)
+            joints = partial(self._joints.__setitem__, name)
+            node.create_subscription(JointState, f"{name}/joint_states", joints, sensors, raw=True)
             subscribe(String, f"{name}/gait/support", on(self._on_support), LATCHED)
             subscribe(DiagnosticArray, f"{name}/behavior", on(self._on_behavior))
-            subscribe(String, f"{name}/gait/motion", self._on_motion)
+            subscribe(String, f"{name}/gait/motion", on(self._on_motion))
             subscribe(PoseWithCovarianceStamped, f"{name}/pose", on(self._on_pose))
-            subscribe(Odometry, f"{name}/ball", None)
+            subscribe(Odometry, f"{name}/ball", on(self._on_known_ball))
 
     def run(self) -> None:
         """Follow the match to its end.
@@ -234,77 +254,132 @@ class _Watcher:
             goals,
             self._now * 1e-9 - self._began,
             falls,
-            self._kicks,
+            sum(robot.kicks for robot in self._robots.values()),
             dribble_strokes(self._frames),
             None,
             float("nan"),
             float("nan"),
             wrong_half(goals, self._frames),
             frames=self._frames,
+            motion=self._motion,
         )
 
     # -- messages ----------------------------------------------------------------------------------
 
-    def _on_message(
-        self, kind: Any, topic: str, take: Callable[[Any], None] | None, data: bytes
-    ) -> None:
-        from rclpy.serialization import deserialize_message
-
+    def _on_message(self, topic: str, take: Callable[[bytes], None], data: bytes) -> None:
         self._writer.write(topic, self._now, data)
-        if take is not None:
-            take(deserialize_message(data, kind))
+        take(data)
 
     def _on_clock(self, message: Any) -> None:
         now = message.clock.sec * 1_000_000_000 + message.clock.nanosec
         if now != self._now:
             self._now, self._moved = now, time.monotonic()
-        if self._ball is None or not self._game:
+        ready = len(self._poses) == len(self._joints) == len(self._robots)
+        if self._ball is None or not self._game or not ready:
             return
         at = now * 1e-9 - self._began
-        if at < 0.0:
+        if at < 0.0 or at < PERIOD * len(self._motion) - 1e-6:
             return
-        if self._frames and at < self._frames[-1].time + FRAME_PERIOD:
+        self._follow(at)
+        if self._frames and at < self._frames[-1].time + FRAME_PERIOD - 1e-6:
             return
         score = int(self._game.get("red", "0")), int(self._game.get("blue", "0"))
+        set_play, kicking = self._game.get("set_play", ""), self._game.get("kicking_team", "")
+        teams = {str(number): team for team, number in TEAM_NUMBERS.items()}
         frame = Snapshot(
-            round(at, 2), self._ball, dict(self._robots), self._game.get("state", ""), score
+            round(at, 2),
+            self._ball[:2],
+            dict(self._robots),
+            self._game.get("state", ""),
+            score,
+            "" if set_play == "none" else set_play,
+            teams.get(kicking, ""),
         )
         self._frames.append(frame)
         self._show_progress(frame, self._expected)
+
+    def _follow(self, at: float) -> None:
+        """Read the newest poses and joints: most messages are only written to the bag."""
+        from rclpy.serialization import deserialize_message
+
+        odometry, joints = self._kinds
+        bodies = []
+        for name, names in self._joint_names.items():
+            pose = deserialize_message(self._poses[name], odometry).pose.pose
+            given = deserialize_message(self._joints[name], joints)
+            angle = dict(zip(given.name, given.position, strict=True))
+            place, q = pose.position, pose.orientation
+            bodies.append(
+                BodyState(
+                    np.array((place.x, place.y, place.z)),
+                    np.array((q.x, q.y, q.z, q.w)),
+                    np.array([angle[each] for each in names]),
+                )
+            )
+            self._change(
+                name,
+                x=round(place.x, 3),
+                y=round(place.y, 3),
+                heading=round(yaw_of_quaternion(q.x, q.y, q.z, q.w), 3),
+            )
+        assert self._ball is not None
+        # The track is even: a late clock, as after a pause of the watcher, fills the gap.
+        while len(self._motion) * PERIOD <= at + 1e-6:
+            self._motion.add(len(self._motion) * PERIOD, self._ball, bodies)
+
+    def _change(self, name: str, **values: Any) -> None:
+        self._robots[name] = self._robots[name]._replace(**values)
 
     def _on_game(self, message: Any) -> None:
         self._game = _values(message.status)
         stamp = message.header.stamp
         self._began = stamp.sec + 1e-9 * stamp.nanosec - float(self._game["time"])
+        for name in self._robots:
+            state = self._game.get(f"robot/{name}", "").partition(",")[0]
+            self._change(name, penalty=state.partition(": ")[2])
 
     def _on_ball(self, message: Any) -> None:
-        self._ball = round(message.point.x, 3), round(message.point.y, 3)
-
-    def _on_robot(self, message: Any, name: str) -> None:
-        place, q = message.pose.pose.position, message.pose.pose.orientation
-        heading = yaw_of_quaternion(q.x, q.y, q.z, q.w)
-        self._robots[name] = self._robots[name]._replace(
-            x=round(place.x, 3), y=round(place.y, 3), heading=round(heading, 3)
-        )
+        point = message.point
+        self._ball = round(point.x, 3), round(point.y, 3), round(point.z, 3)
 
     def _on_pose(self, message: Any, name: str) -> None:
-        q = message.pose.pose.orientation
-        believed = in_field((0.0, 0.0, yaw_of_quaternion(q.x, q.y, q.z, q.w)), self._teams[name])[2]
-        robot = self._robots[name]
-        self._robots[name] = robot._replace(turned=is_turned(robot.heading, believed))
+        place, q = message.pose.pose.position, message.pose.pose.orientation
+        own = place.x, place.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)
+        believed = in_field(own, self._teams[name])
+        turned = is_turned(self._robots[name].heading, believed[2])
+        self._change(name, believed=believed, turned=turned)
+
+    def _on_known_ball(self, message: Any, name: str) -> None:
+        place = message.pose.pose.position
+        self._change(name, ball=in_field((place.x, place.y, 0.0), self._teams[name])[:2])
 
     def _on_support(self, message: Any, name: str) -> None:
         state = state_of(message.data)
-        self._robots[name] = self._robots[name]._replace(state="" if state is None else state.value)
+        self._change(name, state="" if state is None else state.value)
 
     def _on_behavior(self, message: Any, name: str) -> None:
         values = _values(message.status)
-        options = sorted(key for key in values if key.startswith("option_"))
-        doing = values[options[-1]].rsplit(" (", 1)[0] if options else ""
-        self._robots[name] = self._robots[name]._replace(role=values.get("role", ""), doing=doing)
+        path = [
+            Activation.parsed(values[key])
+            for key in sorted(key for key in values if key.startswith("option_"))
+        ]
+        plans = {
+            field: _plan(values, key, self._teams[name])
+            for field, key in (("plan", "plan"), ("runner_up", "second_plan"))
+        }
+        self._change(name, role=values.get("role", ""), **path_of(path), **plans)
 
-    def _on_motion(self, message: Any) -> None:
-        self._kicks += message.data.startswith("kick")
+    def _on_motion(self, message: Any, name: str) -> None:
+        kicked = message.data.startswith("kick")
+        self._change(name, kicks=self._robots[name].kicks + kicked)
+
+
+def _plan(values: Mapping[str, str], key: str, team: str) -> PlanSnapshot | None:
+    """A plan of the topic `behavior`."""
+    if f"{key}_direction" not in values:
+        return None
+    direction = in_field((0.0, 0.0, float(values[f"{key}_direction"])), team)[2]
+    return PlanSnapshot(values[key], direction, float(values[f"{key}_seconds"]))
 
 
 def _values(statuses: Sequence[Any]) -> dict[str, str]:

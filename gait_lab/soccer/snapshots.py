@@ -4,10 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from nao_soccer.behavior.option_tree import Activation
 from nao_soccer.referee.rules import Goal
-from robot_core.types import DOWN, GETTING_UP, Point2
+from robot_core.types import DOWN, GETTING_UP, Point2, Pose2
 
 STROKE_SPEED = 0.3
 """[m/s] by which the ball is faster after a stroke of a dribbling robot."""
@@ -17,7 +18,21 @@ STROKE_TIME = 0.5
 """[s] in which a robot hits the ball once: the time of a step."""
 DRIBBLES = ": dribble", ": push"
 """Ends of what a dribbling robot does."""
-_LYING = {state.value for state in (*DOWN, GETTING_UP)}
+LYING = {state.value for state in (*DOWN, GETTING_UP)}
+
+
+class PlanSnapshot(NamedTuple):
+    """What a robot means to do with the ball.
+
+    Attributes:
+        name: Of the kick, or of the step that hits the ball.
+        direction: Where the ball has to go [rad] in the world.
+        seconds: Expected time [s] until the ball is in the goal.
+    """
+
+    name: str
+    direction: float
+    seconds: float
 
 
 class RobotSnapshot(NamedTuple):
@@ -31,6 +46,15 @@ class RobotSnapshot(NamedTuple):
         role: Role in its team.
         doing: The last option of its activation path, and the state of that.
         turned: It takes one half of the field for the other.
+        path: Its activation path from the root: option and state.
+        change: The newest transition on that path: option, state before and after, and why.
+        plan: What it means to do with the ball.
+        runner_up: What it would do else.
+        believed: Where it takes itself to be, in the world.
+        ball: Where it takes the ball to be [m], in the world.
+        others: Where it takes other robots to be [m], in the world.
+        penalty: Why it may not play; empty if it may.
+        kicks: Number of kicks so far.
     """
 
     x: float
@@ -40,6 +64,20 @@ class RobotSnapshot(NamedTuple):
     role: str
     doing: str
     turned: bool = False
+    path: tuple[str, ...] = ()
+    change: str = ""
+    plan: PlanSnapshot | None = None
+    runner_up: PlanSnapshot | None = None
+    believed: Pose2 | None = None
+    ball: Point2 | None = None
+    others: tuple[Point2, ...] = ()
+    penalty: str = ""
+    kicks: int = 0
+
+    @property
+    def down(self) -> bool:
+        """It lies or gets up."""
+        return self.state in LYING
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +90,8 @@ class Snapshot:
         robots: The robots by name.
         phase: Phase of the game.
         score: Goals of red and of blue.
+        set_play: The set play that is not over; empty if none is.
+        kicking: The team that has the kick-off or the set play.
     """
 
     time: float
@@ -59,6 +99,20 @@ class Snapshot:
     robots: dict[str, RobotSnapshot]
     phase: str
     score: tuple[int, int]
+    set_play: str = ""
+    kicking: str = ""
+
+
+def path_of(path: Sequence[Activation]) -> dict[str, Any]:
+    """The fields of a `RobotSnapshot` that an activation path gives."""
+    if not path:
+        return {}
+    newest = min((each for each in path if each.left), key=lambda each: each.seconds, default=None)
+    change = "" if newest is None else (
+        f"{newest.option}: {newest.left} \u2192 {newest.state}: {newest.why}"
+    )
+    texts = tuple(f"{each.option}: {each.state}" for each in path)
+    return {"doing": texts[-1], "path": texts, "change": change}
 
 
 def is_turned(heading: float, estimated: float) -> bool:
@@ -76,7 +130,7 @@ def wrong_half(goals: Sequence[Goal], frames: Sequence[Snapshot]) -> int:
     for goal in goals:
         before = next((each for each in reversed(frames) if each.time <= goal.time), None)
         robot = None if before is None else before.robots.get(goal.player)
-        if goal.own and robot is not None and robot.state not in _LYING:
+        if goal.own and robot is not None and not robot.down:
             count += robot.turned
     return count
 

@@ -160,6 +160,15 @@ class Activation(NamedTuple):
         came = f"; {self.left}, {self.why}" if self.left else ""
         return f"{self.option}: {self.state} ({self.seconds:.1f} s{came})"
 
+    @classmethod
+    def parsed(cls, text: str) -> "Activation":
+        """The inverse of `str`; raises ValueError."""
+        place, _, rest = text.removesuffix(")").rpartition(" (")
+        option, _, state = place.partition(": ")
+        seconds, _, came = rest.partition(" s")
+        left, _, why = came.removeprefix("; ").partition(", ")
+        return cls(option, state, float(seconds), left, why)
+
 
 @dataclass(slots=True)
 class _Memory:

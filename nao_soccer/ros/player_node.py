@@ -258,9 +258,14 @@ class PlayerNode(Node):
             "phase": player.game.phase.value,
             "game_phase": player.game.game_phase.value,
             "competition": player.game.competition.value,
-            "plan": "none" if decision.plan is None else decision.plan.name,
             "messages": str(player.link.sent),
         }
+        first = decision.plan
+        for name, plan in (("plan", first), ("second_plan", first and first.runner_up)):
+            values[name] = "none" if plan is None else plan.name
+            if plan is not None:
+                values[f"{name}_direction"] = f"{plan.direction:.3f}"
+                values[f"{name}_seconds"] = f"{plan.seconds:.2f}"
         for depth, each in enumerate(decision.path):
             values[f"option_{depth}"] = str(each)
         remark = player.remark

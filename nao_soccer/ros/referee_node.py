@@ -278,7 +278,8 @@ class RefereeNode(Node):
             )
         for team in ("red", "blue"):
             for name in self._teams[team]:
-                penalty = "penalized" if referee.penalized(name) else "plays"
-                values[f"robot/{name}"] = f"{penalty}, {referee.falls[name]} falls"
+                penalty = referee.penalty(name)
+                state = f"penalized: {penalty.value}" if referee.penalized(name) else "plays"
+                values[f"robot/{name}"] = f"{state}, {referee.falls[name]} falls"
         text = f"{message.phase.value}, red {score['red']} : {score['blue']} blue"
         return status_message(now, "referee", text, values)

@@ -1,7 +1,5 @@
 """Robots that play in the simulation: alone, and the course of a match."""
 
-import json
-import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +10,6 @@ from gait_lab.soccer.abilities import AbilitySpec, play_ability
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import BallWatch, Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.pitch import is_upright, practice
-from gait_lab.soccer.replay_page import write_replay
 from gait_lab.soccer.snapshots import (
     RobotSnapshot,
     Snapshot,
@@ -248,21 +245,3 @@ def test_a_stroke_is_a_ball_that_a_dribbling_robot_makes_faster() -> None:
     away, kicks = dribbles._replace(y=0.5), dribbles._replace(doing="play the ball: kick")
     assert dribble_strokes(course(two_strokes, away)) == 0
     assert dribble_strokes(course(two_strokes, kicks)) == 0
-
-
-def test_the_replay_page_has_the_match(tmp_path: Path) -> None:
-    scene = match_scene(MatchSpec())
-    robots = {
-        robot.name: RobotSnapshot(*robot.pose, "walk", "striker", "play: dribble </script>")
-        for robot in scene.robots
-    }
-    frames = [Snapshot(0.2 * i, (0.1 * i, 0.0), robots, "playing", (i // 9, 0)) for i in range(10)]
-    path = tmp_path / "replay.html"
-    write_replay(path, scene, frames, [Goal(1.8, "red", "red2", False)], "a test")
-    text = path.read_text()
-    assert "{{" not in text
-    data = json.loads(text.split('id="data">')[1].split("</script>")[0].replace("<\\/", "</"))
-    assert len(data["frames"]) == 10
-    assert data["goals"] == [{"t": 1.8, "team": "red", "player": "red2"}]
-    assert {robot["name"] for robot in data["robots"]} == set(robots)
-    assert math.isclose(data["frames"][5]["ball"][0], 0.5)

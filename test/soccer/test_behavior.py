@@ -170,6 +170,14 @@ def test_an_opponent_behind_the_ball_is_passed(ball: tuple[float, float]) -> Non
     assert math.cos(plan.direction) > -0.2
 
 
+def test_the_runner_up_does_something_else_and_takes_longer() -> None:
+    plan = planner().choose((0.5, 0.0, 0.0), (0.8, 0.0))
+    assert plan.runner_up is not None
+    assert not plan.is_like(plan.runner_up)
+    assert plan.runner_up.seconds >= plan.seconds
+    assert plan.runner_up.runner_up is None
+
+
 def test_a_plan_is_kept_unless_another_one_is_clearly_better() -> None:
     own, ball = (1.0, 0.3, -0.9), (1.3, 0.05)
     plans = {planner().choose(own, ball).name}

@@ -4,7 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from nao_soccer.behavior.option_tree import After, Option, OptionTree, State, When, mermaid
+from nao_soccer.behavior.option_tree import (
+    Activation,
+    After,
+    Option,
+    OptionTree,
+    State,
+    When,
+    mermaid,
+)
 from nao_soccer.behavior.options import PLAYER
 from robot_core.errors import NaoGaitError
 
@@ -53,6 +61,18 @@ def test_the_path_has_the_time_in_each_state() -> None:
     assert [each.state for each in path] == ["work", "first"]
     assert path[0].seconds == pytest.approx(2.4)
     assert path[1].seconds == pytest.approx(0.4)
+
+
+def test_the_path_tells_the_transition_that_led_to_a_state() -> None:
+    engine = OptionTree(tree())
+    assert engine.update(0.0, 10.0)[1][0][3:] == ("", "")
+    for time in (10.1, 10.3):
+        _, path = engine.update(1.0, time)
+        assert path[0].left == "wait"
+        assert path[0].why == engine.root.states["wait"].to[0].label
+        assert path[1].left == ""
+    for each in path:
+        assert Activation.parsed(str(each)) == each._replace(seconds=round(each.seconds, 1))
 
 
 def test_at_most_one_transition_of_an_option_is_taken_per_update() -> None:
