@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from browser import open_tab
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.motion_track import PERIOD, BodyState, MotionTrack
 from gait_lab.soccer.replay_page import UNKNOWN, packed, write_replay
@@ -16,7 +17,6 @@ from gait_lab.soccer.snapshots import PlanSnapshot, RobotSnapshot, Snapshot
 from gait_lab.soccer.story import Story
 from nao_soccer.referee.rules import Goal
 from robot_core.robot import load_robot
-from browser import open_tab
 
 SECONDS = 12.0
 ROLLS, SCORES, FALLS = 4.0, 8.0, 5.0
