@@ -215,7 +215,6 @@ def fitted(
     changes = {
         "foot_reference_x": own.sole_middle + along * (p.foot_reference_x - other.sole_middle),
         "foot_spacing": spacing,
-        "yaw_gyro": robot.gyro_axes == 3,
     }
     pace = min(1.0, own.pace / other.pace)
     for name, share in (
@@ -226,13 +225,12 @@ def fitted(
     ):  # fmt: skip
         if name in p.as_dict():
             changes[name] = share * getattr(p, name)
-    return p.replace(**{name: _inside(name, value) for name, value in changes.items()})
+    inside = {name: _inside(name, value) for name, value in changes.items()}
+    return p.replace(yaw_gyro=robot.gyro_axes == 3, **inside)
 
 
-def _inside(name: str, value: float | bool) -> float | bool:
+def _inside(name: str, value: float) -> float:
     field = BY_NAME[name]
-    if isinstance(value, bool):
-        return value
     return float(np.clip(value, field.minimum, field.maximum))
 
 

@@ -90,6 +90,7 @@ class GameState:
         game_phase: Part of the game.
         competition: What is played.
         message_budget: Number of team messages that the team may still send; None = no limit.
+        ball_distance: [m] that the other team keeps from the ball of a kick-off or set play.
     """
 
     phase: Phase = Phase.PLAYING
@@ -108,3 +109,4 @@ class GameState:
     game_phase: GamePhase = GamePhase.NORMAL
     competition: Competition = Competition.NORMAL
     message_budget: int | None = None
+    ball_distance: float = 0.75

@@ -154,6 +154,12 @@ class Player:
         self.game, self._packet, self._packet_time = game, message.packet, time
         self._obey_signal(time)
 
+    def hear_game(self, game: GameState, time: float) -> None:
+        """Take the state of the game from a referee who does not speak in packets."""
+        self._packet = 0
+        self._time_of_game.hear(game)
+        self.game, self._packet_time = game, time
+
     def hear_whistle(self, time: float) -> None:
         """The whistle at a kick-off: play begins before the packets say so."""
         if self.game.phase is Phase.SET:

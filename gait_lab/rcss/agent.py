@@ -1,5 +1,6 @@
 """One robot on the server: its gait between the percepts and the motors, without ROS."""
 
+from gait_lab.rcss.player import ServerPlayer
 from nao_lipm_gait.gait import Gait
 from rcss_bridge import codec
 from rcss_bridge.body import CYCLE, Body
@@ -25,12 +26,16 @@ class Agent:
         start: x, y [m], yaw [rad] in the field of its team, where it begins; None = where the
             server puts it.
         preset: Gait preset.
+        number: Of the player.
+        field: The server's field, on which it plays soccer; empty = it walks as it is told.
+        exact: It plays with percepts without errors, misses and delay.
 
     Attributes:
         gait: Its gait.
         landing: Watches free fall and landing.
         percepts: Of the last cycle.
         falls: Number of falls so far.
+        player: What plays soccer; None = nobody.
     """
 
     def __init__(
@@ -39,6 +44,10 @@ class Agent:
         team: str,
         start: Pose2 | None = None,
         preset: str = "default",
+        *,
+        number: int = 2,
+        field: str = "",
+        exact: bool = False,
     ) -> None:
         robot = load_robot(server_robot.robot)
         self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY)
@@ -48,17 +57,14 @@ class Agent:
         self._body = Body(server_robot, robot)
         self._team, self._start = team, start
         self._down = False
+        self._put: Pose2 | None = None
+        self.player: ServerPlayer | None = None
+        if field:
+            self.player = ServerPlayer(robot, self.gait, team, number, field, exact=exact)
 
     def beam(self, pose: Pose2) -> None:
         """Be put at a pose in the own half as soon as the play mode allows it."""
         self._start = pose
-
-    def restart(self, start: Pose2) -> None:
-        """Begin anew on another server, or after this one has dropped the player."""
-        self.landing.active = False
-        self.gait.reset()
-        self._down = False
-        self.beam(start)
 
     @property
     def state(self) -> str:
@@ -75,7 +81,7 @@ class Agent:
 
         Args:
             message: Of this cycle.
-            command: Velocity at which to walk.
+            command: Velocity at which to walk; who plays soccer decides that itself.
 
         Returns:
             The actions.
@@ -85,20 +91,30 @@ class Agent:
         """
         self.percepts = percepts = codec.percepts(message)
         frame = self._body.frame(percepts)
+        player = self.player
+        if player is not None:
+            player.watch(percepts)
+            self._start = player.start or self._start
         beam = None
         if self._start is not None and percepts.game.mode in BEAM_MODES:
             x, y, yaw = self._start
             right = percepts.game.right == self._team
             beam = (x, -y if right else y, yaw)  # the server mirrors x, and turns, but not y
-            self._start = None
+            self._put, self._start = self._start, None
             self.landing.drop()
         was_landing = self.landing.active
         targets = self.landing.update(frame)
         if targets is None:
             if was_landing:
                 self.gait.reset()
-            targets = self.gait.step(frame, command)
+                if player is not None:
+                    player.dropped(self._put)
+                self._put = None
+            targets = self.gait.step(frame, command if player is None else player.command)
             down = self.gait.state in DOWN
             self.falls += down and not self._down
             self._down = down
-        return codec.actions(self._body.motors(targets), beam)
+            if player is not None:
+                player.update(percepts, frame)
+        speech = None if player is None else player.speech
+        return codec.actions(self._body.motors(targets), beam, speech)

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from gait_lab.rcss.agent import Agent
+from gait_lab.rcss.field import FIELD, ServerField
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from rcss_bridge.body import CYCLE
 from rcss_bridge.client import Client, ServerGoneError
 from rcss_bridge.codec import init
 from rcss_bridge.joints import server_robot
 from robot_core.errors import NaoGaitError
-from robot_core.types import STANDSTILL, Pose2, VelocityCommand
+from robot_core.types import STANDSTILL, VelocityCommand
 
 SETTLED = 2.0
 """[s] that a robot stands after it has landed, before it walks."""
@@ -37,6 +38,8 @@ class Job:
         command: Velocity at which it walks.
         seconds: Simulated time [s] after which it leaves.
         preset: Gait preset.
+        field: The server's field; empty = it does not play soccer.
+        exact: It plays with percepts without errors, misses and delay.
     """
 
     host: str
@@ -47,6 +50,16 @@ class Job:
     command: VelocityCommand
     seconds: float
     preset: str
+    field: str = ""
+    exact: bool = False
+
+    def agent(self) -> Agent:
+        """The robot before its first message."""
+        start = None if self.field else ServerField(FIELD).start(self.number)
+        return Agent(
+            server_robot(self.robot), self.team, start, self.preset,
+            number=self.number, field=self.field, exact=self.exact,
+        )  # fmt: skip
 
 
 def run(
@@ -56,9 +69,11 @@ def run(
     number: int,
     players: str | None,
     robot: str,
-    drive: str,
+    drive: str | None,
     seconds: float,
     preset: str,
+    field: str,
+    exact: bool,
     say: Callable[[str], None],
 ) -> int:
     """Bring robots onto the field; the exit status.
@@ -72,9 +87,14 @@ def run(
         raise NaoGaitError("port", port, "1 to 65535")
     if not seconds > 0.0:
         raise NaoGaitError("seconds", seconds, "more than 0")
-    command = _velocity(drive)
+    command = STANDSTILL if drive is None else _velocity(drive)
+    ServerField(field)
+    field = field if drive is None else ""
     numbers = (number,) if players is None else _numbers(players)
-    jobs = [Job(host, port, team, each, robot, command, seconds, preset) for each in numbers]
+    jobs = [
+        Job(host, port, team, each, robot, command, seconds, preset, field, exact)
+        for each in numbers
+    ]
     if len(jobs) == 1:
         return walk(jobs[0], say)
     context = multiprocessing.get_context("spawn")
@@ -99,7 +119,7 @@ def walk(job: Job, say: Callable[[str], None]) -> int:
     When the server goes, the robot looks for it again and begins anew.
     """
     who = f"{job.team} {job.number}"
-    agent = Agent(server_robot(job.robot), job.team, start_of(job.number), job.preset)
+    agent = job.agent()
     with Client(job.host, job.port, job.robot, job.team, job.number) as client:
         done = 0.0
         while True:
@@ -110,7 +130,7 @@ def walk(job: Job, say: Callable[[str], None]) -> int:
                 say(f"{who}: {error}")
                 if agent.percepts is None or not client.heard:
                     return EXIT_FAILED
-                agent.restart(start_of(job.number))
+                agent = job.agent()
                 continue
             say(f"{who}: {done:.0f} s, {agent.falls} falls, {agent.landing.count} drops")
             return EXIT_OK
@@ -140,14 +160,6 @@ def _cycles(
             say(f"{percepts.time - began:.2f} s {state}")
         if percepts.time - began >= job.seconds:
             return percepts.time - began
-
-
-def start_of(number: int) -> Pose2:
-    """Where a player begins: the goalkeeper before the goal, the others in rows of four."""
-    if number == 1:
-        return -26.0, 0.0, 0.0
-    row, place = divmod(number - 2, 4)
-    return -7.0 - 5.0 * row, 6.0 * place - 9.0, 0.0
 
 
 def _in_process(job: Job) -> None:

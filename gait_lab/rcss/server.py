@@ -9,12 +9,12 @@ import tempfile
 import time
 from pathlib import Path
 
+from gait_lab.rcss.field import FIELD
+from rcss_bridge.codec import framed
 from robot_core.errors import NaoGaitError
 
 VERSION = "0.2.1"
 """Of rcsssmj."""
-FIELD = "fifa7vs7"
-"""The server's field: 55 x 36 m."""
 STARTS_WITHIN = 120.0
 """[s] for which the server may take to listen."""
 ENDS_WITHIN = 5.0
@@ -73,11 +73,11 @@ class Server:
         python = install()
         self._folder = tempfile.TemporaryDirectory(prefix="rcsssmj-")
         self._log = Path(self._folder.name, "server.log")
-        self.port, monitor = _free_port(), _free_port()
+        self.port, self._monitor = _free_port(), _free_port()
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(
                 [str(python), launcher_file(), "--aport", str(self.port), "--mport",
-                 str(monitor), "--no-render", "--no-realtime", "--sync", "--field", field,
+                 str(self._monitor), "--no-render", "--no-realtime", "--sync", "--field", field,
                  *arguments],
                 cwd=self._folder.name, stdout=log, stderr=subprocess.STDOUT,
             )  # fmt: skip
@@ -102,6 +102,11 @@ class Server:
                 self._process.kill()
                 self._process.wait()
         self._folder.cleanup()
+
+    def order(self, command: str) -> None:
+        """Give an order as a monitor may: `(kickOff Left)`, `(ball (pos 0 0 0.11))`."""
+        with socket.create_connection(("127.0.0.1", self._monitor), 10.0) as connection:
+            connection.sendall(framed(command.encode()))
 
     @property
     def last_words(self) -> str:

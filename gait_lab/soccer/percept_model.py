@@ -68,98 +68,36 @@ class OtherRobot(NamedTuple):
     lies: bool = False
 
 
-class PerceptModel:
-    """The vision of one robot; `scale` is a factor of all errors of places, 0 = exact percepts."""
+class ErrorModel:
+    """The errors and misses of one robot's vision; `scale` is a factor of all errors of places."""
 
-    def __init__(
-        self,
-        errors: PerceptErrors,
-        field: Field,
-        goals: Goals | None,
-        seed: int,
-        scale: float = 1.0,
-    ) -> None:
+    def __init__(self, errors: PerceptErrors, seed: int, scale: float = 1.0) -> None:
         self._errors = errors
         self._scale = scale
         self._random = random = np.random.default_rng(seed)
-        field_map = FieldMap(field, goals)
-        self._objects = [
-            (kind, rows) for kind, rows in field_map.landmarks.items() if kind in errors.kinds
-        ]
-        line = field.points_on_lines(SPACING)
-        parts = [*(rows[:, :2] for _, rows in self._objects), line]
-        ends = np.cumsum([len(each) for each in parts])
-        self._fixed = np.concatenate(parts)
-        self._parts = [slice(end - len(each), end) for end, each in zip(ends, parts, strict=True)]
         self._tilt = scale * errors.tilt.robot * random.standard_normal()
         self._pan = scale * errors.pan.robot * random.standard_normal()
         self._shift = scale * errors.shift.robot * random.standard_normal(2)
         self._stamp: int | None = None
 
-    def see(
-        self,
-        stamp: int,
-        view: CameraView,
-        footprint: Pose2,
-        ball: Point2 | None = None,
-        robots: Sequence[OtherRobot] = (),
-    ) -> Percepts:
-        """The percepts of one image at a stamp [ns].
-
-        The camera is in base_footprint, all others are true places on the field [m].
-        """
+    def image(self, stamp: int) -> FloatArray:
+        """Begin an image at a stamp [ns]; its errors (4,): tilt, pan, shift in x and y."""
         self._wander(stamp)
         errors, random, scale = self._errors, self._random, self._scale
         tilt = self._tilt + scale * errors.tilt.image * random.standard_normal()
         pan = self._pan + scale * errors.pan.image * random.standard_normal()
         shift = self._shift + scale * errors.shift.image * random.standard_normal(2)
-        common = np.array((tilt, pan, *shift))
-        geometry = ImageGeometry(view)
-        standing = np.array([not each.lies for each in robots], dtype=bool)
-        others = seen_from(footprint, np.array([each.place for each in robots]).reshape(-1, 2))
-        hiding = others[standing]
-        places = self._fixed if ball is None else np.concatenate((self._fixed, [ball]))
-        fixed = seen_from(footprint, places)  # and the ball, last
-        in_sight = _in_image(_pixels(fixed, (0.0,), view), view)[:, 0]
-        in_sight[in_sight] = ~_hidden(fixed[in_sight], hiding)
+        return np.array((tilt, pan, *shift))
 
-        def found(kind: str, near: FloatArray, seen: NDArray[np.bool_]) -> FloatArray:
-            """(m, 3) measured places and the index of each, of places (n, 2) in base_footprint."""
-            chosen = self._chosen(kind, near, seen)
-            return self._measured(kind, near, chosen, common) if len(chosen) else _NOTHING
+    def found(
+        self, kind: str, near: FloatArray, seen: NDArray[np.bool_], common: FloatArray
+    ) -> FloatArray:
+        """What is found of places (n, 2) of a kind in base_footprint, of those to be seen (n,).
 
-        *parts, line = self._parts
-        objects: list[Percept] = []
-        for (kind, rows), part in zip(self._objects, parts, strict=True):
-            for x, y, index in found(kind.value, fixed[part], in_sight[part]).tolist():
-                yaw = rows[int(index), 2] - footprint[2] if kind in CROSSINGS else 0.0
-                objects.append(self._percept(geometry, kind, (x, y), yaw))
-        hidden = _hidden(others, hiding)  # nobody hides himself
-        pixels = _pixels(others, (0.0, WAIST, SHOULDERS), view)
-        whole = _in_image(pixels[:, :2], view).all(axis=1) & ~hidden
-        for index, (kind, _, lies) in enumerate(robots):
-            near = others[index : index + 1]
-            if lies:
-                objects += self._lying(geometry, kind, near)
-                continue
-            for x, y, _ in found(ROBOT, near, whole[index : index + 1]).tolist():
-                objects.append(self._percept(geometry, kind, (x, y)))
-            if not hidden[index]:
-                objects += self._too_near(geometry, kind, pixels[index])
-        seen = None
-        if ball is not None:
-            for x, y, _ in found(Kind.BALL.value, fixed[-1:], in_sight[-1:]).tolist():
-                seen = self._percept(geometry, Kind.BALL, (x, y))
-        points = found(LINE_POINT, fixed[line], in_sight[line])[:, :2]
-        visible = visible_ground(view)
-        false = self._false_percepts(geometry, visible)
-        if seen is None:
-            seen = next((each for each in false if each.kind is Kind.BALL), None)
-        objects += [each for each in false if each.kind is not Kind.BALL]
-        points = np.concatenate((points, self._false_points(visible)))
-        return Percepts(
-            stamp, seen, tuple(objects), points, geometry.covariance(points), visible=visible
-        )
+        (m, 3) measured x, y [m] and the index of the place; `common` are the image's errors.
+        """
+        chosen = self._chosen(kind, near, seen)
+        return self._measured(kind, near, chosen, common) if len(chosen) else _NOTHING
 
     def _wander(self, stamp: int) -> None:
         """Move the tilt of the robot by one step of a first-order Gauss-Markov process."""
@@ -178,6 +116,108 @@ class PerceptModel:
             return chosen
         share = self._errors.recalls(kind, np.hypot(*near[chosen].T))
         return chosen[self._random.random(len(share)) < share]
+
+    def _measured(
+        self, kind: str, near: FloatArray, chosen: NDArray[np.intp], common: FloatArray
+    ) -> FloatArray:
+        """(m, 3) x, y [m] with errors, and the index of the place that was chosen."""
+        own, random, scale = self._errors.kinds[kind], self._random, self._scale
+        height = self._errors.camera_height
+        x, y = near[chosen].T
+        count = len(chosen)
+        depression = np.arctan2(height, np.hypot(x, y)) + common[0]
+        depression += scale * own.depression * random.standard_normal(count)
+        bearing = np.arctan2(y, x) + common[1]
+        bearing += scale * own.bearing * random.standard_normal(count)
+        kept = depression > DEPRESSION_MIN
+        reach = height / np.tan(np.maximum(depression, DEPRESSION_MIN))
+        rows = np.array(
+            (reach * np.cos(bearing) + common[2], reach * np.sin(bearing) + common[3], chosen)
+        ).T
+        result: FloatArray = rows[kept]
+        return result
+
+
+class PerceptModel(ErrorModel):
+    """The vision of one robot; `scale` is a factor of all errors of places, 0 = exact percepts."""
+
+    def __init__(
+        self,
+        errors: PerceptErrors,
+        field: Field,
+        goals: Goals | None,
+        seed: int,
+        scale: float = 1.0,
+    ) -> None:
+        super().__init__(errors, seed, scale)
+        field_map = FieldMap(field, goals)
+        self._objects = [
+            (kind, rows) for kind, rows in field_map.landmarks.items() if kind in errors.kinds
+        ]
+        line = field.points_on_lines(SPACING)
+        parts = [*(rows[:, :2] for _, rows in self._objects), line]
+        ends = np.cumsum([len(each) for each in parts])
+        self._fixed = np.concatenate(parts)
+        self._parts = [slice(end - len(each), end) for end, each in zip(ends, parts, strict=True)]
+
+    def see(
+        self,
+        stamp: int,
+        view: CameraView,
+        footprint: Pose2,
+        ball: Point2 | None = None,
+        robots: Sequence[OtherRobot] = (),
+    ) -> Percepts:
+        """The percepts of one image at a stamp [ns].
+
+        The camera is in base_footprint, all others are true places on the field [m].
+        """
+        common = self.image(stamp)
+        geometry = ImageGeometry(view)
+        standing = np.array([not each.lies for each in robots], dtype=bool)
+        others = seen_from(footprint, np.array([each.place for each in robots]).reshape(-1, 2))
+        hiding = others[standing]
+        places = self._fixed if ball is None else np.concatenate((self._fixed, [ball]))
+        fixed = seen_from(footprint, places)  # and the ball, last
+        in_sight = _in_image(_pixels(fixed, (0.0,), view), view)[:, 0]
+        in_sight[in_sight] = ~_hidden(fixed[in_sight], hiding)
+
+        *parts, line = self._parts
+        objects: list[Percept] = []
+        for (kind, rows), part in zip(self._objects, parts, strict=True):
+            for x, y, index in self.found(
+                kind.value, fixed[part], in_sight[part], common
+            ).tolist():
+                yaw = rows[int(index), 2] - footprint[2] if kind in CROSSINGS else 0.0
+                objects.append(self._percept(geometry, kind, (x, y), yaw))
+        hidden = _hidden(others, hiding)  # nobody hides himself
+        pixels = _pixels(others, (0.0, WAIST, SHOULDERS), view)
+        whole = _in_image(pixels[:, :2], view).all(axis=1) & ~hidden
+        for index, (kind, _, lies) in enumerate(robots):
+            near = others[index : index + 1]
+            if lies:
+                objects += self._lying(geometry, kind, near)
+                continue
+            for x, y, _ in self.found(ROBOT, near, whole[index : index + 1], common).tolist():
+                objects.append(self._percept(geometry, kind, (x, y)))
+            if not hidden[index]:
+                objects += self._too_near(geometry, kind, pixels[index])
+        seen = None
+        if ball is not None:
+            for x, y, _ in self.found(
+                Kind.BALL.value, fixed[-1:], in_sight[-1:], common
+            ).tolist():
+                seen = self._percept(geometry, Kind.BALL, (x, y))
+        points = self.found(LINE_POINT, fixed[line], in_sight[line], common)[:, :2]
+        visible = visible_ground(view)
+        false = self._false_percepts(geometry, visible)
+        if seen is None:
+            seen = next((each for each in false if each.kind is Kind.BALL), None)
+        objects += [each for each in false if each.kind is not Kind.BALL]
+        points = np.concatenate((points, self._false_points(visible)))
+        return Percepts(
+            stamp, seen, tuple(objects), points, geometry.covariance(points), visible=visible
+        )
 
     def _lying(self, geometry: ImageGeometry, kind: Kind, near: FloatArray) -> list[Percept]:
         """The robot that lies at a place (1, 2) in base_footprint, if it is found."""
@@ -212,26 +252,6 @@ class PerceptModel:
         torso = Box(middle - half, top, middle + half, bottom)
         found = too_near(geometry, torso, kind, rows)
         return [] if found is None else [found]
-
-    def _measured(
-        self, kind: str, near: FloatArray, chosen: NDArray[np.intp], common: FloatArray
-    ) -> FloatArray:
-        """(m, 3) x, y [m] with errors, and the index of the place that was chosen."""
-        own, random, scale = self._errors.kinds[kind], self._random, self._scale
-        height = self._errors.camera_height
-        x, y = near[chosen].T
-        count = len(chosen)
-        depression = np.arctan2(height, np.hypot(x, y)) + common[0]
-        depression += scale * own.depression * random.standard_normal(count)
-        bearing = np.arctan2(y, x) + common[1]
-        bearing += scale * own.bearing * random.standard_normal(count)
-        kept = depression > DEPRESSION_MIN
-        reach = height / np.tan(np.maximum(depression, DEPRESSION_MIN))
-        rows = np.array(
-            (reach * np.cos(bearing) + common[2], reach * np.sin(bearing) + common[3], chosen)
-        ).T
-        result: FloatArray = rows[kept]
-        return result
 
     def _percept(
         self, geometry: ImageGeometry, kind: Kind, place: Point2, yaw: float = 0.0

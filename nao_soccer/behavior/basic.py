@@ -29,8 +29,6 @@ KEEPER_OUT = 0.2
 """[m] ahead of the goal line at which a keeper stands."""
 DIVES = "dive_left", "dive_right"
 """Motions of a goalkeeper; not every kind of robot has them."""
-BALL_FREE_DISTANCE = 0.75
-"""[m] that the other team keeps from the ball of a kick-off or set play."""
 
 START_PLACES = (
     (-0.3, 0.15), (-0.3, -0.15), (-0.2, 0.33), (-0.2, -0.33), (-0.4, 0.32), (-0.4, -0.32),
@@ -140,9 +138,9 @@ def keep_distance(s: Situation) -> Action:
     own_goal = (-s.field.length / 2.0, 0.0)
     bx, by = ball.position_in_field
     away = math.atan2(own_goal[1] - by, own_goal[0] - bx)
-    gap = BALL_FREE_DISTANCE + 0.1
+    gap = s.game.ball_distance + 0.1
     place = (bx + gap * math.cos(away), by + gap * math.sin(away))
-    return _stand_at(s, _on_field(s, place), Round(s.ball, BALL_FREE_DISTANCE))
+    return _stand_at(s, _on_field(s, place), Round(s.ball, s.game.ball_distance))
 
 
 # -- places ----------------------------------------------------------------------------------------
@@ -178,7 +176,7 @@ def _start_place(s: Situation) -> Point2:
 
 def _penalty_room(s: Situation) -> float:
     """[m] from the goal line to who waits for a penalty kick, outside of the area."""
-    ball = s.field.penalty_mark + BALL_FREE_DISTANCE + 0.1
+    ball = s.field.penalty_mark + s.game.ball_distance + 0.1
     return max(s.field.penalty_area_length + 0.3, ball)
 
 

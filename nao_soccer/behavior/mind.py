@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from nao_soccer.behavior.ball_plan import BallPlan, Planner
-from nao_soccer.behavior.basic import BALL_FREE_DISTANCE
 from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.option_tree import Activation, OptionTree
@@ -127,7 +126,7 @@ class Mind:
         walk = kept_apart(action.walk, situation.near_robots(), self._limits)
         if situation.gives_way and world.ball is not None and role is not Role.KEEPER:
             # Whatever the state of the tree: the ball is the other team's.
-            near = Round(situation.ball, BALL_FREE_DISTANCE, APART_FROM)
+            near = Round(situation.ball, game.ball_distance, APART_FROM)
             walk = kept_apart(walk, [near], self._limits)
         beside = any(
             math.hypot(*each.position) < self._duel.lift_near for each in world.obstacles

@@ -60,6 +60,7 @@ class Percept(NamedTuple):
             T: direction of the stem; X: direction of one arm; 0 for other kinds.
         box: Where it is in the image; None if it was not seen as one region.
         tilt: What its size says of the tilt of the camera; None if nothing.
+        place: Which landmark of its kind on the map it is; None if they look alike.
     """
 
     kind: Kind
@@ -68,6 +69,7 @@ class Percept(NamedTuple):
     yaw: float = 0.0
     box: Box | None = None
     tilt: Tilt | None = None
+    place: int | None = None
 
 
 class LineSegment(NamedTuple):

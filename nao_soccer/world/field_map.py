@@ -5,6 +5,7 @@ one map serves both teams.
 """
 
 import math
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -55,10 +56,7 @@ class FieldMap:
         shape = tuple(math.ceil(-2.0 * each / CELL) + 1 for each in self._corner)
         self._columns = shape[1]
         self._limits = shape[0] - 1, shape[1] - 1
-        x: FloatArray = self._corner[0] + CELL * np.arange(shape[0], dtype=float)[:, None]
-        y: FloatArray = self._corner[1] + CELL * np.arange(shape[1], dtype=float)[None, :]
-        distance, dx, dy = _nearest_line(field, x, y)
-        self._distance, self._dx, self._dy = (each.ravel() for each in (distance, dx, dy))
+        self._of = field
         self.landmarks: dict[Kind, FloatArray] = {}
         for kind in PERIODS:
             letter = kind.value[-1].upper()
@@ -77,14 +75,23 @@ class FieldMap:
         if rows:
             self.landmarks[kind] = np.array(rows)
 
+    @cached_property
+    def _cells(self) -> Nearest:
+        """The nearest line of every cell; who sees no lines does without."""
+        x: FloatArray = self._corner[0] + CELL * np.arange(self._limits[0] + 1.0)[:, None]
+        y: FloatArray = self._corner[1] + CELL * np.arange(self._limits[1] + 1.0)[None, :]
+        return Nearest(*(each.ravel() for each in _nearest_line(self._of, x, y)))
+
     def nearest(self, x: FloatArray, y: FloatArray) -> Nearest:
         """The nearest line of places x and y [m] of any shape; outside the map, of its edge."""
+        if not x.size:
+            return Nearest(x, x, x)
         row = ((x - self._corner[0]) * (1.0 / CELL) + 0.5).astype(np.intp)
         column = ((y - self._corner[1]) * (1.0 / CELL) + 0.5).astype(np.intp)
         np.clip(row, 0, self._limits[0], out=row)
         np.clip(column, 0, self._limits[1], out=column)
         index = row * self._columns + column
-        return Nearest(self._distance[index], self._dx[index], self._dy[index])
+        return Nearest(*(each[index] for each in self._cells))
 
     def contains(self, poses: FloatArray) -> NDArray[np.bool_]:
         """Whether places (n, 2 or more) are on the carpet: (n,)."""

@@ -8,6 +8,7 @@ therefore tempered.
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +23,8 @@ LINE_WEIGHT = 6.0
 """Number of independent points to which all line points of an image are equal, at most."""
 PATCH = 0.2
 """[m] All line points in a square of this size count as one: they are right or wrong together."""
-LANDMARK_WEIGHT = 0.6
-"""Number of independent landmarks to which one is equal."""
+LANDMARK_WEIGHT, KNOWN_WEIGHT = 0.6, 1.0
+"""Number of independent landmarks to which one is equal that looks like others, or like none."""
 WRONG = 0.05
 """Share of percepts that are wrong."""
 YAW_ERROR = 0.2
@@ -41,12 +42,24 @@ class Landmark:
         position: (2,) [m] in base_footprint.
         covariance: [m^2]
         yaw: [rad] in base_footprint.
+        place: Which one on the map; None if it may be any of its kind.
     """
 
     kind: Kind
     position: FloatArray
     covariance: Covariance2
     yaw: float
+    place: int | None = None
+
+    @property
+    def weight(self) -> float:
+        """Number of independent landmarks to which it is equal."""
+        return LANDMARK_WEIGHT if self.place is None else KNOWN_WEIGHT
+
+    def candidates(self, field: FieldMap) -> FloatArray:
+        """(n, 3) places and orientations on the map that it may be."""
+        rows = field.landmarks[self.kind]
+        return rows if self.place is None else rows[self.place : self.place + 1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +98,7 @@ class Evidence:
                         each.covariance[2] + MAP_VARIANCE,
                     ),
                     each.yaw,
+                    each.place,
                 )
                 for each in percepts.objects
                 if each.kind in field.landmarks
@@ -95,7 +109,14 @@ class Evidence:
     @property
     def weight(self) -> float:
         """Number of independent features to which the evidence is equal."""
-        return self.line_weight + LANDMARK_WEIGHT * len(self.landmarks)
+        known = sum(each.place is not None for each in self.landmarks)
+        alike = len(self.landmarks) - known
+        return self.line_weight + LANDMARK_WEIGHT * alike + KNOWN_WEIGHT * known
+
+    @property
+    def tells_half(self) -> bool:
+        """Two landmarks are known, so that there is no mirror pose."""
+        return sum(each.place is not None for each in self.landmarks) > 1
 
 
 def log_likelihood(
@@ -115,7 +136,7 @@ def log_likelihood(
         total += share * _mixed(each, explained, share)
     for landmark in evidence.landmarks:
         each = _landmark(landmark, poses, c, s, field)[:, None]
-        total += LANDMARK_WEIGHT * _mixed(each, explained, LANDMARK_WEIGHT)
+        total += landmark.weight * _mixed(each, explained, landmark.weight)
     return total, explained / max(evidence.weight, 1e-9)
 
 
@@ -151,7 +172,7 @@ def _landmark(
     landmark: Landmark, poses: FloatArray, c: FloatArray, s: FloatArray, field: FieldMap
 ) -> FloatArray:
     """(n,) squared distance of a landmark from the nearest one of its kind on the map."""
-    candidates = field.landmarks[landmark.kind]
+    candidates = landmark.candidates(field)
     dx = candidates[:, 0] - poses[:, 0:1]
     dy = candidates[:, 1] - poses[:, 1:2]
     ex = c * dx + s * dy - landmark.position[0]
@@ -169,8 +190,10 @@ def _landmark(
 
 
 def poses_from(evidence: Evidence, field: FieldMap) -> FloatArray:
-    """Poses (k, 3) on the carpet that explain a crossing, or two posts of a goal."""
+    """Poses (k, 3) on the carpet that explain a crossing, two posts or two known landmarks."""
     found = [_from_crossing(each, field) for each in evidence.landmarks if each.kind in PERIODS]
+    known = [each for each in evidence.landmarks if each.place is not None]
+    found += [_from_known(first, second, field) for first, second in pairwise(known)]
     posts = [each.position for each in evidence.landmarks if each.kind is Kind.GOAL_POST]
     for index, first in enumerate(posts):
         for second in posts[index + 1 :]:
@@ -202,6 +225,14 @@ def _from_goal(first: FloatArray, second: FloatArray, field: FieldMap) -> FloatA
         middle = 0.5 * (posts[a, :2] + posts[b, :2])
         found.append(_standing(middle[None], np.array([yaw]), 0.5 * (first + second)))
     return np.concatenate(found)
+
+
+def _from_known(first: Landmark, second: Landmark, field: FieldMap) -> FloatArray:
+    a, b = (each.candidates(field)[0, :2] for each in (first, second))
+    on_map, apart = b - a, second.position - first.position
+    yaw = math.atan2(on_map[1], on_map[0]) - math.atan2(apart[1], apart[0])
+    middle = 0.5 * (first.position + second.position)
+    return _standing(0.5 * (a + b)[None], np.array([yaw]), middle)
 
 
 def _standing(places: FloatArray, yaw: FloatArray, seen: FloatArray) -> FloatArray:
@@ -253,8 +284,8 @@ def linearized(evidence: Evidence, pose: FloatArray, field: FieldMap) -> Lineari
     cc, ss = np.full((1, 1), c), np.full((1, 1), s)
     fits = [_landmark(each, pose[None], cc, ss, field)[0] for each in landmarks]
     square = np.concatenate((near.distance**2 / variance[:count], fits, fits))
-    share = np.full(len(square), LANDMARK_WEIGHT)
-    share[:count] = evidence.line_weight / max(1, count)
+    weights = [each.weight for each in landmarks]
+    share = np.array([evidence.line_weight / max(1, count)] * count + weights + weights)
     sight = np.stack((along, across), axis=-1)
     spread = [np.sqrt(np.maximum(_along(each, covariances) - MAP_VARIANCE, 0.0))
               for each in (along, across)]  # fmt: skip

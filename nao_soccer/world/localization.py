@@ -63,7 +63,6 @@ class Validity:
         DEVIATION: [m] of the place, largest axis.
         HEADING: [rad] Deviation of the heading.
         EXPLAINED: Share of the usual explained evidence.
-        AGE: [s] Longest time without evidence.
         ODDS: Smallest log-odds of the half of the field.
         IMAGES: Images in a row that fulfil all this before a pose becomes valid again.
         PATIENCE: Images in a row that do not, after which it is not valid any more.
@@ -73,7 +72,6 @@ class Validity:
     DEVIATION = 0.25
     HEADING = math.radians(15.0)
     EXPLAINED = 0.8
-    AGE = 10.0
     ODDS = 2.0
     IMAGES = 15
     PATIENCE = 8
@@ -105,7 +103,7 @@ class Localization:
         self._odds = 0.0
         self._fast = self._usual = USUAL
         self._good = self._bad = 0
-        self._unseen = math.inf
+        self._unseen, self._unseen_max = math.inf, settings.unseen
         self._lost = True
         self._reference, self._slack = np.zeros(3), SAME_PLACE
         self.spread()
@@ -182,6 +180,8 @@ class Localization:
         good = self._is_good()
         self._good, self._bad = (self._good + 1, 0) if good else (0, self._bad + 1)
         self._compare_with_history()
+        if evidence.tells_half and self._good:
+            self._odds = SURE
         if not self._lost and self._good:
             step = SLOW * strength * (share - self._usual)
             self._usual = max(USUAL_MIN, self._usual + step)
@@ -297,7 +297,7 @@ class Localization:
             not self._lost
             and self._bad < Validity.PATIENCE
             and self._odds >= Validity.ODDS
-            and self._unseen < Validity.AGE
+            and self._unseen < self._unseen_max
         )
 
     def estimate(self, motion: Displacement | None = None) -> PoseEstimate:

@@ -28,6 +28,9 @@ class WorldSettings(Settings):
     heading_noise: float = number(
         0.06, 0.0, 1.0, "rad/m^0.5", "Deviation of the odometry's heading by the way."
     )
+    unseen: float = number(
+        10.0, 1.0, 300.0, "s", "Longest time without a landmark, for which the own pose is valid."
+    )
     slowdown: float = number(
         BALL_DECELERATION, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball."
     )

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from gait_lab.rcss.command import run, start_of
+from gait_lab.rcss.command import run
+from gait_lab.rcss.field import ServerField
 from gait_lab.rcss.server import Server, is_installed
 from nao_lipm_gait import load_robot
 from rcss_bridge import codec
@@ -21,7 +22,8 @@ STAND = [
 ]
 GIVEN = {
     "host": "127.0.0.1", "port": 60000, "team": "ours", "number": 3, "players": None,
-    "robot": "K1", "drive": "0,0,0", "seconds": 1.0, "preset": "default",
+    "robot": "K1", "drive": "0,0,0", "seconds": 1.0, "preset": "default", "field": "fifa7vs7",
+    "exact": False,
 }  # fmt: skip
 
 
@@ -34,7 +36,7 @@ def test_it_beams_before_the_kick_off_and_stands_on_its_motors():
     with FakeServer(standing(80, "BeforeKickOff")) as server:
         assert run(**{**GIVEN, "port": server.port}, say=said.append) == 0
     first, *rest = server.answers[0]
-    x, y, _ = start_of(3)
+    x, y, _ = ServerField("fifa7vs7").start(3)
     beam = next(each for each in first if each[0] == "beam")
     assert (float(beam[1]), float(beam[2])) == (x, y)
     assert not any(each[0] == "beam" for answer in rest for each in answer)
@@ -85,9 +87,11 @@ def test_arguments_that_are_not_allowed_are_refused_in_one_line(name: str, value
 
 
 def test_no_two_players_begin_at_one_place():
-    starts = [start_of(number) for number in range(1, 12)]
-    assert min(math.dist(a[:2], b[:2]) for a in starts for b in starts if a is not b) > 1.0
-    assert all(-27.5 < x < 0.0 and abs(y) < 18.0 for x, y, _ in starts)
+    field = ServerField("fifa7vs7")
+    for kicks_off in (False, True):
+        starts = [field.start(number, kicks_off) for number in range(1, 12)]
+        assert min(math.dist(a[:2], b[:2]) for a in starts for b in starts if a is not b) > 1.0
+        assert all(-27.5 < x < 0.0 and abs(y) < 18.0 for x, y, _ in starts)
 
 
 @pytest.mark.slow

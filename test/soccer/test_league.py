@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from nao_soccer.behavior.basic import BALL_FREE_DISTANCE, START_PLACES
+from nao_soccer.behavior.basic import START_PLACES
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
 from nao_soccer.game_state import GamePhase, GameState, Phase, Role, SetPlay
@@ -259,7 +259,7 @@ def test_nobody_goes_near_the_ball_in_a_set_play_of_the_others(role: Role, *, va
             assert not decision.action.motion
     assert decision.action.walk.x < 0.0, "it steps back"
     for tick in range(200):  # and does not come back
-        far = world((BALL_FREE_DISTANCE + 0.02, 0.0), time + 0.05 * tick, valid=valid)
+        far = world((GameState().ball_distance + 0.02, 0.0), time + 0.05 * tick, valid=valid)
         walk = mind.update(far, Body(), OTHERS_KICK, role).action.walk
         assert walk.x < 0.05
 

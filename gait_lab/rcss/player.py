@@ -1,0 +1,233 @@
+"""One player on the server: what it perceives, decides, says, and where it begins.
+
+It plays at the size of a NAO: lengths are divided by the size of its robot, see `field`.
+"""
+
+import contextlib
+import math
+from dataclasses import replace
+
+import attrs
+
+from gait_lab.rcss.eyes import ServerEyes
+from gait_lab.rcss.field import ServerField
+from gait_lab.rcss.game import GOAL, Mode, game_state, mode_of
+from gait_lab.rcss.speech import pack, unpack
+from nao_lipm_gait.gait import Gait
+from nao_soccer.behavior.mind import Decision
+from nao_soccer.behavior.situation import Body
+from nao_soccer.behavior.walking import WalkLimits
+from nao_soccer.game_state import GameState, Phase
+from nao_soccer.player import Identity, Player
+from nao_soccer.team.message import decode
+from nao_soccer.world.settings import WorldSettings
+from nao_soccer.world.state import TeamMate
+from rcss_bridge.codec import Percepts
+from robot_core.errors import NaoGaitError
+from robot_core.head_goals import Follow, Goal, LookAt
+from robot_core.robot import RobotDescription
+from robot_core.types import DOWN, GETTING_UP, STANDSTILL, Pose2, SensorFrame, VelocityCommand
+
+DECIDES, LOOKS = 2, 4
+"""Cycles between two decisions, and between two images that are used."""
+FREE_DISTANCE = 0.5
+"""[m] farther from the ball of a set play than the rule wants."""
+AT_BALL = 1.0
+"""[m] from the ball, at which a player is taken for who has touched it."""
+BARRED = 20.0
+"""[s] for which the taker of a set play leaves the ball to a team mate: nobody touches it twice."""
+TEAM_SIZE = 11
+UNSEEN = 40.0
+"""[s] for which odometry is enough: the landmarks are up to 20 m apart."""
+LIMITS = {
+    "booster_k1": WalkLimits(forward=0.35, backward=0.2, side=0.2, turn=1.0),
+    "booster_t1": WalkLimits(forward=0.35, backward=0.2, side=0.2, turn=1.0),
+}
+"""Largest speeds [m/s], [rad/s] that behaviour asks for, by robot."""
+
+
+class ServerPlayer:
+    """World model, behaviour, head and voice of one robot.
+
+    Args:
+        robot: The robot.
+        gait: Its gait.
+        team: Name of its team.
+        number: Its number; 1 is the goalkeeper.
+        field: Name of the server's field.
+        exact: Percepts without errors, misses and delay.
+
+    Attributes:
+        player: World model and behaviour.
+        command: Velocity at which to walk.
+        start: Where to be put, x, y [m], yaw [rad] in the field of the team; None = nowhere.
+        speech: What to say in this cycle.
+        decision: The last one.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        gait: Gait,
+        team: str,
+        number: int,
+        field: str,
+        *,
+        exact: bool = False,
+    ) -> None:
+        self._gait, self._size = gait, robot.size
+        self._team, self._number = team, number
+        self._field = ServerField(field, self._size)
+        self._robot = robot
+        self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)
+        self.player: Player | None = None
+        self.command: VelocityCommand = STANDSTILL
+        self.start: Pose2 | None = None
+        self.speech: bytes | None = None
+        self.decision: Decision | None = None
+        self._mode = Mode("", None)
+        self._counts: dict[int, int] = {}
+        self._cycle = 0
+        self._motion = ""
+        self._barred_since = -math.inf
+        self._put: tuple[Pose2, ...] = ()
+
+    # -- places ------------------------------------------------------------------------------------
+
+    def watch(self, percepts: Percepts) -> None:
+        """See what is played; `start` says where to be put. Call it in every cycle."""
+        game = percepts.game
+        mode = mode_of(game, self._team)
+        self._cycle += 1
+        self.start = self.speech = None
+        if self.player is None:
+            self._join(game.right == self._team)
+        if mode == self._mode:
+            return
+        before, self._mode = self._mode, mode
+        if mode.puts_back:
+            conceded = mode.name == GOAL and not mode.ours
+            x, y, yaw = self._field.start(self._number, kicks_off=conceded)
+            self.start = self._size * x, self._size * y, yaw
+        taken = before.ours and before.name not in (GOAL, "goal_kick") and mode.name == "playon"
+        if taken and self._mates and self._ball_distance < AT_BALL:
+            self._barred_since = percepts.time
+
+    def _join(self, right: bool) -> None:
+        field = self._field
+        poles = field.poles(right)
+        settings = WorldSettings(
+            field=field.field,
+            goals=field.goals,
+            poles=tuple(poles.values()),
+            seed=self._number,
+            unseen=UNSEEN,
+        )
+        limits = LIMITS[self._robot.name]
+        speeds = {name: getattr(limits, name) / self._size for name in _SPEEDS}
+        spawn = field.spawn(self._number, right)
+        self.player = Player(
+            Identity(0, self._number, TEAM_SIZE),
+            self._robot,
+            settings,
+            spawn,
+            limits=attrs.evolve(limits, **speeds),
+        )
+        self._put = (spawn,)
+
+    def dropped(self, pose: Pose2 | None) -> None:
+        """The robot has landed: at a pose [m] in the field of its team, or beside the field."""
+        if self.player is None:
+            return
+        if pose is not None:
+            self._put = ((pose[0] / self._size, pose[1] / self._size, pose[2]),)
+        elif not self._put:
+            self._put = self._field.entries()
+
+    # -- perceiving and deciding -------------------------------------------------------------------
+
+    def update(self, percepts: Percepts, frame: SensorFrame) -> None:
+        """Perceive and decide, after the gait has answered the same frame."""
+        player, status = self.player, self._gait.status
+        if player is None:
+            return
+        now, time = status.stamp, status.stamp * 1e-9
+        world = player.world
+        world.set_upright(status.state not in (*DOWN, GETTING_UP))
+        x, y, yaw = status.base_footprint_in_odom
+        with contextlib.suppress(NaoGaitError):  # it jumps after a drop
+            world.add_odometry(now, (x / self._size, y / self._size, yaw))
+        if self._put:
+            world.start(self._put, place=0.3, heading=0.1)
+            self._put = ()
+        if percepts.sight is not None and self._cycle % LOOKS < 2:
+            self._eyes.look(now, percepts.sight, frame.joint_position, self._gait.torso_pose)
+        for seen in self._eyes.arrived(now):
+            with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
+                world.add_percepts(seen)
+        self._hear(player, percepts, time)
+        if self._cycle % DECIDES == 0:
+            self._decide(player, percepts, now)
+
+    def _hear(self, player: Player, percepts: Percepts, time: float) -> None:
+        for heard in percepts.heard:
+            with contextlib.suppress(NaoGaitError):  # another team's
+                message = unpack(heard.data, self._team, self._size)
+                count = self._counts.get(message.player, 0) + 1
+                self._counts[message.player] = count
+                player.hear_mate(replace(message, count=count).encode(), time)
+
+    def _decide(self, player: Player, percepts: Percepts, now: int) -> None:
+        time = now * 1e-9
+        player.hear_game(self._game(percepts), time)
+        decision = player.decide(Body(self._gait.state), now)
+        if decision is None:
+            return
+        self.decision = decision
+        action = decision.action
+        walk = action.walk
+        self.command = VelocityCommand(self._size * walk.x, self._size * walk.y, walk.yaw)
+        if action.motion and action.motion != self._motion:
+            with contextlib.suppress(NaoGaitError):  # the robot does not have it, or falls
+                self._gait.request_motion(action.motion)
+        self._motion = action.motion
+        self._gait.request_lift(action.lift)
+        self._gait.request_look(self._scaled(player.look(decision)))
+        data = player.team_message(time)
+        if data is not None:
+            self.speech = pack(decode(data), self._team, self._size)
+
+    def _game(self, percepts: Percepts) -> GameState:
+        """The state of the game, as far as this player may take part in it."""
+        circle = self._field.field.circle_diameter / 2.0
+        keep = circle + FREE_DISTANCE / self._size
+        game = game_state(percepts.game, self._team, self._number, keep)
+        if game.phase is not Phase.PLAYING or self._mode.name != "playon":
+            return game
+        barred = percepts.time - self._barred_since < BARRED
+        if barred and any(self._is_at_ball(mate.pose[:2]) for mate in self._mates):
+            self._barred_since = -math.inf
+        return replace(game, stopped=barred)
+
+    @property
+    def _mates(self) -> tuple[TeamMate, ...]:
+        return () if self.decision is None else self.decision.world.mates
+
+    @property
+    def _ball_distance(self) -> float:
+        """[m] to the ball, by the last decision."""
+        ball = None if self.decision is None else self.decision.world.ball
+        return math.inf if ball is None else self._size * math.hypot(*ball.position)
+
+    def _is_at_ball(self, place: tuple[float, float]) -> bool:
+        ball = None if self.decision is None else self.decision.world.ball
+        return ball is not None and self._size * math.dist(ball.position_in_field, place) < AT_BALL
+
+    def _scaled(self, goal: Goal | None) -> Goal | None:
+        if not isinstance(goal, LookAt | Follow):
+            return goal
+        x, y, z = (self._size * each for each in goal.point)
+        return replace(goal, point=(x, y, z))
+
+
+_SPEEDS = ("forward", "backward", "side")
