@@ -93,7 +93,7 @@ $(READY): setup.py setup.cfg pyproject.toml
 	echo "Setting up $(VENV) with $$("$$found" -V) (once, 1 to 6 minutes) ..."; \
 	[ -x $(BIN)/python ] && $(BIN)/python -c '' 2>/dev/null || "$$found" -m venv --clear $(VENV); \
 	$(BIN)/python -m pip install --disable-pip-version-check --progress-bar off \
-	    --editable '.[lab,mujoco,gym,vision,tune,view,browser,dev]' | awk -v tty="$$([ -t 1 ] && echo 1)" ' \
+	    --editable '.[lab,mujoco,gym,vision,video,tune,view,browser,dev]' | awk -v tty="$$([ -t 1 ] && echo 1)" ' \
 	      /^(Collecting|Building|Installing)/ { ++n; \
 	        if (tty) printf "\r\033[K  %3d %.70s", n, $$0; \
 	        else if (n % 25 == 0) printf "  %3d packages\n", n; fflush() } \

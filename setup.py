@@ -59,6 +59,7 @@ EXTRAS = {
     ],
     "test": TEST,
     "browser": ["playwright>=1.40"],  # tests that look at pages; needs a Chromium
+    "video": ["imageio-ffmpeg>=0.5", "mujoco>=4,<5", "pillow>=10.1"],  # nao_gait match --video
     "view": ["rosbags>=0.10,<0.12", "viser>=1.1,<2"],
     "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML", "types-tabulate"],
 }

@@ -10,7 +10,7 @@ from robot_core.errors import NaoGaitError, is_number
 from robot_core.field import BallPlace
 from robot_core.robot import RobotDescription
 from robot_core.robot.camera import CameraView, RgbImage
-from robot_core.types import Point2, Pose2
+from robot_core.types import FloatArray, Point2, Pose2
 from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.engines.registry import make_backend
@@ -18,6 +18,7 @@ from sim_bridge.places import check_free, check_places
 from sim_bridge.plant import Plant
 from sim_bridge.robot import RobotSpec, SimulatedRobot
 from sim_bridge.scene import Scene
+from sim_bridge.state import StartState
 from sim_bridge.surroundings import Surroundings
 from sim_bridge.terrain import prisms
 
@@ -261,6 +262,16 @@ class World:
             NaoGaitError: What the engine needs for images is not installed.
         """
         return self._engine.render(view)
+
+    def pose(self, states: Sequence[StartState], ball: FloatArray | None = None) -> None:
+        """Put robots and ball (3,) [m] somewhere for a picture: time does not pass, nothing moves.
+
+        Places are not checked; `reset` before the next `step`.
+        """
+        self._engine.reset(states)
+        if ball is not None:
+            self._engine.put_ball(ball, np.zeros(3))
+        self._engine.observe()
 
     def _check_rendering(self) -> None:
         """Render an image; NaoGaitError if something is missing for it."""

@@ -3,6 +3,7 @@
 import json as json_format
 import time as clock
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,7 @@ def play(
     *,
     vision: str,
     real_time: bool,
+    video: bool,
     out: Path,
     json: Path | None,
     **match: Any,
@@ -56,7 +58,8 @@ def play(
         say: Prints a line.
         vision: Rendered images, or percepts by the model.
         real_time: Not in lockstep; only over ROS 2.
-        out: Folder of replay, logs and bag.
+        video: Write a video file, too.
+        out: Folder of replay, video, logs and bag.
         json: File of the result; None = none.
         match: Fields of `MatchSpec`.
 
@@ -67,7 +70,9 @@ def play(
     _check(spec)
     if real_time and vision == "model":
         raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
-    three_js()  # missing, it is missed before the match and not after it
+    three_js()  # what is missing, is missed before the match and not after it
+    if video:
+        import_module("imageio_ffmpeg")
     out.mkdir(parents=True, exist_ok=True)
     began = clock.monotonic()
     status = EXIT_OK
@@ -85,6 +90,11 @@ def play(
                 spec, lambda frame, referee: progress.show(frame, referee.rules.duration)
             )
     _finish(result, clock.monotonic() - began, vision, out / "replay.html", json, say)
+    if video:
+        from gait_lab.soccer.video import write_video
+
+        write_video(out / "match.mp4", result)
+        say(f"video: {out / 'match.mp4'}")
     return status
 
 

@@ -131,11 +131,12 @@ def make_gait(spec: TrialSpec) -> Gait:
 
 def make_scene_world(
     scene: Scene, *, plant: str | Plant = "reference", engine: str = "mujoco", noise_seed: int = 0,
-    cameras: CameraSettings | None = None,
+    cameras: CameraSettings | None = None, visual: bool = False,
 ) -> World:
     """The robots of a scene at rest, at time 0; the caller closes the world.
 
     `noise_seed` is that of the first robot's sensors; the next ones have the seeds after it.
+    `visual`: with what can be seen, also without cameras.
     """
     return World.of_scene(
         scene,
@@ -144,6 +145,7 @@ def make_scene_world(
         noise_seed=noise_seed,
         control_period=CONTROL_PERIOD,
         cameras=cameras,
+        visual=visual,
     )
 
 

@@ -18,6 +18,8 @@ from gait_lab.soccer.story import Story
 from nao_soccer.referee.rules import Goal
 from robot_core.robot import load_robot
 
+pytest.importorskip("jupyter_threejs_sage")
+
 SECONDS = 12.0
 ROLLS, SCORES, FALLS = 4.0, 8.0, 5.0
 """[s] when red2 hits the ball, when it is in the goal, when blue1 falls."""
