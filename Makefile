@@ -27,7 +27,7 @@ endif
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help demo match test test-slow bench rcss results compiled lint urdf install clean
+.PHONY: help demo match test test-slow bench rcss results compiled lint docs urdf install clean
 
 help:  ## this list
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/:.*## /|/' \
@@ -59,6 +59,10 @@ compiled: $(READY)  ## the gait as machine code in build/compiled, as bench uses
 
 lint: $(READY)  ## ruff and mypy
 	@$(BIN)/ruff check . && $(BIN)/mypy && $(BIN)/mypy examples
+
+docs: $(READY)  ## the documentation as a site in build/site
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet && echo build/site/index.html
 
 urdf: $(READY)  ## write urdf/*.urdf again from the table of facts
 	@$(BIN)/nao_gait write urdf $(ARGS)

@@ -14,9 +14,9 @@ NAME = "nao_lipm_gait"
 PACKAGES = (
     "robot_core", NAME, "nao_soccer", "lola_bridge", "rcss_bridge", "sim_bridge", "gait_lab"
 )
-SHARED_FOLDERS = ("config", "urdf", "launch")
+SHARED_FOLDERS = ("config", "urdf", "launch", "examples")
 
-CORE = ("attrs>=23", "msgpack>=1.0,<2", "numpy>=1.26", "pin>=3.0", "pybullet>=3.2.6", "pyyaml>=6.0")
+CORE = ("attrs>=23", "msgpack>=1.0,<2", "numpy>=1.26", "pin>=3.0", "pybullet>=3.2.7", "pyyaml>=6.0")
 
 ROS = (
     # Exact: these wheels are one binary build and break when mixed.
@@ -26,7 +26,7 @@ ROS = (
     "ros-rosgraph-msgs~=2.0.3",
     "ros-rcl-interfaces~=2.0.3",
     # rosidl and ament_index_python import it at run time; a fresh 3.12 venv has none.
-    "setuptools<81",
+    "setuptools>=65,<81",
 )
 
 # By this name colcon recognises that `colcon test` is to call pytest.
@@ -35,7 +35,7 @@ TEST = ["filterpy>=1.4.5", "hypothesis>=6.100", "pytest>=8", "pytest-xdist>=3.6"
 EXTRAS = {
     "mujoco": ["mujoco>=4,<5"],  # the second physics engine; 4 changed what joint.damping is
     "gym": ["gymnasium>=1,<2", "mujoco>=4,<5"],  # gymnasium.make("nao_lipm_gait/Walk-v0")
-    "vision": ["opencv-python-headless>=4.9,<6"],
+    "vision": ["opencv-python-headless>=4.10.0.84,<6"],
     "lab": [
         "hypothesis>=6.100",  # bench fuzz
         "joblib>=1.3",
@@ -44,7 +44,7 @@ EXTRAS = {
         "mcap-ros2-support>=0.5",
         "pillow>=10",
         "plotly>=5.15,<8",
-        "rosbags>=0.10,<0.12",
+        "rosbags>=0.11,<0.12",
         "tabulate>=0.9",
         "tqdm>=4.66",
     ],
@@ -59,8 +59,9 @@ EXTRAS = {
     ],
     "test": TEST,
     "browser": ["playwright>=1.40"],  # tests that look at pages; needs a Chromium
+    "docs": ["mkdocs-material>=9.5,<10"],
     "video": ["imageio-ffmpeg>=0.5", "mujoco>=4,<5", "pillow>=10.1"],  # nao_gait match --video
-    "view": ["rosbags>=0.10,<0.12", "viser>=1.1,<2"],
+    "view": ["rosbags>=0.11,<0.12", "viser>=1.1,<2"],
     "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML", "types-tabulate"],
 }
 
@@ -78,8 +79,18 @@ def shared_files() -> list[tuple[str, list[str]]]:
 
 setup(
     name=NAME,
-    version="0.2.0",
-    description="A NAO that walks with the CoM-observing 3D-LIPM gait of Graf and Roefer",
+    version="0.3.0",
+    description="Humanoids that walk with the CoM-observing 3D-LIPM gait of Graf and Roefer",
+    long_description=Path("README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    keywords=["humanoid", "walking", "robotics", "ros2", "robocup", "nao", "bipedal"],
+    classifiers=[
+        "Intended Audience :: Science/Research",
+        "Operating System :: POSIX :: Linux",
+        "Programming Language :: Python :: 3.11",
+        "Programming Language :: Python :: 3.12",
+        "Topic :: Scientific/Engineering",
+    ],
     license="Apache-2.0",
     maintainer="The nao_lipm_gait authors",
     maintainer_email="maintainers@users.noreply.h-seed-ee39dd6e.example",

@@ -187,6 +187,14 @@ _WRITE = {
         argument("--out", type=Path, default=Path("docs/images"), metavar="DIR",
                  help="where (docs/images)"),
     )),
+    "examples": Command("a copy of the examples", "gait_lab.generated:examples", (
+        argument("--out", type=Path, default=Path("examples"), metavar="DIR",
+                 help="a new folder (examples)"),
+    )),
+    "gallery": Command("the moving pictures of the README", "gait_lab.report.gallery:write", (
+        argument("--out", type=Path, default=Path("docs/images"), metavar="DIR",
+                 help="where (docs/images)"),
+    )),
     "picture": Command(
         "a picture of a report; needs the extra browser and a Chromium",
         "gait_lab.report.picture:picture", (

@@ -1,5 +1,6 @@
 """Files of the repository that are written from its code: `nao_gait write`."""
 
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -92,6 +93,15 @@ def urdf(check: bool, folder: Path | None, say: Callable[[str], None]) -> int:
 
     texts = {(folder or share("urdf")) / f"{name}.urdf": urdf_text(name) for name in MODELS}
     return refresh(texts, check, say)
+
+
+def examples(out: Path, say: Callable[[str], None]) -> None:
+    """Copy the shipped examples into a new folder."""
+    try:
+        shutil.copytree(share("examples"), out, ignore=shutil.ignore_patterns("__pycache__"))
+    except OSError as error:
+        raise NaoGaitError("--out", str(out), f"a new folder ({error.strerror})") from None
+    say(f"written: {out}")
 
 
 def _docs() -> Path:

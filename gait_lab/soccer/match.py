@@ -146,12 +146,17 @@ class MatchResult:
 class Match:
     """One match; `play` plays it. Use it as a context manager.
 
-    `rendered`: players see rendered images, not percepts by the model. `channels` None = without
-    faults but the referee's silence of the specification.
+    `rendered`: players see rendered images, not percepts by the model. `visual`: `pitch.world` can
+    be rendered. `channels` None = without faults but the referee's silence of the specification.
     """
 
     def __init__(
-        self, spec: MatchSpec, *, rendered: bool = False, channels: Channels | None = None
+        self,
+        spec: MatchSpec,
+        *,
+        rendered: bool = False,
+        visual: bool = False,
+        channels: Channels | None = None,
     ) -> None:
         scene = match_scene(spec)
         if channels is None and spec.silence is not None:
@@ -167,6 +172,7 @@ class Match:
             ),
             spec.loss,
             rendered=rendered,
+            visual=visual,
             channels=channels,
             duel={"red": spec.red, "blue": spec.blue},
         )

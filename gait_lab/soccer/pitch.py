@@ -138,6 +138,7 @@ class Pitch:
         identity: Who a robot of the scene is.
         loss: Share of team messages that are lost.
         rendered: Percepts are seen in rendered images, and do not come from the model.
+        visual: The world can be rendered, for pictures.
         channels: Ways of images, percepts and messages to the players; None = without faults.
         duel: How the robots of a team play beside others, where it is not the default.
 
@@ -160,6 +161,7 @@ class Pitch:
         loss: float = 0.0,
         *,
         rendered: bool = False,
+        visual: bool = False,
         channels: Channels | None = None,
         duel: Mapping[str, DuelSettings] | None = None,
     ) -> None:
@@ -174,6 +176,7 @@ class Pitch:
             engine=engine,
             noise_seed=100 * first,
             cameras=CameraSettings() if rendered else None,
+            visual=visual,
         )
         self.messages_of = dict.fromkeys(TEAMS, 0)
         self.count = 0
