@@ -31,6 +31,8 @@ CLOCK_TIMEOUT = 5.0
 """[s] of wall time that /clock may be discovered later than the first other topic."""
 START_TIMEOUT = 8.0
 """[s] of wall time without any topic, after which the duration of a recording counts."""
+ANSWER_TIMEOUT = 60.0
+"""[s] of wall time after which time may run on without the answer of a node, which may hang."""
 KEPT_TICKS = 100_000
 """Ticks of the clock that are kept, 1000 s at 100 Hz."""
 WAITING_MAX = 10_000
@@ -207,22 +209,32 @@ class TopicRecorder:
         self._types: dict[str, Any] = {}
         self._refused = {UNTIL}
         self._gaps = StampGaps()
+        self._acquaintance = _Acquaintance(node)
 
     @property
     def topics(self) -> tuple[str, ...]:
         """The recorded topics."""
         return tuple(self._subscriptions)
 
-    @property
     def connected(self) -> bool:
-        """Whether each subscription has found all its publishers.
+        """Whether nothing is lost from now on; asked again and again while time stands still.
 
-        The simulator has found them, too, once its clock is heard, which is subscribed to last.
+        Each subscription has found its publishers, their nodes know of each subscription, and each
+        robot is controlled: a gait that starts late has publishers that are not found yet.
         """
         heard = self._simulated is False or self._order.now is not None
-        return heard and all(
-            subscription.get_publisher_count() >= self._node.count_publishers(name)
-            for name, (subscription, _) in self._subscriptions.items()
+        return (
+            heard
+            and all(
+                self._node.count_publishers(name)
+                for name, _ in self._node.get_topic_names_and_types()
+                if name.endswith("/joint_command")
+            )
+            and all(
+                subscription.get_publisher_count() >= self._node.count_publishers(name)
+                for name, (subscription, _) in self._subscriptions.items()
+            )
+            and self._acquaintance.complete(self.topics)
         )
 
     @property
@@ -331,6 +343,49 @@ class TopicRecorder:
         self._order.flush()
 
 
+class _Acquaintance:
+    """Whether the nodes that publish know of the subscriptions of this node.
+
+    A node hears of another one's subscriptions and clients in the order in which they are made, and
+    can answer only a client that it knows. So a client is made after the subscriptions, and asks.
+    """
+
+    def __init__(self, node: "Node") -> None:
+        self._node = node
+        self._topics: tuple[str, ...] = ()
+        self._asked: dict[str, tuple[Any, list[Any], float]] = {}
+
+    def complete(self, topics: tuple[str, ...]) -> bool:
+        """Ask who has not answered yet; whether all have since the last topic was added."""
+        if topics != self._topics:
+            self._topics = topics
+            for client, *_ in self._asked.values():
+                self._node.destroy_client(client)
+            self._asked.clear()
+        return all([self._knows(service) for service in self._services()])
+
+    def _services(self) -> set[str]:
+        """Of the publishing nodes: one that each ROS node has, unless it has no parameters."""
+        served = {name for name, _ in self._node.get_service_names_and_types()}
+        return served & {
+            f"{each.node_namespace.rstrip('/')}/{each.node_name}/get_parameter_types"
+            for topic in self._topics for each in self._node.get_publishers_info_by_topic(topic)
+        }  # fmt: skip
+
+    def _knows(self, service: str) -> bool:
+        from rcl_interfaces.srv import GetParameterTypes
+
+        if service not in self._asked:
+            client = self._node.create_client(GetParameterTypes, service)
+            self._asked[service] = client, [], time.monotonic()
+        client, answers, since = self._asked[service]
+        if any(answer.done() for answer in answers) or time.monotonic() > since + ANSWER_TIMEOUT:
+            return True
+        if client.service_is_ready():
+            answers.append(client.call_async(GetParameterTypes.Request()))  # an answer may be lost
+        return False
+
+
 def _arrival(info: Any) -> int:
     """[ns] wall time at which the middleware received a message."""
     return int(info["received_timestamp"]) or time.time_ns()
@@ -400,7 +455,7 @@ def record(
             def subscribed() -> bool:
                 """Subscribe while the simulator waits; whether it may go on."""
                 subscribe()
-                return recorder.connected
+                return recorder.connected()
 
             while not stop and (now := time.monotonic()) < end:
                 if choice.update(now):

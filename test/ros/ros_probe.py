@@ -192,9 +192,14 @@ def _yaml(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
+def nanoseconds(time: Any) -> int:
+    """[ns] of a builtin_interfaces/Time."""
+    return int(time.sec * 1_000_000_000 + time.nanosec)
+
+
 def stamp(message: Any) -> int:
     """The stamp of a message [ns]."""
-    return message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+    return nanoseconds(message.header.stamp)
 
 
 def set_stamp(message: Any, nanoseconds: int) -> Any:
