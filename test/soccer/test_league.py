@@ -204,15 +204,20 @@ def rows(version: int) -> list[tuple[Row, str]]:
 
 
 def table() -> str:
-    """The table of docs/league.md; versions with the same row share it."""
-    versions: dict[tuple[str, str, str, str], list[int]] = {}
+    """The table of docs/league.md; packets of the same versions and answer share a row."""
+    versions: dict[tuple[str, str, str], list[int]] = {}
     for version in VERSIONS:
         for (what, name, got, _, after), _ in rows(version):
-            versions.setdefault((what, name, got, after), []).append(version)
+            answer = f"{got}, {after}" if after else got
+            versions.setdefault((what, name, answer), []).append(version)
+    names: dict[tuple[str, str, str], list[str]] = {}
+    for (what, name, answer), known in versions.items():
+        assert known == list(range(known[0], known[-1] + 1))
+        span = f"{known[0]}-{known[-1]}" if len(known) > 1 else f"{known[0]}"
+        names.setdefault((what, span, answer), []).append(name)
     lines = ["| packet | | versions | the player |", "|---|---|---|---|"]
-    for (what, name, got, after), known in versions.items():
-        text = f"{got}, {after}" if after else got
-        lines.append(f"| {what} | {name} | {', '.join(map(str, known))} | {text} |")
+    for (what, span, answer), same in names.items():
+        lines.append(f"| {what} | {', '.join(same)} | {span} | {answer} |")
     return "\n".join(lines) + "\n"
 
 
