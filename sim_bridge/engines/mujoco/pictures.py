@@ -6,6 +6,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robot_core.errors import NaoGaitError
 from robot_core.robot.camera import CameraView, RgbImage
@@ -17,6 +18,10 @@ INSTALL = (
 )
 _NEAR, _FAR = 0.02, 60.0
 """[m] distances between which things are seen; a lens in front of the head sees past it."""
+_SLACK = 0.01
+"""[m] by which a shape may be outside of an image and is still drawn."""
+_OUT_OF_VIEW = 5
+"""Group of shapes that are not drawn in the present image."""
 _SHAPES = 20_000
 """Largest number of shapes in an image."""
 _FACETS = 20, 10, 2
@@ -71,6 +76,9 @@ class MujocoPictures:
         self._options.geomgroup[VISIBLE] = 1
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
         self._size = width, height
+        self._visible = np.flatnonzero(model.geom_group == VISIBLE)
+        self._reach = model.geom_rbound[self._visible] + _SLACK
+        self._reach[model.geom_rbound[self._visible] == 0.0] = np.inf  # a plane
 
     def fits(self, view: CameraView) -> bool:
         """Whether the images have this size."""
@@ -80,9 +88,12 @@ class MujocoPictures:
         """The world as a camera in the world frame images it."""
         self._gl.make_current()
         every = int(mujoco.mjtCatBit.mjCAT_ALL)
+        shown = self._in_view(data, view)
+        self._model.geom_group[self._visible[~shown]] = _OUT_OF_VIEW
         mujoco.mjv_updateScene(
             self._model, data, self._options, None, self._camera, every, self._scene
         )
+        self._model.geom_group[self._visible] = VISIBLE
         for eye in self._scene.camera:
             _aim(eye, view)
         width, height = self._size
@@ -90,6 +101,21 @@ class MujocoPictures:
         mujoco.mjr_render(self._rectangle, self._scene, self._context)
         mujoco.mjr_readPixels(image, None, self._rectangle, self._context)
         return np.ascontiguousarray(image[::-1])
+
+    def _in_view(self, data: mujoco.MjData, view: CameraView) -> NDArray[np.bool_]:
+        """(n,) which visible shapes may be in an image; the others cost as much to draw."""
+        (position, rotation), pinhole = view.pose, view.intrinsics
+        place = (data.geom_xpos[self._visible] - position) @ rotation
+        # Inward normals of the planes through the camera and the edges of the image, and ahead.
+        left, top = (pinhole.cx + 0.5) / pinhole.fx, (pinhole.cy + 0.5) / pinhole.fy
+        right = (pinhole.width - 0.5 - pinhole.cx) / pinhole.fx
+        bottom = (pinhole.height - 0.5 - pinhole.cy) / pinhole.fy
+        planes = np.array(
+            ((1.0, 0.0, left), (-1.0, 0.0, right), (0.0, 1.0, top), (0.0, -1.0, bottom), (0, 0, 1))
+        )
+        planes /= np.linalg.norm(planes, axis=1)[:, None]
+        result: NDArray[np.bool_] = (place @ planes.T > -self._reach[:, None]).all(axis=1)
+        return result
 
     def close(self) -> None:
         """Free the context."""
