@@ -263,6 +263,18 @@ class World:
         """
         return self._engine.render(view)
 
+    def picture(self) -> FloatArray:
+        """What images of the world now depend on; `show` takes it, in the same world elsewhere.
+
+        Raises:
+            NaoGaitError: The engine cannot tell.
+        """
+        return self._engine.picture()
+
+    def show(self, picture: FloatArray) -> None:
+        """Let images show what a world was like; `reset` before the next `step`."""
+        self._engine.show(picture)
+
     def pose(self, states: Sequence[StartState], ball: FloatArray | None = None) -> None:
         """Put robots and ball (3,) [m] somewhere for a picture: time does not pass, nothing moves.
 

@@ -146,8 +146,9 @@ class MatchResult:
 class Match:
     """One match; `play` plays it. Use it as a context manager.
 
-    `rendered`: players see rendered images, not percepts by the model. `visual`: `pitch.world` can
-    be rendered. `channels` None = without faults but the referee's silence of the specification.
+    `rendered`: players see rendered images, not percepts by the model; `eyes` further processes
+    render and see. `visual`: `pitch.world` can be rendered. `channels` None = without faults but
+    the referee's silence of the specification.
     """
 
     def __init__(
@@ -156,6 +157,7 @@ class Match:
         *,
         rendered: bool = False,
         visual: bool = False,
+        eyes: int = 0,
         channels: Channels | None = None,
     ) -> None:
         scene = match_scene(spec)
@@ -173,6 +175,7 @@ class Match:
             spec.loss,
             rendered=rendered,
             visual=visual,
+            eyes=eyes,
             channels=channels,
             duel={"red": spec.red, "blue": spec.blue},
         )
@@ -330,7 +333,7 @@ class Match:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.pitch.world.close()
+        self.pitch.close()
 
 
 class _Strikers:
@@ -441,11 +444,15 @@ def match_scene(spec: MatchSpec) -> Scene:
 
 
 def play_match(
-    spec: MatchSpec, progress: Callable[[Snapshot, Referee], None] | None = None
+    spec: MatchSpec,
+    progress: Callable[[Snapshot, Referee], None] | None = None,
+    *,
+    rendered: bool = False,
+    eyes: int = 0,
 ) -> MatchResult:
-    """Play a match to its end."""
+    """Play a match to its end; see `Match`."""
     frames = []
-    with Match(spec) as match:
+    with Match(spec, rendered=rendered, eyes=eyes) as match:
         for frame in match.play():
             frames.append(frame)
             if progress is not None:

@@ -17,6 +17,8 @@ from robot_core.errors import NaoGaitError
 
 MINUTES = (0.1, 60.0)
 """Shortest and longest half [min]."""
+EYES_MAX = 20
+"""Most processes that render and see: there are not more robots."""
 
 
 class Progress:
@@ -46,17 +48,19 @@ def play(
     say: Callable[[str], None],
     *,
     vision: str,
+    eyes: int | None,
     real_time: bool,
     video: bool,
     out: Path,
     json: Path | None,
     **match: Any,
 ) -> int:
-    """Play a match over ROS 2 (vision `camera`) or in one process (`model`); the exit status.
+    """Play a match over ROS 2 (vision `camera`) or without (`model`, or `eyes`); the exit status.
 
     Args:
         say: Prints a line.
         vision: Rendered images, or percepts by the model.
+        eyes: Further processes that render and see, without ROS 2; None = over ROS 2.
         real_time: Not in lockstep; only over ROS 2.
         video: Write a video file, too.
         out: Folder of replay, video, logs and bag.
@@ -70,13 +74,19 @@ def play(
     _check(spec)
     if real_time and vision == "model":
         raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
+    if eyes is not None:
+        if vision == "model" or real_time:
+            other = "--vision model" if vision == "model" else "--real-time"
+            raise NaoGaitError("--eyes", f"with {other}", "with rendered images, at any speed")
+        if not 0 <= eyes <= EYES_MAX:
+            raise NaoGaitError("--eyes", eyes, f"0 to {EYES_MAX}")
     three_js()  # what is missing, is missed before the match and not after it
     if video:
         import_module("imageio_ffmpeg")
     out.mkdir(parents=True, exist_ok=True)
     began = clock.monotonic()
     status = EXIT_OK
-    if vision == "camera":
+    if vision == "camera" and eyes is None:
         from gait_lab.soccer import ros_match
 
         with Progress() as progress:
@@ -87,7 +97,10 @@ def play(
     else:
         with Progress() as progress:
             result = play_match(
-                spec, lambda frame, referee: progress.show(frame, referee.rules.duration)
+                spec,
+                lambda frame, referee: progress.show(frame, referee.rules.duration),
+                rendered=vision == "camera",
+                eyes=eyes or 0,
             )
     _finish(result, clock.monotonic() - began, vision, out / "replay.html", json, say)
     if video:

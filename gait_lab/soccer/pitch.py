@@ -4,6 +4,7 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +32,9 @@ from sim_bridge.robot import GroundTruth
 from sim_bridge.scene import Scene, SceneBall, SceneRobot, load_scene
 from sim_bridge.trials.trial import Action, Policy, Tick, make_gaits, make_scene_world, run_several
 from sim_bridge.world import World
+
+if TYPE_CHECKING:
+    from gait_lab.soccer.eyes_process import EyesProcess
 
 MIND_TICKS = 5
 """Control periods between two updates of the behaviour."""
@@ -139,6 +143,7 @@ class Pitch:
         loss: Share of team messages that are lost.
         rendered: Percepts are seen in rendered images, and do not come from the model.
         visual: The world can be rendered, for pictures.
+        eyes: Number of further processes that render and see; 0 = this one does.
         channels: Ways of images, percepts and messages to the players; None = without faults.
         duel: How the robots of a team play beside others, where it is not the default.
 
@@ -162,6 +167,7 @@ class Pitch:
         *,
         rendered: bool = False,
         visual: bool = False,
+        eyes: int = 0,
         channels: Channels | None = None,
         duel: Mapping[str, DuelSettings] | None = None,
     ) -> None:
@@ -189,6 +195,12 @@ class Pitch:
             field=self.field, goals=self.goals, poles=scene.poles, ball_radius=ball.radius
         )
         errors = load_percept_errors()
+        self._processes: list[EyesProcess] = []
+        if rendered and eyes:
+            from gait_lab.soccer import eyes_process
+
+            drawn = eyes_process.EyesSpec(scene, plant, engine, 100 * first, on_field)
+            self._processes = [eyes_process.EyesProcess(drawn) for _ in range(eyes)]
         self.players = []
         self._starts: list[tuple[Identity, RobotDescription, WorldSettings, Pose2]] = []
         for index, (robot, gait) in enumerate(
@@ -196,21 +208,26 @@ class Pitch:
         ):
             description = self.world.robots[index].description
             number = 1000 * first + index
-            eyes: Eyes
-            if rendered:
+            sees: Eyes
+            if self._processes:
+                from gait_lab.soccer.eyes_process import RemoteEyes
+
+                process = self._processes[index % len(self._processes)]
+                sees = RemoteEyes(process, self.world, index, gait)
+            elif rendered:
                 # OpenCV is an extra, which the percept model does not need.
                 from gait_lab.soccer.rendered_eyes import RenderedEyes
 
                 deliver = partial(self.channels.image, index)
-                eyes = RenderedEyes(self.world.robots[index], gait, on_field, deliver)
+                sees = RenderedEyes(self.world.robots[index], gait, on_field, deliver)
             else:
-                eyes = ModelEyes(description, robot.team, self.field, self.goals, errors, number)
-            eyes = self.channels.eyes(index, eyes)
+                sees = ModelEyes(description, robot.team, self.field, self.goals, errors, number)
+            sees = self.channels.eyes(index, sees)
             settings = WorldSettings.on(on_field, number)
             start = identity(robot), description, settings, in_field(robot.pose, robot.team)
             self._starts.append(start)
             player = Player(*start, duel=(duel or {}).get(robot.team))
-            self.players.append(RobotPlayer(self, index, player, eyes, gait))
+            self.players.append(RobotPlayer(self, index, player, sees, gait))
 
     def restart_player(self, index: int, kind: Callable[..., Player] = Player) -> None:
         """Start the process of a player anew; `kind` makes it of the arguments of `Player`."""
@@ -282,6 +299,12 @@ class Pitch:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the engine, and end the further processes."""
+        for process in self._processes:
+            process.close()
         self.world.close()
 
 

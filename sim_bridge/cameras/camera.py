@@ -18,6 +18,8 @@ from sim_bridge.state import TrueState
 
 Render = Callable[[CameraView], RgbImage]
 """Renders the world as a camera in the world frame images it."""
+Develop = Callable[[Render, CameraView, int, tuple[float, float]], RgbImage]
+"""Makes an image of a view at a time [ns] that moves by u, v [px] during the exposure."""
 _SECOND = 1_000_000_000
 _AHEAD = 2.0
 """[m] distance for which the motion blur is right."""
@@ -57,6 +59,7 @@ class SimulatedCamera:
         name: Name of the camera.
         model: Pinhole and pose in the torso.
         enabled: Images are rendered; without, an exposure is left out and costs nothing.
+        develop: Makes an image: rendered, then disturbed as by this camera. Another process may.
     """
 
     def __init__(
@@ -99,6 +102,7 @@ class SimulatedCamera:
         self._lead = round(phase * self._period)
         self._due = 0
         self.enabled = True
+        self.develop: Develop = self._develop
 
     def restart(self, time: int) -> None:
         """Forget all images; the first exposure is at most one period after `time` [ns]."""
@@ -116,8 +120,13 @@ class SimulatedCamera:
         if not self.enabled:
             return
         view = self.view(state)
-        pixels = self._effects.apply(render(view), time, self._motion(view, state))
+        pixels = self.develop(render, view, time, self._motion(view, state))
         self._delay_line.put(time, CameraImage(time, pixels))
+
+    def _develop(
+        self, render: Render, view: CameraView, time: int, motion: tuple[float, float]
+    ) -> RgbImage:
+        return self._effects.apply(render(view), time, motion)
 
     def view(self, state: TrueState) -> CameraView:
         """Where the camera truly is, in the world."""

@@ -115,5 +115,11 @@ class Backend(Protocol):
             NaoGaitError: What the engine needs for images is not installed.
         """
 
+    def picture(self) -> FloatArray:
+        """(n,) what images depend on, as last observed; NaoGaitError if it is not in one array."""
+
+    def show(self, picture: FloatArray) -> None:
+        """Let `render` show a `picture` of the same world, until the next step."""
+
     def close(self) -> None:
         """Free the engine; may be called more than once."""

@@ -20,6 +20,7 @@ from sim_bridge.cameras.camera import CameraImage, CameraSettings, make_cameras
 from sim_bridge.cameras.effects import ImageEffects, blurred
 from sim_bridge.plant import CameraPlant, load_plant, with_options
 from sim_bridge.robot import RobotSpec
+from sim_bridge.scene import load_scene
 from sim_bridge.world import World
 
 ENGINES = ("pybullet", "mujoco")
@@ -343,3 +344,27 @@ def test_missing_opengl_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> No
     with pytest.raises(NaoGaitError, match="apt-get install libegl1") as caught:
         World(REFERENCE, [RobotSpec(load_robot())], engine="mujoco", cameras=SETTINGS)
     assert "\n" not in str(caught.value)
+
+
+def test_shapes_out_of_view_change_no_image(monkeypatch: pytest.MonkeyPatch) -> None:
+    from sim_bridge.engines.mujoco.pictures import MujocoPictures
+
+    world = World.of_scene(
+        load_scene("pitch_small"), REFERENCE, engine="mujoco", cameras=CameraSettings()
+    )
+    with world:
+        views = [camera.view(robot.state) for robot in world.robots for camera in robot.cameras]
+        fast = [world.render(view) for view in views]
+        shown: list[NDArray[np.bool_]] = []
+
+        def everything(
+            pictures: MujocoPictures, data: object, view: CameraView
+        ) -> NDArray[np.bool_]:
+            shown.append(in_view(pictures, data, view))
+            return np.ones_like(shown[-1])
+
+        in_view = MujocoPictures._in_view
+        monkeypatch.setattr(MujocoPictures, "_in_view", everything)
+        for view, image in zip(views, fast, strict=True):
+            assert np.array_equal(world.render(view), image)
+        assert all(0 < each.sum() < 0.7 * len(each) for each in shown)

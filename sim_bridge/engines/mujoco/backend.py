@@ -133,6 +133,16 @@ class MujocoBackend:
             mujoco.mj_camlight(self.model, self.data)
         return self._pictures.render(self.data, view)
 
+    def picture(self) -> FloatArray:
+        """See `Backend`."""
+        qpos: FloatArray = self.data.qpos.copy()
+        return qpos
+
+    def show(self, picture: FloatArray) -> None:
+        """See `Backend`."""
+        self.data.qpos[:] = picture
+        mujoco.mj_kinematics(self.model, self.data)
+
     def _close_pictures(self) -> None:
         if self._pictures is not None:
             self._pictures.close()

@@ -136,6 +136,14 @@ class PyBulletBackend:
             self._pictures = PyBulletPictures(self._bodies, self._surroundings)
         return self._pictures.render(view, self._observed, self.ball())
 
+    def picture(self) -> FloatArray:
+        """See `Backend`."""
+        raise NaoGaitError("engine", "pybullet", "mujoco, for images that another process renders")
+
+    def show(self, picture: FloatArray) -> None:
+        """See `Backend`."""
+        raise NaoGaitError("engine", "pybullet", "mujoco, for images that another process renders")
+
     def disturb(self, robot: int, torque_share: FloatArray, friction: float | None) -> None:
         """See `Backend`."""
         self._robots[robot].disturb(torque_share, friction)
