@@ -367,4 +367,5 @@ def test_shapes_out_of_view_change_no_image(monkeypatch: pytest.MonkeyPatch) -> 
         monkeypatch.setattr(MujocoPictures, "_in_view", everything)
         for view, image in zip(views, fast, strict=True):
             assert np.array_equal(world.render(view), image)
-        assert all(0 < each.sum() < 0.7 * len(each) for each in shown)
+        assert all(each.any() for each in shown)
+        assert any(each.mean() < 0.5 for each in shown)
