@@ -36,6 +36,9 @@ class Setpoints:
         period = substeps * plant.physics.step
         speed = np.asarray(robot.velocity_limit, dtype=float)
         self._stride = speed * period if plant.motor.speed_limit else np.full(len(speed), np.inf)
+        # A motor that gives way follows its setpoint as a spring: only its torque limits its speed.
+        gives_way = [robot.motors[joint].stiffness is not None for joint in robot.joint_names]
+        self._stride[np.array(gives_way)] = np.inf
         self._zero = individual.joint_zero
         self._coupled = [
             (robot.index(leader), robot.index(follower))

@@ -56,7 +56,7 @@ class MotorPlant(Settings):
         meaning="The torque of a driving motor falls linearly to zero at its no-load speed."
     )
     speed_limit: bool = switch(
-        meaning="Setpoints move no faster than the joint's speed limit."
+        meaning="Setpoints of stiff motors move no faster than the joint's speed limit."
     )
     stiffness: float | None = number(
         minimum=1.0, maximum=1e6, unit="N m/rad", optional=True,

@@ -3,7 +3,7 @@
 A servo of stiffness k and damping d gives the torque k (target - angle) - d speed. To give a torque
 without an error of the angle, its target leads by that torque over k, which any position interface
 can send. The torques carry the robot on its soles: at rest on both, in a step on the support sole,
-with the force of the pendulum. The swing leg also gets those that accelerate it.
+with the force of the pendulum. They also accelerate the links as the targets move.
 """
 
 import numpy as np
@@ -41,10 +41,6 @@ class FeedForward:
         self._left = 0.5
         dampings = [robot.motors[name].damping or 0.0 for name in robot.joint_names]
         self._damping = np.array(dampings)
-        self._legs = {
-            side: [robot.index(name) for name in leg.names]
-            for side, leg in ((1, robot.left_leg), (-1, robot.right_leg))
-        }
         self._velocity = np.zeros(len(stiffness))
         self._last: FloatArray | None = None
 
@@ -82,24 +78,18 @@ class FeedForward:
             py = py if side == support else 0.0
             return Load(part, self._length * px, self._length * py, ahead, aside)
 
-        velocity, acceleration = self._moves(position, support, dt)
+        velocity, acceleration = self._moves(position, dt)
         torque = self._torque.at(
             position, targets.torso_roll, targets.torso_pitch,
             (load(self._left, left, 1), load(1.0 - self._left, right, -1)), acceleration,
         )  # fmt: skip
         return np.asarray(self._yield * (torque + self._damping * velocity))
 
-    def _moves(
-        self, position: FloatArray, support: int, dt: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """Velocity (n,) [rad/s], and acceleration (n,) [rad/s^2] of the swing leg."""
+    def _moves(self, position: FloatArray, dt: float) -> tuple[FloatArray, FloatArray]:
+        """Velocity (n,) [rad/s] and acceleration (n,) [rad/s^2] of the targets."""
         last = position if self._last is None else self._last
         self._last = position.copy()
         before, share = self._velocity, dt / (dt + SMOOTHING_TIME)
         self._velocity = before + share * ((position - last) / dt - before)
-        acceleration = np.zeros(len(position))
-        swing = self._legs.get(-support)
-        if swing is not None:
-            change = (self._velocity - before) / dt
-            acceleration[swing] = np.clip(change[swing], -LARGEST, LARGEST)
-        return self._velocity, acceleration
+        change = (self._velocity - before) / dt
+        return self._velocity, np.clip(change, -LARGEST, LARGEST)

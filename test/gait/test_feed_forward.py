@@ -1,6 +1,7 @@
 """Motors that give way: torques by virtual work, a robot on soft servos that walks."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 import yaml
 
@@ -62,6 +63,36 @@ def test_the_torques_are_those_of_virtual_work(name: str) -> None:
             robot, body, minus, torques.weight
         )
         assert found[joint] == pytest.approx(work / (2.0 * step), abs=2e-3)
+
+
+def test_the_torques_move_the_links_as_asked() -> None:
+    """Forward dynamics with the torques and the ground's force give the accelerations back."""
+    robot = load_robot("booster_t1")
+    torques, body = SupportTorque(robot), BodyModel(robot)
+    pose = np.array(robot.stand_pose)
+    body.set_joints(pose)
+    x, y, _ = np.array(body.com_in_torso()) - np.array(body.sole_in_torso(1).position)
+    wanted = np.random.default_rng(0).uniform(-0.5, 0.5, len(pose))
+    load = Load(1.0, 0.02, 0.01, ahead=(x - 0.02) / 0.56, aside=(y - 0.01) / 0.56)
+    torque = torques.at(pose, 0.0, 0.0, (load, Load(0.0)), wanted) - torques._rotor * wanted
+
+    model, data, q = torques._model, torques._data, torques._q
+    soles = [torques._sole(frame) for frame in torques._soles]
+    _, (shift_x, shift_y, twist) = torques._moving(wanted, (load, Load(0.0)), soles)
+    up = torques.weight
+    force = np.array((load.ahead * up, load.aside * up, up))
+    point = soles[0][0] + (load.x + shift_x, load.y + shift_y, 0.0)
+    ankle = model.frames[torques._soles[0]].parentJoint
+    forces = [pin.Force.Zero() for _ in range(model.njoints)]
+    ground = pin.Force(force, np.cross(point, force) + (0.0, 0.0, twist))  # about the torso
+    forces[ankle] = data.oMi[ankle].actInv(ground)
+    whole = np.zeros(model.nv)
+    whole[torques._v_columns] = torque
+    found = pin.aba(model, data, q, np.zeros(model.nv), whole, forces)
+    assert found[torques._v_columns] == pytest.approx(wanted, abs=1e-6)
+    assert abs(found[3:5]).max() < 1e-6  # it neither pitches nor rolls
+    pin.ccrba(model, data, q, found)
+    assert data.hg.linear * 9.81 / up == pytest.approx(force * 9.81 / up - (0, 0, 9.81), abs=1e-6)
 
 
 def test_only_a_robot_with_soft_motors_gets_a_lead() -> None:
