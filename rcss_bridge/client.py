@@ -68,6 +68,10 @@ class Client:
         """Whether there is a connection."""
         return self._socket is not None
 
+    def fileno(self) -> int:
+        """For `select`; -1 without a connection."""
+        return -1 if self._socket is None else self._socket.fileno()
+
     def connect(self) -> None:
         """Connect and say who the player is.
 

@@ -1,5 +1,7 @@
 """One robot on the server: its gait between the percepts and the motors, without ROS."""
 
+from typing import Any
+
 from gait_lab.rcss.player import ServerPlayer
 from nao_lipm_gait.gait import Gait
 from rcss_bridge import codec
@@ -13,6 +15,9 @@ from robot_core.types import DOWN, Pose2, VelocityCommand
 DELAY = 0.03
 """[s] from a percept to the effect of its answer, which acts a cycle later. With 0.02 to 0.04 a K1
 walks the same, with 0.05 it falls."""
+SERVER: dict[str, Any] = {"gyro_pitch_gain": 0.0, "tilt_pitch_gain": 0.3}
+"""Parameters of the gait in cycles of 20 ms, whose answers act a cycle later: with the gains for 10
+ms a K1 pitches by 0.1 rad at 40 cm/s and falls."""
 BEAM_MODES = ("BeforeKickOff", "Goal_Left", "Goal_Right")
 """Play modes in which the server takes `beam`."""
 
@@ -50,7 +55,7 @@ class Agent:
         exact: bool = False,
     ) -> None:
         robot = load_robot(server_robot.robot)
-        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY)
+        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY, **SERVER)
         self.landing = Landing(robot)
         self.percepts: Percepts | None = None
         self.falls = 0

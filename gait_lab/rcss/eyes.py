@@ -45,6 +45,9 @@ class ServerEyes:
         team: Name of its team.
         number: Its number.
         exact: Without errors, misses and delay.
+
+    Attributes:
+        places: Which pole on the map each landmark is; see `ServerField.places`.
     """
 
     def __init__(
@@ -55,7 +58,7 @@ class ServerEyes:
         self._model = None if exact else ErrorModel(errors, number)
         self._delay = 0 if exact else round(errors.delay * 1e9)
         self._camera = CameraModel(robot, next(iter(robot.cameras)), IMAGE)
-        self._index = {name: index for index, name in enumerate(field.marks)}
+        self.places = field.places(right=False)
         self._size = field.size
         self._team, self._number = team, number
         self._coming: deque[Arrival] = deque()
@@ -85,9 +88,9 @@ class ServerEyes:
 
         objects: list[Percept] = []
         for letter, errors in _ERRORS_OF.items():
-            names = [each for each in sight.marks if each[0] == letter and each in self._index]
+            names = [each for each in sight.marks if each[0] == letter and each in self.places]
             found = percepts(Kind.POLE, errors.value, [sight.marks[each] for each in names])
-            objects += [each._replace(place=self._index[names[index]]) for each, index in found]
+            objects += [each._replace(place=self.places[names[index]]) for each, index in found]
         others = [each for each in sight.players if not self._is_self(each)]
         for mate, kind in ((True, Kind.ROBOT_RED), (False, Kind.ROBOT_BLUE)):
             team = [each for each in others if (each.team == self._team) is mate]

@@ -74,10 +74,19 @@ class ServerField:
         self.goals = Goals(width=width, height=height, depth=depth, post_diameter=0.1 / size)
         self.marks = {key: (x / size, y / size) for key, (x, y) in _marks(lengths).items()}
 
-    def poles(self, right: bool) -> dict[str, Pole]:
-        """The landmarks in the field of the team that defends the right goal, or the left one."""
+    @property
+    def poles(self) -> tuple[Pole, ...]:
+        """The landmarks on the map of either team."""
+        return tuple(Pole(x=x, y=y) for x, y in self.marks.values())
+
+    def places(self, right: bool) -> dict[str, int]:
+        """Which of the poles a landmark is for the team that defends the right goal, or the left.
+
+        The field looks the same after half a turn, so that one map serves both teams.
+        """
         turn = -1.0 if right else 1.0
-        return {name: Pole(x=turn * x, y=turn * y) for name, (x, y) in self.marks.items()}
+        index = {place: index for index, place in enumerate(self.marks.values())}
+        return {name: index[turn * x + 0.0, turn * y + 0.0] for name, (x, y) in self.marks.items()}
 
     def start(self, number: int, kicks_off: bool = False) -> Pose2:
         """Where a player begins, in the field of its team; 2 stands at the ball of a kick-off."""

@@ -58,7 +58,8 @@ class ServerPlayer:
         exact: Percepts without errors, misses and delay.
 
     Attributes:
-        player: World model and behaviour.
+        player: World model and behaviour; made before the player joins, whom the server does not
+            wait for.
         command: Velocity at which to walk.
         start: Where to be put, x, y [m], yaw [rad] in the field of the team; None = nowhere.
         speech: What to say in this cycle.
@@ -78,9 +79,18 @@ class ServerPlayer:
         self._gait, self._size = gait, robot.size
         self._team, self._number = team, number
         self._field = ServerField(field, self._size)
-        self._robot = robot
+        limits = LIMITS[robot.name]
+        speeds = {name: getattr(limits, name) / self._size for name in _SPEEDS}
+        self.player = Player(
+            Identity(0, number, TEAM_SIZE),
+            robot,
+            WorldSettings(
+                field=self._field.field, goals=self._field.goals, poles=self._field.poles,
+                seed=number, unseen=UNSEEN,
+            ),
+            limits=attrs.evolve(limits, **speeds),
+        )  # fmt: skip
         self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)
-        self.player: Player | None = None
         self.command: VelocityCommand = STANDSTILL
         self.start: Pose2 | None = None
         self.speech: bytes | None = None
@@ -91,6 +101,7 @@ class ServerPlayer:
         self._motion = ""
         self._barred_since = -math.inf
         self._put: tuple[Pose2, ...] = ()
+        self._joined = False
 
     # -- places ------------------------------------------------------------------------------------
 
@@ -100,8 +111,10 @@ class ServerPlayer:
         mode = mode_of(game, self._team)
         self._cycle += 1
         self.start = self.speech = None
-        if self.player is None:
-            self._join(game.right == self._team)
+        if not self._joined:
+            self._joined, right = True, game.right == self._team
+            self._eyes.places = self._field.places(right)
+            self._put = (self._field.spawn(self._number, right),)
         if mode == self._mode:
             return
         before, self._mode = self._mode, mode
@@ -113,32 +126,8 @@ class ServerPlayer:
         if taken and self._mates and self._ball_distance < AT_BALL:
             self._barred_since = percepts.time
 
-    def _join(self, right: bool) -> None:
-        field = self._field
-        poles = field.poles(right)
-        settings = WorldSettings(
-            field=field.field,
-            goals=field.goals,
-            poles=tuple(poles.values()),
-            seed=self._number,
-            unseen=UNSEEN,
-        )
-        limits = LIMITS[self._robot.name]
-        speeds = {name: getattr(limits, name) / self._size for name in _SPEEDS}
-        spawn = field.spawn(self._number, right)
-        self.player = Player(
-            Identity(0, self._number, TEAM_SIZE),
-            self._robot,
-            settings,
-            spawn,
-            limits=attrs.evolve(limits, **speeds),
-        )
-        self._put = (spawn,)
-
     def dropped(self, pose: Pose2 | None) -> None:
         """The robot has landed: at a pose [m] in the field of its team, or beside the field."""
-        if self.player is None:
-            return
         if pose is not None:
             self._put = ((pose[0] / self._size, pose[1] / self._size, pose[2]),)
         elif not self._put:
@@ -149,8 +138,6 @@ class ServerPlayer:
     def update(self, percepts: Percepts, frame: SensorFrame) -> None:
         """Perceive and decide, after the gait has answered the same frame."""
         player, status = self.player, self._gait.status
-        if player is None:
-            return
         now, time = status.stamp, status.stamp * 1e-9
         world = player.world
         world.set_upright(status.state not in (*DOWN, GETTING_UP))

@@ -12,6 +12,8 @@ from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.eyes import ServerEyes
 from gait_lab.rcss.field import ServerField
 from gait_lab.rcss.game import game_state, mode_of
+from gait_lab.rcss.match import play, starts
+from gait_lab.rcss.server import is_installed
 from gait_lab.rcss.speech import pack, unpack
 from nao_lipm_gait import load_robot
 from nao_soccer.game_state import Phase, Role, SetPlay
@@ -142,7 +144,7 @@ def test_exact_eyes_see_things_where_they_are_at_the_size_of_a_nao(field: Server
     pose = (-8.0 + camera[0], 2.0, 0.0)
     eyes.look(20_000_000, sight_from(*pose, field, 0.5 + camera[2]), K1.stand_pose, torso)
     (percepts,) = eyes.arrived(20_000_000)
-    poles = list(field.poles(right=False).values())
+    poles = field.poles
     seen = [each for each in percepts.objects if each.kind is Kind.POLE]
     assert len(seen) > 5
     for each in seen:
@@ -173,11 +175,12 @@ def test_eyes_err_miss_and_are_late_as_measured(field: ServerField):
 
 
 def test_landmarks_of_the_teams_are_each_others_reflection(field: ServerField):
-    left, right = field.poles(right=False), field.poles(right=True)
-    assert len(left) == 30
-    for name, each in left.items():
-        assert (right[name].x, right[name].y) == (-each.x, -each.y)
-    assert left["g_lup"].x < 0.0 < left["g_lup"].y
+    left, right, poles = field.places(right=False), field.places(right=True), field.poles
+    assert len(left) == len(set(right.values())) == 30
+    for name, index in left.items():
+        mine, theirs = poles[index], poles[right[name]]
+        assert (mine.x, mine.y) == (-theirs.x, -theirs.y)
+    assert poles[left["g_lup"]].x < 0.0 < poles[left["g_lup"]].y
 
 
 # -- a player in a match ---------------------------------------------------------------------------
@@ -229,3 +232,24 @@ def test_after_a_goal_all_go_back_to_their_places(field: ServerField):
     ]
     x = float(answer.split(b"(beam ")[1].split()[0])
     assert -1.5 < x < 0.0, "the team that kicks off stands at the ball"
+
+
+# -- matches of the bench --------------------------------------------------------------------------
+
+
+def test_a_robot_alone_and_its_ball_begin_within_8_m_of_the_goal():
+    found = list(starts(200, 27.5))
+    assert found == list(starts(200, 27.5))
+    for robot, ball in found:
+        assert 2.9 < math.dist(ball, (27.5, 0.0)) < 8.1
+        assert math.dist(robot[:2], ball) < 3.1
+        assert robot[0] < 27.5
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not is_installed(), reason="rcsssmj is not installed")
+def test_the_real_server_plays_the_end_of_a_half():
+    account = play(SERVER_K1, (1, 1), 6.0, exact=True)
+    assert account.ended
+    assert account.seconds == pytest.approx(6.0, abs=0.1)
+    assert account.falls == account.put_back == 0

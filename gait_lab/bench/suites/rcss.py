@@ -17,7 +17,7 @@ SETTLED = 2.0
 LATER = 0.06
 """[s] by which each start waits longer than the one before: the server has no noise."""
 TEAM = "nao_lipm_gait"
-_NAMES = {"booster_k1": "K1", "booster_t1": "T1"}
+NAMES = {"booster_k1": "K1", "booster_t1": "T1"}
 """Shipped name -> name of the server."""
 
 
@@ -39,7 +39,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
     from rcss_bridge.client import Client
     from rcss_bridge.joints import ROBOTS
 
-    robot = ROBOTS[_NAMES[options.urdf]]
+    robot = ROBOTS[NAMES[options.urdf]]
     falls = drops = 0
     with Server() as server, Client("127.0.0.1", server.port, robot.name, TEAM, 2) as client:
         client.connect_within(10.0)
@@ -75,9 +75,14 @@ def rcss(options: Options) -> Iterator[Row | str]:
     )
 
 
+def check_robot(options: Options) -> None:
+    """Raise NaoGaitError for a robot that the server does not have."""
+    if options.urdf not in NAMES:
+        raise NaoGaitError("robot", options.urdf, ", ".join(NAMES))
+
+
 def _check(options: Options) -> None:
-    if options.urdf not in _NAMES:
-        raise NaoGaitError("robot", options.urdf, ", ".join(_NAMES))
+    check_robot(options)
     kinds = [find_task(name).name.partition("=")[0] for name in options.tasks]
     if len(set(kinds)) < len(kinds):
         raise NaoGaitError("task", ", ".join(options.tasks), "each direction once")

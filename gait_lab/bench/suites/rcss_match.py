@@ -1,0 +1,73 @@
+"""The suite `rcss_match`: our players on RoboCup's simulation server, judged by its referee."""
+
+import statistics
+from collections.abc import Iterator
+
+from gait_lab.bench.options import Option, Options
+from gait_lab.bench.rows import Row, rows_of
+from gait_lab.bench.suite import suite
+from gait_lab.bench.suites.rcss import NAMES, PLANT, check_robot
+
+LIMIT = 90.0
+"""[s] within which a robot alone has to score."""
+
+
+@suite(
+    "rcss_match", "Soccer on RoboCup's simulation server",
+    "goals, falls and real-time factor there", gait=False,
+    options={
+        "alone": Option(0, "starts of a robot alone at an empty goal", "N", minimum=0,
+                        maximum=1000),
+        "players": Option(2, "players of each team of a match; 0 = no match", "N", minimum=0,
+                          maximum=7),
+        "length": Option(300.0, "length of the match [s]", "S", minimum=10.0, maximum=300.0),
+        "exact": Option(False, "percepts without errors, misses and delay"),
+        "urdf": "booster_k1",
+    },
+    quick=(),  # not in `all`: it installs the server
+    check=check_robot,
+)  # fmt: skip
+def rcss_match(options: Options) -> Iterator[Row | str]:
+    """A robot alone from some starts, then a match of our team against itself."""
+    from gait_lab.rcss.match import Squad, alone, play, starts
+    from gait_lab.rcss.server import Server
+    from rcss_bridge.joints import ROBOTS
+
+    robot = ROBOTS[NAMES[options.urdf]]
+    if options.alone:
+        with (
+            Server("--rules", "fifa") as server,  # which has the longer half
+            Squad(server, robot, [[2]], exact=options.exact) as squad,
+        ):
+            found = [
+                alone(squad, server, start, LIMIT) for start in starts(options.alone, 27.5)
+            ]
+        times = [each for each, _ in found if each == each]
+        yield Row("rcss", "goals", "goals", float(len(times)), plant=PLANT)
+        yield Row("rcss", "alone_falls", "falls", float(sum(falls for _, falls in found)),
+                  plant=PLANT)  # fmt: skip
+        if times:
+            yield Row("rcss", "alone_median", "s", statistics.median(times), plant=PLANT)
+    if options.players:
+        size = options.players
+        result = play(robot, (size, size), options.length, exact=options.exact)
+        minutes = 2 * size * result.seconds / 60.0
+        cpu = statistics.median(result.cpu)
+        for row in rows_of(
+            "rcss_match",
+            ("seconds", "s", result.seconds),
+            ("left", "goals", float(result.score[0])),
+            ("right", "goals", float(result.score[1])),
+            ("falls", "1/min", result.falls / minutes),
+            ("put_back", "1/min", result.put_back / minutes),
+            ("one_striker", "%", 100.0 * result.one_striker),
+            ("real_time", "", result.seconds / result.wall),
+            ("cycle_p50", "ms", 1e3 * cpu),
+        ):
+            yield row._replace(plant=PLANT)
+    yield (
+        f"{robot.name}, percepts {'exact' if options.exact else 'by the model'}. alone: ball 3 to "
+        "8 m from the goal, robot 1 to 3 m from the ball, in any direction and not told where; "
+        f"goal within {LIMIT:g} s. match: falls and put-backs for each robot and minute; all "
+        "players in one process, with a server that does not wait for real time."
+    )

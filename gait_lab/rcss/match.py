@@ -1,0 +1,247 @@
+"""Players on a server of the bench, all in this process: a team alone, or a match."""
+
+import math
+import select
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from gait_lab.rcss.agent import Agent
+from gait_lab.rcss.field import FIELD
+from gait_lab.rcss.server import Server
+from nao_soccer.game_state import Role
+from rcss_bridge.body import CYCLE
+from rcss_bridge.client import TIMEOUT, Client
+from rcss_bridge.codec import Percepts
+from rcss_bridge.joints import ServerRobot
+from robot_core.types import STANDSTILL, Point2, Pose2
+
+TEAMS = "left_team", "right_team"
+STANDS_WITHIN = 15.0
+"""[s] after which a kick-off does not wait for a player any longer."""
+HALF = 300.0
+"""[s] of a half by the server's rules."""
+DROP_HEIGHT = 1.0
+"""[m] of the torso of a robot that is put somewhere."""
+
+
+class Member(NamedTuple):
+    """A player and its connection."""
+
+    team: str
+    number: int
+    client: Client
+    agent: Agent
+
+
+@dataclass
+class Account:
+    """What came of a game.
+
+    Attributes:
+        seconds: Played time [s].
+        score: Goals of the left and the right team.
+        falls: Of all robots.
+        put_back: How often the referee put a robot beside the field.
+        one_striker: Share of the time of all teams with exactly one striker.
+        wall: Wall time [s].
+        cpu: Processor time [s] of each player in each cycle.
+        ended: The server has ended the half.
+    """
+
+    seconds: float = 0.0
+    score: tuple[int, int] = (0, 0)
+    falls: int = 0
+    put_back: int = 0
+    one_striker: float = 0.0
+    wall: float = 0.0
+    cpu: list[float] = field(default_factory=list)
+    ended: bool = False
+
+
+class Squad:
+    """All players of a server; use it as a context manager.
+
+    Args:
+        server: The server.
+        robot: What all of them are.
+        numbers: Numbers of the players of each team.
+        exact: They play with percepts without errors, misses and delay.
+    """
+
+    def __init__(
+        self, server: Server, robot: ServerRobot, numbers: Sequence[Sequence[int]], *, exact: bool
+    ) -> None:
+        self._server, self._robot, self._exact = server, robot, exact
+        self.members = [
+            Member(team, number, Client("127.0.0.1", server.port, robot.name, team, number),
+                   self._agent(team, number))
+            for team, ones in zip(TEAMS, numbers, strict=False)
+            for number in ones
+        ]  # fmt: skip
+        self.cpu: list[float] = []
+        self.percepts: Percepts | None = None
+
+    def _agent(self, team: str, number: int) -> Agent:
+        return Agent(self._robot, team, number=number, field=FIELD, exact=self._exact)
+
+    @property
+    def complete(self) -> bool:
+        """All players are on the server."""
+        return all(each.client.heard for each in self.members)
+
+    def renew(self) -> None:
+        """New players in place of the old ones, who forget all."""
+        self.members = [
+            each._replace(agent=self._agent(each.team, each.number)) for each in self.members
+        ]
+
+    def cycle(self) -> None:
+        """One cycle of all players; one that joins is answered as soon as it is on the field.
+
+        Raises:
+            ServerGoneError: The server has ended, or was silent for `TIMEOUT`.
+        """
+        waiting = [each for each in self.members if each.client.heard]
+        joining = next((each for each in self.members if not each.client.heard), None)
+        if joining is not None and not joining.client.connected:
+            joining.client.connect_within(10.0)  # one after the other: each one costs seconds
+        waiting = waiting or self.members[:1]
+        while waiting:
+            clients = {each.client: each for each in self.members if each.client.connected}
+            ready, _, _ = select.select(list(clients), [], [], TIMEOUT)
+            for client in ready or clients:
+                member = clients[client]
+                self._serve(member)
+                if member in waiting:
+                    waiting.remove(member)
+
+    def _serve(self, member: Member) -> None:
+        message = member.client.receive()
+        began = time.process_time()
+        answer = member.agent.cycle(message, STANDSTILL)
+        self.cpu.append(time.process_time() - began)
+        member.client.send(answer)
+        self.percepts = member.agent.percepts
+
+    def __enter__(self) -> "Squad":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for member in self.members:
+            member.client.close()
+
+
+def play(
+    robot: ServerRobot,
+    players: tuple[int, int],
+    seconds: float,
+    *,
+    exact: bool,
+    second_half: bool = False,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Account:
+    """Play the last `seconds` [s] of a half, to its end; the left team kicks off.
+
+    Raises:
+        ServerGoneError: The server has ended.
+    """
+    account = Account()
+    end = 2.0 * HALF if second_half else HALF
+    phase = "1" if second_half else "0"
+    numbers = [range(1, count + 1) for count in players]
+    with (
+        Server("--phase", phase, "--time", f"{end - seconds:g}") as server,
+        Squad(server, robot, numbers, exact=exact) as squad,
+    ):
+        for _ in range(round(STANDS_WITHIN / CYCLE)):
+            squad.cycle()
+            if squad.complete and all(
+                each.agent.landing.count > 1 and each.agent.stands for each in squad.members
+            ):
+                break
+        squad.cpu.clear()
+        beams = sum(each.agent.landing.count for each in squad.members)
+        began, whole, ones = time.monotonic(), 0, 0
+        server.order("(kickOff Left)")
+        said = ""
+        while True:
+            squad.cycle()
+            percepts = squad.percepts
+            assert percepts is not None
+            game = percepts.game
+            if game.mode == "GameOver":
+                account.ended = True
+                break
+            if game.mode == "PlayOn":
+                for team in {each.team for each in squad.members}:
+                    roles = [_role(each) for each in squad.members if each.team == team]
+                    whole += 1
+                    ones += roles.count(Role.STRIKER) == 1
+            text = f"{game.mode} {game.score[0]}:{game.score[1]}"
+            if text != said:
+                said = text
+                progress(f"{game.time:.1f} s {text}")
+            account.seconds = seconds - (end - game.time)
+            account.score = game.score
+        account.wall = time.monotonic() - began
+        account.falls = sum(each.agent.falls for each in squad.members)
+        drops = sum(each.agent.landing.count for each in squad.members) - beams
+        account.put_back = drops - sum(account.score) * len(squad.members)
+        account.one_striker = ones / whole if whole else math.nan
+        account.cpu = squad.cpu
+    return account
+
+
+class Start(NamedTuple):
+    """Where a robot alone and the ball begin [m, rad]."""
+
+    robot: Pose2
+    ball: Point2
+
+
+def starts(count: int, goal: float, seed: int = 0) -> Iterator[Start]:
+    """Balls 3 to 8 m from the middle of the goal at x = `goal` [m], robots 1 to 3 m from them."""
+    random = np.random.default_rng(seed)
+    for _ in range(count):
+        far, bearing = random.uniform(3.0, 8.0), random.uniform(-0.8, 0.8)
+        x, y = goal - far * math.cos(bearing), far * math.sin(bearing)
+        gap, around = random.uniform(1.0, 3.0), random.uniform(-math.pi, math.pi)
+        place = x + gap * math.cos(around), y + gap * math.sin(around)
+        inside = min(place[0], goal - 1.0)
+        yield Start((inside, place[1], random.uniform(-math.pi, math.pi)), (x, y))
+
+
+def alone(squad: Squad, server: Server, start: Start, limit: float) -> tuple[float, int]:
+    """Put a lone robot and the ball; time [s] until the goal, NaN without, and its falls."""
+    (member,) = squad.members
+    for _ in range(100):
+        squad.cycle()
+        if squad.percepts is not None and squad.percepts.game.mode.startswith("Kick"):
+            break
+    squad.renew()
+    (member,) = squad.members
+    x, y, yaw = start.robot
+    server.order("(playMode PlayOn)")
+    server.order(f"(ball (pos {start.ball[0]:.3f} {start.ball[1]:.3f} 0.11) (vel 0 0 0))")
+    server.order(
+        f"(agent (unum {member.number}) (team {member.team}) "
+        f"(move {x:.3f} {y:.3f} {DROP_HEIGHT} {math.degrees(yaw):.1f}))"
+    )
+    before = None
+    for count in range(round(limit / CYCLE)):
+        squad.cycle()
+        assert squad.percepts is not None
+        score = squad.percepts.game.score[0]
+        before = score if before is None else before
+        if score > before:
+            return count * CYCLE, member.agent.falls
+    return math.nan, member.agent.falls
+
+
+def _role(member: Member) -> Role | None:
+    player = member.agent.player
+    return None if player is None else player.player.role
