@@ -12,11 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from geometry_msgs.msg import Twist
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
 
+from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import DomainClaim
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -186,6 +189,30 @@ class Probe:
         self.node.destroy_node()
         self._context.try_shutdown()
         self.domain.release()
+
+
+class Driver:
+    """Repeats a velocity command every 0.1 s of simulated time; in lockstep time waits for it.
+
+    Attributes:
+        forward: [m/s]; None for no command.
+    """
+
+    def __init__(self, probe: Probe) -> None:
+        self.forward: float | None = None
+        self._publisher = probe.node.create_publisher(Twist, "cmd_vel", 10)
+        self._follow = LockstepPartner(probe.node).follower()
+        self._next = 0
+        probe.subscribe(Clock, "/clock", callback=self._on_clock)
+
+    def _on_clock(self, message: Clock) -> None:
+        now = nanoseconds(message.clock)
+        if self.forward is not None and not 0 < self._next - now <= 100_000_000:
+            self._next = now + 100_000_000
+            twist = Twist()
+            twist.linear.x = self.forward
+            self._publisher.publish(twist)
+        self._follow(now)
 
 
 def _yaml(value: object) -> str:

@@ -11,36 +11,17 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import Twist, Vector3, Wrench, WrenchStamped
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from robot_core.robot import load_robot
 from robot_core.ros.topics import LATCHED
-from ros_probe import Probe, bits, stamp
+from ros_probe import Driver, Probe, bits, stamp
 
 LOCKSTEP = {"lockstep": True, "real_time_factor": 0.0}
 PACED = {"real_time_factor": 0.2}
 """By the wall clock, but slow enough for a machine that does other things too."""
-
-
-class Driver:
-    """Repeats a velocity command every 0.1 s of simulated time, as long as it is set."""
-
-    def __init__(self, probe: Probe) -> None:
-        self.forward: float | None = None
-        self._publisher = probe.node.create_publisher(Twist, "cmd_vel", 10)
-        self._next = 0
-        probe.subscribe(Clock, "/clock", callback=self._on_clock)
-
-    def _on_clock(self, message: Clock) -> None:
-        now = message.clock.sec * 10**9 + message.clock.nanosec
-        if self.forward is not None and now >= self._next:
-            self._next = now + 100_000_000
-            twist = Twist()
-            twist.linear.x = self.forward
-            self._publisher.publish(twist)
 
 
 def test_robot_moves_forward_on_cmd_vel_and_stops_without(probe: Probe):

@@ -6,8 +6,8 @@ from std_msgs.msg import String
 
 from robot_core.robot import load_robot
 from robot_core.ros.topics import LATCHED
-from ros_probe import Probe, stamp
-from test_both_processes import LOCKSTEP, Driver
+from ros_probe import Driver, Probe, stamp
+from test_both_processes import LOCKSTEP
 
 
 def test_bruno_walks_and_stops_by_cmd_vel(probe: Probe) -> None:

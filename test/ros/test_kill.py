@@ -7,48 +7,43 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from robot_core.robot import load_robot
 from robot_core.ros.topics import LATCHED
-from ros_probe import Probe, stamp
+from ros_probe import Driver, Probe, stamp
 
 pytest.importorskip("mujoco")
 ROBOT = load_robot()
 SECOND = 1_000_000_000
 SLOW = {"real_time_factor": 0.2, "engine": "mujoco"}
 """By the wall clock, but slow enough for a machine that does other things too."""
-LOCKSTEP = {"real_time_factor": 1.0, "engine": "mujoco", "lockstep": True}
+LOCKSTEP = {"real_time_factor": 0.0, "engine": "mujoco", "lockstep": True}
 """The robot waits for a gait that the machine holds up."""
 
 
-def drive(probe: Probe, truth: list[Any], until: Any, what: str) -> None:
-    """Ask for 20 cm/s until something holds."""
-    twist = Twist()
-    twist.linear.x = 0.2
-    publisher = probe.publisher(Twist, "cmd_vel")
-    probe.wait(until, what, every=lambda: publisher.publish(twist))
-    probe.node.destroy_publisher(publisher)
-
-
-def walking(probe: Probe, **parameters: object) -> tuple[Any, list[Any], list[Any], list[Any]]:
-    """A gait whose robot walks; it, the truth, the states and the commands."""
+def walking(
+    probe: Probe, **parameters: object
+) -> tuple[Any, Driver, list[Any], list[Any], list[Any]]:
+    """A gait whose robot walks; it, its driver, the truth, the states and the commands."""
+    driver = Driver(probe)
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     support = probe.subscribe(String, "gait/support", LATCHED)
     commands = probe.subscribe(JointState, "joint_command")
     gait = probe.start("gait", bias_wait=0.0)
     probe.start("sim_bridge", **parameters)
-    probe.wait(lambda: truth and stamp(truth[-1]) > 2 * SECOND, "2 s of simulated time")
+    driver.forward = 0.2
+    probe.wait(lambda: fast(support, truth), "a walk at speed")
+    return gait, driver, truth, support, commands
 
-    def fast() -> bool:
-        speed = [message.twist.twist.linear.x for message in truth[-100:]]
-        return support[-1].data.startswith("walk") and float(np.mean(speed)) > 0.12
 
-    drive(probe, truth, fast, "a walk at speed")
-    return gait, truth, support, commands
+def fast(support: list[Any], truth: list[Any]) -> bool:
+    speed = [message.twist.twist.linear.x for message in truth[-100:]]
+    return (
+        len(speed) == 100 and float(np.mean(speed)) > 0.12 and support[-1].data.startswith("walk")
+    )
 
 
 def check(commands: list[Any]) -> None:
@@ -61,7 +56,8 @@ def check(commands: list[Any]) -> None:
 
 
 def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe) -> None:
-    gait, truth, support, commands = walking(probe, **SLOW)
+    gait, driver, truth, support, commands = walking(probe, **SLOW)
+    driver.forward = None
     gait.signal(signal.SIGKILL)
     gait.wait()
     probe.processes.remove(gait)
@@ -75,13 +71,15 @@ def test_a_killed_gait_comes_back_and_walks_or_says_that_it_is_down(probe: Probe
         late = stamp(truth[-1]) > returned + 4 * SECOND
         return late and state == ("walk" if upright else "fallen")
 
-    drive(probe, truth, knows, "a walk, or a fall that is known")
+    driver.forward = 0.2
+    probe.wait(knows, "a walk, or a fall that is known")
     check(commands)
     assert "Traceback" not in again.log
 
 
 def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
-    gait, truth, support, commands = walking(probe, **LOCKSTEP)
+    gait, driver, truth, support, commands = walking(probe, **LOCKSTEP)
+    driver.forward = None
     bridge = next(process for process in probe.processes if process.name == "sim_bridge")
     bridge.signal(signal.SIGKILL)
     bridge.wait()
@@ -94,11 +92,9 @@ def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
         "a word about its clock, which begins again",
     )
 
-    def walks() -> bool:
-        speed = [message.twist.twist.linear.x for message in truth[-100:]]
-        return support[-1].data.startswith("walk") and float(np.mean(speed)) > 0.12
-
-    drive(probe, truth, walks, "a walk of the new robot")
+    truth.clear()
+    driver.forward = 0.2
+    probe.wait(lambda: fast(support, truth), "a walk of the new robot")
     assert truth[-1].pose.pose.position.z > 0.25
     check(commands)
     assert gait.status is None
@@ -106,7 +102,7 @@ def test_a_killed_robot_comes_back_and_is_walked_again(probe: Probe) -> None:
 
 
 def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
-    gait, truth, _, commands = walking(probe, **LOCKSTEP)
+    gait, _, truth, _, commands = walking(probe, **LOCKSTEP)
     reports = probe.subscribe(DiagnosticArray, "/diagnostics")
     second = probe.start("gait")
 
@@ -118,9 +114,9 @@ def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
             for status in statuses
         )
 
-    drive(probe, truth, told, "an error about two gaits")
+    probe.wait(told, "an error about two gaits")
     start = stamp(truth[-1])
-    drive(probe, truth, lambda: stamp(truth[-1]) > start + 3 * SECOND, "3 s more")
+    probe.wait(lambda: stamp(truth[-1]) > start + 3 * SECOND, "3 s more")
     bridge = next(process for process in probe.processes if process.name == "sim_bridge")
     assert bridge.says("joint_command header.frame_id: got 'gait_.*one gait")
     assert truth[-1].pose.pose.position.z > 0.25, "upright"

@@ -29,7 +29,11 @@ class Robot:
     def __init__(self, probe: Probe, socket: Path, stiffness_ramp: float = 0.3) -> None:
         self.probe = probe
         self._parameters: dict[str, dict[str, object]] = {
-            "gait": {"urdf": "nao_v6", "control_period": 0.012, "bias_wait": 0.5},
+            "gait": {
+                "urdf": "nao_v6", "control_period": 0.012, "bias_wait": 0.5,
+                # Simulated time may run ahead of whoever commands.
+                "cmd_vel_timeout": 1000.0,
+            },
             "lola_bridge": {
                 "socket": socket, "lockstep": True, "stiffness_ramp": stiffness_ramp,
                 "sit_time": 0.5,

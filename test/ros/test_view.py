@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,7 +26,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from gait_lab.view.robot_link import RobotState
-from gait_lab.view.viewer import ANSWER_TIMEOUT, HOST, Panel, Viewer, serve
+from gait_lab.view.viewer import HOST, Panel, Viewer, serve
 from gait_lab.view.world_scene import WorldScene
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import PoseEstimate
@@ -212,6 +211,13 @@ def test_the_tool_serves_on_this_machine_alone(probe: Probe, tmp_path: Path) -> 
 
 
 @pytest.fixture
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A busy machine that draws in software may answer late."""
+    for name in ("ANSWER_TIMEOUT", "PING_TIMEOUT"):
+        monkeypatch.setattr(f"gait_lab.view.viewer.{name}", TIMEOUT)
+
+
+@pytest.fixture
 def driven(probe: Probe, server: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """A tab whose slider asks for 1 cm/s, its viewer, and a wait that keeps the viewer going."""
     monkeypatch.syspath_prepend(ROOT / "test")
@@ -319,14 +325,23 @@ def test_who_leaves_the_page_in_a_rarer_way_stops_the_robot(driven: Any, way: st
     leave(driven, MORE_WAYS[way])
 
 
-def test_a_page_that_answers_drives_on(driven: Any) -> None:
-    _, _, commands, until = driven
-    begin = time.monotonic()
-    until(lambda: time.monotonic() > begin + 2.5 * ANSWER_TIMEOUT, "several answers")
-    assert {command.linear.x for command in commands[-20:]} == {0.01}
+def test_a_page_that_answers_drives_on(patient: None, driven: Any) -> None:
+    _, viewer, commands, until = driven
+    answers = set()
+
+    def several() -> bool:
+        answers.update(viewer._pages._answered.values())
+        return len(answers) > 3
+
+    count = len(commands)
+    until(several, "several answers")
+    until(lambda: len(commands) > count + 3, "more commands")
+    assert {command.linear.x for command in commands[count:]} == {0.01}
 
 
-def test_a_second_tab_that_leaves_does_not_stop_the_one_that_drives(driven: Any) -> None:
+def test_a_second_tab_that_leaves_does_not_stop_the_one_that_drives(
+    patient: None, driven: Any
+) -> None:
     tab, viewer, commands, until = driven
     second = tab.page.context.browser.new_page()
     second.goto(tab.page.url)
