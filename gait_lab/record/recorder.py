@@ -344,7 +344,7 @@ class TopicRecorder:
 
 
 class _Acquaintance:
-    """Whether the nodes that publish know of the subscriptions of this node.
+    """Whether the nodes that publish and this node know of each other.
 
     A node hears of another one's subscriptions and clients in the order in which they are made, and
     can answer only a client that it knows. So a client is made after the subscriptions, and asks.
@@ -353,37 +353,57 @@ class _Acquaintance:
     def __init__(self, node: "Node") -> None:
         self._node = node
         self._topics: tuple[str, ...] = ()
-        self._asked: dict[str, tuple[Any, list[Any], float]] = {}
+        self._asked: dict[str, _Question] = {}
 
     def complete(self, topics: tuple[str, ...]) -> bool:
         """Ask who has not answered yet; whether all have since the last topic was added."""
         if topics != self._topics:
             self._topics = topics
-            for client, *_ in self._asked.values():
-                self._node.destroy_client(client)
+            for question in self._asked.values():
+                question.close()
             self._asked.clear()
-        return all([self._knows(service) for service in self._services()])
-
-    def _services(self) -> set[str]:
-        """Of the publishing nodes: one that each ROS node has, unless it has no parameters."""
-        served = {name for name, _ in self._node.get_service_names_and_types()}
-        return served & {
-            f"{each.node_namespace.rstrip('/')}/{each.node_name}/get_parameter_types"
-            for topic in self._topics for each in self._node.get_publishers_info_by_topic(topic)
+        publishers = {
+            (each.node_namespace, each.node_name)
+            for topic in topics for each in self._node.get_publishers_info_by_topic(topic)
         }  # fmt: skip
+        return all([self._knows(*each) for each in publishers])
 
-    def _knows(self, service: str) -> bool:
+    def _knows(self, namespace: str, name: str) -> bool:
+        service = f"{namespace.rstrip('/')}/{name}/get_parameter_types"
+        if service not in self._asked:
+            self._asked[service] = _Question(self._node, service)
+        return self._asked[service].answered(time.monotonic())
+
+
+class _Question:
+    """Asks a service that each ROS node has, unless it has no parameters, until it answers."""
+
+    def __init__(self, node: "Node", service: str) -> None:
         from rcl_interfaces.srv import GetParameterTypes
 
-        if service not in self._asked:
-            client = self._node.create_client(GetParameterTypes, service)
-            self._asked[service] = client, [], time.monotonic()
-        client, answers, since = self._asked[service]
-        if any(answer.done() for answer in answers) or time.monotonic() > since + ANSWER_TIMEOUT:
+        self._node = node
+        # The name of a node may be discovered later than its publishers.
+        named = service.startswith("/")
+        self._client = node.create_client(GetParameterTypes, service) if named else None
+        self._request = GetParameterTypes.Request()
+        self._answers: list[Any] = []
+        self._end = time.monotonic() + START_TIMEOUT
+        self._again = 0.0
+
+    def answered(self, now: float) -> bool:
+        """Whether it has, or is no longer waited for."""
+        if any(answer.done() for answer in self._answers) or now > self._end:
             return True
-        if client.service_is_ready():
-            answers.append(client.call_async(GetParameterTypes.Request()))  # an answer may be lost
+        if now > self._again and self._client is not None and self._client.service_is_ready():
+            self._end = self._end if self._answers else now + ANSWER_TIMEOUT
+            self._again = now + DISCOVERY_PERIOD
+            self._answers.append(self._client.call_async(self._request))  # an answer may be lost
         return False
+
+    def close(self) -> None:
+        """End it."""
+        if self._client is not None:
+            self._node.destroy_client(self._client)
 
 
 def _arrival(info: Any) -> int:
@@ -486,6 +506,7 @@ class _ClockChoice:
     def __init__(self, node: "Node", simulated: bool | None) -> None:
         self.simulated = simulated
         self._node = node
+        self._simulator = _Acquaintance(node)
         self._decided = False
         self._created = time.monotonic()
         self._deadline = math.inf
@@ -503,13 +524,16 @@ class _ClockChoice:
             elif self._deadline == math.inf and _anything_else(self._node):
                 self._deadline = now + CLOCK_TIMEOUT
         self._decided = self.simulated is not None
-        if self._decided:
-            self._subscribe = now + (DISCOVERY_PERIOD if self.simulated else 0.0)
         return self._decided
 
     def may_subscribe(self, now: float) -> bool:
-        """Whether to subscribe; if time is simulated, later: it may be found that it can wait."""
-        return now >= self._subscribe or now > self._created + START_TIMEOUT
+        """Whether to subscribe; if time is simulated, once it is clear whether it can wait."""
+        if self._subscribe == math.inf and self._decided:
+            if not self.simulated:
+                self._subscribe = now
+            elif self._simulator.complete(("/clock",)):
+                self._subscribe = now + DISCOVERY_PERIOD
+        return now >= self._subscribe or now > self._created + 2.0 * START_TIMEOUT
 
     def began(self, now: float) -> bool:
         """Whether the duration of the recording counts from now on."""

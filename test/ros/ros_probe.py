@@ -16,7 +16,7 @@ from geometry_msgs.msg import Twist
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 
 from robot_core.ros.lockstep import LockstepPartner
@@ -134,7 +134,9 @@ class Probe:
         qos: QoSProfile | int = 100,
         callback: Callable[[Any], None] | None = None,
     ) -> Messages:
-        """All messages of a topic, as they come."""
+        """All messages of a topic, as they come, also the latched ones that a busy test missed."""
+        if isinstance(qos, QoSProfile) and qos.durability == DurabilityPolicy.TRANSIENT_LOCAL:
+            qos = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         messages = Messages(self, topic)
 
         def receive(message: Any) -> None:

@@ -3,13 +3,12 @@
 from pathlib import Path
 
 import pytest
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import BatteryState, Temperature
 from std_msgs.msg import String
 
-from ros_probe import Probe
+from ros_probe import Driver, Probe
 
 pytest.importorskip("mujoco")
 HOT_PLANT = """
@@ -21,6 +20,7 @@ heat: {enabled: true, ambient: 50, rise: 150, time_constant: 8, fade_from: 110, 
 def test_a_robot_with_a_hot_leg_sits_down_and_says_so(probe: Probe, tmp_path: Path) -> None:
     plant = tmp_path / "hot.yaml"
     plant.write_text(HOT_PLANT)
+    driver = Driver(probe)
     truth = probe.subscribe(Odometry, "ground_truth/odom")
     temperature = probe.subscribe(Temperature, "temperature")
     battery = probe.subscribe(BatteryState, "battery")
@@ -32,13 +32,8 @@ def test_a_robot_with_a_hot_leg_sits_down_and_says_so(probe: Probe, tmp_path: Pa
     )
     # Discovery takes real time, in which a robot as fast as possible walks itself hot.
     probe.wait(lambda: temperature and battery and truth, "the sensors")
-    twist = Twist()
-    twist.linear.x = 0.2
-    publisher = probe.publisher(Twist, "cmd_vel")
-    probe.wait(
-        lambda: result and result[-1].data == "sit: done", "a robot that sits",
-        every=lambda: publisher.publish(twist),
-    )  # fmt: skip
+    driver.forward = 0.2
+    probe.wait(lambda: result and result[-1].data == "sit: done", "a robot that sits")
     assert gait.says(r"is hot: \d+ deg C; walking at 50 % of the commanded velocity")
     assert gait.says(r"deg C: sitting down; ~/stand stands up again")
     assert 0.2 < truth[-1].pose.pose.position.z < 0.26
