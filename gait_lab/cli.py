@@ -45,8 +45,8 @@ _DEMO = (
     _ROBOT,
     argument("--plant", default="reference", metavar="P",
              help="shipped name ({plants}) or YAML file (reference)"),
-    argument("--engine", default="pybullet", metavar="E",
-             help="physics engine: pybullet (default) or mujoco"),
+    argument("--engine", default="", metavar="E",
+             help="physics engine: pybullet (default), or mujoco (default where motors give way)"),
     argument("--preset", default="default", metavar="NAME",
              help="shipped name ({gait}) or YAML file; default is the robot's own"),
 )  # fmt: skip

@@ -195,6 +195,7 @@ class _Launch:
         loaders: Mapping[str, Callable[[str], object]] = {
             "scene": load_scene,
             "urdf": load_robot,
+            "robot": load_robot,
             "plant": load_plant,
             "colors": load_color_table,
             "engine": installed,
@@ -223,7 +224,8 @@ class _Launch:
     def _find_robots(self) -> tuple[Scene | None, list[Robot]]:
         namespace, asked = self._text["namespace"], self._text["scene"]
         if asked in ("", FLOOR):
-            return None, [Robot(namespace, self._text["urdf"] or bridge.URDF.default)]
+            named = self._text["robot"] or self._text["urdf"]
+            return None, [Robot(namespace, named or bridge.URDF.default)]
         scene = load_scene(asked)
         for argument in OF_THE_FLOOR:
             if self._text[argument]:

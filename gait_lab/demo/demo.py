@@ -7,7 +7,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,11 @@ from gait_lab.demo.tour_driver import TourDriver, TourError
 from gait_lab.ros_session import ros_node
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find
+from robot_core.robot import load_robot
 from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import DomainClaim, stop_on_signal
 from robot_core.types import VelocityCommand
+from sim_bridge.engines.registry import engine_for
 
 EXIT_FAILED = 1
 REST_SPEED = 0.02
@@ -45,7 +47,7 @@ class DemoOptions:
     gui: bool = False
     real_time: bool = False
     tour: str = "full"
-    engine: str = "pybullet"
+    engine: str = ""
     plant: str = "reference"
     robot_seed: int = 0
     preset: str = "default"
@@ -94,6 +96,8 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     import rclpy  # noqa: F401
 
     began = time.monotonic()
+    if not options.engine:
+        options = replace(options, engine=engine_for((load_robot(options.urdf),)))
     out = _empty_folder(options.out)
     tour_began, problems = _walk(options, out, say)
     walked = time.monotonic() - began

@@ -53,6 +53,7 @@ from robot_core.ros.parameters import (
     declare,
     keep_types,
     load_parameter_file,
+    load_robot_parameter,
     node_parameter,
     of_type,
     refused,
@@ -71,6 +72,7 @@ from robot_core.ros.topics import (
 from robot_core.types import BUSY, GaitStatus, Pose6
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
+ROBOT = node_parameter("robot", "", "the same as urdf; empty = that")
 PRESET = node_parameter(
     "preset", "default", "gait parameters: a shipped name (default: the robot's own) or a YAML file"
 )
@@ -109,8 +111,8 @@ COAST = node_parameter(
     "walk on for a few control periods whose sensors are lost; not where a simulator waits for it",
 )
 NODE_PARAMETERS = (
-    URDF, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE, BIAS_WAIT,
-    HOT_SPEED, SENSOR_AGE, COAST, FRAME_PREFIX,
+    URDF, ROBOT, PRESET, MOTIONS, CALIBRATION, CONTROL_PERIOD, STAMPED, TIMEOUT, INTERFACE,
+    BIAS_WAIT, HOT_SPEED, SENSOR_AGE, COAST, FRAME_PREFIX,
 )  # fmt: skip
 
 WATCHDOG_PERIOD = 0.25
@@ -127,7 +129,7 @@ class GaitNode(Node):
     def __init__(self) -> None:
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        self._robot = load_parameter_file(self, URDF, load_robot)
+        self._robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
         preset = load_parameter_file(self, PRESET, partial(preset_for, self._robot))
         motions = load_parameter_file(self, MOTIONS, partial(library_of, self._robot))
         calibration_of_robot = partial(calibration_of, self._robot)

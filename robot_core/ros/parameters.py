@@ -137,6 +137,23 @@ def load_parameter_file(node: Node, field: Field, load: Callable[[str], Loaded])
     return load_from(field, load, of_type(declare(node, field), str))
 
 
+def load_robot_parameter(
+    node: Node, urdf: Field, robot: Field, load: Callable[[str], Loaded]
+) -> Loaded:
+    """Declare both names of the parameter for the robot, and load the one that is given.
+
+    Raises:
+        NaoGaitError: Both are given and differ, or the robot cannot be loaded.
+    """
+    given = node.has_parameter(urdf.name)
+    asked, model = of_type(declare(node, robot), str), of_type(declare(node, urdf), str)
+    if not asked:
+        return load_from(urdf, load, model)
+    if given and asked != model:
+        raise NaoGaitError(robot.name, asked, f"one of robot and urdf, which is {model}")
+    return load_from(robot, load, asked)
+
+
 def load_from(field: Field, load: Callable[[str], Loaded], value: str) -> Loaded:
     """Load the file that a declared parameter names; a NaoGaitError names the parameter first."""
     try:

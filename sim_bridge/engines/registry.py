@@ -2,10 +2,11 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
 
 from robot_core.errors import NaoGaitError
+from robot_core.robot import RobotDescription
 from sim_bridge.engines.backend import Backend, RobotModel
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 
@@ -18,6 +19,20 @@ rclpy from PyPI."""
 def installed(engine: str) -> bool:
     """Whether the engine's own package is installed."""
     return find_spec(engine) is not None
+
+
+def why_not_pybullet(robots: Iterable[RobotDescription]) -> str:
+    """Why PyBullet cannot simulate these robots; empty if it can."""
+    for robot in robots:
+        for joint, motor in robot.motors.items():
+            if motor.stiffness is not None:
+                return f"{joint} of {robot.name} has a motor that gives way, which"
+    return ""
+
+
+def engine_for(robots: Iterable[RobotDescription]) -> str:
+    """The engine with which these robots are simulated if none is asked for."""
+    return "mujoco" if why_not_pybullet(robots) else "pybullet"
 
 
 def make_backend(

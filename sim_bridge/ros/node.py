@@ -4,6 +4,7 @@ The node owns `/clock`; `stepping` calls `advance`, no timer does.
 """
 
 import math
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -17,18 +18,20 @@ from std_srvs.srv import Trigger
 from robot_core.errors import NaoGaitError
 from robot_core.field import BallPlace
 from robot_core.geometry import yaw_of_quaternion
-from robot_core.robot import load_robot
+from robot_core.robot import RobotDescription, load_robot
 from robot_core.ros.lockstep import UNTIL, LockstepPartners
 from robot_core.ros.parameters import (
     declare,
     load_from,
     load_parameter_file,
+    load_robot_parameter,
     of_type,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import LATCHED, Inputs, publisher, write_log
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.engines.registry import engine_for, why_not_pybullet
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.ros import parameters
 from sim_bridge.ros.messages import WorldWriter
@@ -85,7 +88,6 @@ class BridgeNode(Node):
         text = partial(of_type, kind=str)
         delay = declare(self, parameters.SENSOR_DELAY, plant.sensors.delay)
         common: dict[str, Any] = {
-            "engine": text(declare(self, parameters.ENGINE)),
             "sensor_delay": of_type(delay, float),
             "control_period": CONTROL_PERIOD,
             "gui": of_type(declare(self, parameters.GUI), bool),
@@ -98,15 +100,25 @@ class BridgeNode(Node):
                     value = self.get_parameter(field.name).value
                     allowed = f"nothing: scene {scene.name} says it for each robot"
                     raise NaoGaitError(field.name, value, allowed)
-            return World.of_scene(scene, plant, **common)
+            models = [load_robot(robot.urdf) for robot in scene.robots]
+            return World.of_scene(scene, plant, engine=self._engine(models), **common)
+        robot = load_robot_parameter(self, parameters.URDF, parameters.ROBOT, load_robot)
         return World.single(
-            load_parameter_file(self, parameters.URDF, load_robot),
+            robot,
             plant,
+            engine=self._engine([robot]),
             robot_seed=of_type(declare(self, parameters.ROBOT_SEED), int),
             start_state=text(declare(self, parameters.START_STATE)),
             ball=Ball() if of_type(declare(self, parameters.BALL), bool) else None,
             **common,
         )
+
+    def _engine(self, robots: Sequence[RobotDescription]) -> str:
+        """The engine that is asked for, else the one for these robots."""
+        asked, default = self.has_parameter(parameters.ENGINE.name), engine_for(robots)
+        if not asked and default != parameters.ENGINE.default:
+            self.get_logger().info(f"engine {default}: {why_not_pybullet(robots)} needs it")
+        return of_type(declare(self, parameters.ENGINE, default), str)
 
     def _camera_settings(self, plant: Plant) -> CameraSettings | None:
         """Settings of the cameras; None without cameras."""

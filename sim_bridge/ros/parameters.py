@@ -9,7 +9,11 @@ SCENE = node_parameter(
     "scene", FLOOR, "floor = one robot on an endless floor; or a shipped scene or a YAML file"
 )
 URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
-ENGINE = node_parameter("engine", "pybullet", "physics engine", choices=ENGINES)
+ROBOT = node_parameter("robot", "", "the same as urdf; empty = that")
+ENGINE = node_parameter(
+    "engine", "pybullet", "physics engine; default: mujoco for a robot whose motors give way",
+    choices=ENGINES,
+)  # fmt: skip
 PLANT = node_parameter("plant", "reference", "plant: a shipped name or a YAML file")
 ROBOT_SEED = node_parameter(
     "robot_seed", 0, "which individual robot; -1 is the nominal one", "", -1, 2**31 - 1
@@ -54,8 +58,8 @@ CAMERA_NOISE = node_parameter(
 )  # fmt: skip
 OF_THE_CAMERAS = (CAMERA_RATE, CAMERA_WIDTH, CAMERA_HEIGHT, CAMERA_DELAY, CAMERA_NOISE)
 NODE_PARAMETERS = (
-    SCENE, URDF, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP,
+    SCENE, URDF, ROBOT, ENGINE, PLANT, ROBOT_SEED, SENSOR_DELAY, REAL_TIME_FACTOR, LOCKSTEP,
     LOCKSTEP_NODES, GUI, START_STATE, PUSH_DURATION, BALL, PUBLISH_CLOCK, CAMERAS, *OF_THE_CAMERAS,
 )  # fmt: skip
-OF_THE_FLOOR = (URDF, ROBOT_SEED, START_STATE, BALL)
+OF_THE_FLOOR = (URDF, ROBOT, ROBOT_SEED, START_STATE, BALL)
 """Parameters that the other scenes give for each robot."""

@@ -67,6 +67,14 @@ class Controller:
         self.wait_for_reading(last, truth)
 
 
+def test_a_robot_whose_motors_give_way_gets_the_engine_that_has_them(probe: Probe):
+    joints = probe.subscribe(JointState, "joint_states")
+    bridge = probe.start("sim_bridge", robot="booster_t1", lockstep=True, real_time_factor=0.0)
+    probe.wait(lambda: joints, "joint_states")
+    assert "Waist" in joints[0].name
+    assert bridge.says(r"engine mujoco: .* booster_t1 has a motor that gives way")
+
+
 @pytest.mark.parametrize("delay_ms", [0, 40, 60])
 def test_delay_through_ros_equals_the_parameter(probe: Probe, delay_ms: int):
     """By the stamps, and by a push: its jolt comes to the IMU that much after it happened."""

@@ -73,6 +73,11 @@ def test_both_nodes_are_started(packages: Path) -> None:
     assert sorted(started) == ["gait", "sim_bridge"]
 
 
+def test_both_nodes_get_the_robot(packages: Path) -> None:
+    _, commands = launched_commands(2, robot="booster_t1")
+    assert [parameters(" ".join(command))["robot"] for command in commands] == ["booster_t1"] * 2
+
+
 def test_a_scene_has_a_gait_for_each_robot(packages: Path) -> None:
     status, started = launched(5, scene="pitch_small")
     assert status == 0

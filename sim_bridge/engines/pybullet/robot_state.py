@@ -14,6 +14,7 @@ from sim_bridge.body import BodyPose
 from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.pybullet.library import bullet
 from sim_bridge.engines.pybullet.robot import RobotBody
+from sim_bridge.engines.registry import why_not_pybullet
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.state import StartState, StepInput, TrueState
@@ -215,12 +216,9 @@ class PyBulletRobot:
 
 def refuse(plant: Plant, robots: Iterable[RobotDescription]) -> None:
     """Raise NaoGaitError for the first option or motor that PyBullet cannot honour."""
-    for robot in robots:
-        for joint, motor in robot.motors.items():
-            if motor.stiffness is not None:
-                allowed = "null with engine pybullet; a motor that gives way needs engine:=mujoco"
-                where = f"{robot.name}: stiffness of {joint}"
-                raise NaoGaitError(where, motor.stiffness, allowed)
+    reason = why_not_pybullet(robots)
+    if reason:
+        raise NaoGaitError("engine", "pybullet", f"another one: {reason} needs engine:=mujoco")
     servo = plant.motor
     for key, honoured, allowed in (
         ("stiffness", servo.stiffness is None, "null"),
