@@ -115,6 +115,7 @@ setup(
             "lola_server = sim_bridge.lola.main:main",
             "vision = nao_soccer.ros.vision_main:main",
             "player = nao_soccer.ros.player_main:main",
+            "robot = gait_lab.soccer.robot_main:main",
             "referee = nao_soccer.ros.referee_main:main",
             "nao_gait = gait_lab.cli:main",
         ],

@@ -62,6 +62,9 @@ _MATCH = (
     argument("--vision", choices=("camera", "model"), default="camera",
              help="rendered images over ROS 2 (default), or percepts with the errors that were "
              "measured on images, in one process"),
+    argument("--composed", action="store_true",
+             help="over ROS 2: gait, vision and player of a robot in one process, which takes "
+             "less time"),
     argument("--eyes", type=int, metavar="N",
              help="rendered images without ROS 2: one process plays, N further ones render and "
              "see (0: the same one does; 2 use two cores)"),

@@ -19,6 +19,7 @@ SCRIPTS = {
     "vision": "nao_soccer.ros.vision_main:main",
     "player": "nao_soccer.ros.player_main:main",
     "referee": "nao_soccer.ros.referee_main:main",
+    "robot": "gait_lab.soccer.robot_main:main",
     "nao_gait": "gait_lab.cli:main",
 }
 

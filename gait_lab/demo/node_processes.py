@@ -18,6 +18,7 @@ MODULES = {
     "gait": "nao_lipm_gait.ros.main",
     "vision": "nao_soccer.ros.vision_main",
     "player": "nao_soccer.ros.player_main",
+    "robot": "gait_lab.soccer.robot_main",
     "referee": "nao_soccer.ros.referee_main",
 }
 """The modules of the nodes, by the names of their executables."""
@@ -72,7 +73,7 @@ class NodeProcesses:
 
         Args:
             executable: One of `MODULES`.
-            parameters: ROS parameters.
+            parameters: ROS parameters; `NODE:NAME` of one node out of several.
             namespace: Namespace of the robot; "" for none.
         """
         arguments = ["-r", f"__ns:=/{namespace}"] if namespace else []

@@ -50,6 +50,7 @@ def play(
     vision: str,
     eyes: int | None,
     real_time: bool,
+    composed: bool,
     video: bool,
     out: Path,
     json: Path | None,
@@ -62,6 +63,7 @@ def play(
         vision: Rendered images, or percepts by the model.
         eyes: Further processes that render and see, without ROS 2; None = over ROS 2.
         real_time: Not in lockstep; only over ROS 2.
+        composed: Over ROS 2, gait, vision and player of a robot share a process.
         video: Write a video file, too.
         out: Folder of replay, video, logs and bag.
         json: File of the result; None = none.
@@ -74,6 +76,8 @@ def play(
     _check(spec)
     if real_time and vision == "model":
         raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
+    if composed and (vision == "model" or eyes is not None):
+        raise NaoGaitError("--composed", "without ROS 2", "with rendered images over ROS 2")
     if eyes is not None:
         if vision == "model" or real_time:
             other = "--vision model" if vision == "model" else "--real-time"
@@ -90,7 +94,9 @@ def play(
         from gait_lab.soccer import ros_match
 
         with Progress() as progress:
-            status, finished = ros_match.run(spec, out, say, progress.show, real_time=real_time)
+            status, finished = ros_match.run(
+                spec, out, say, progress.show, real_time=real_time, composed=composed
+            )
         if finished is None:
             return status
         result = finished

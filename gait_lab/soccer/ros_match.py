@@ -34,7 +34,12 @@ from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
 from robot_core.geometry import yaw_of_quaternion
 from robot_core.robot import load_robot
-from robot_core.ros.process import DomainClaim, StopRequest, stop_on_signal
+from robot_core.ros.process import (
+    DomainClaim,
+    StopRequest,
+    events_executor,
+    stop_on_signal,
+)
 from robot_core.types import state_of
 from sim_bridge.scene import Scene
 
@@ -60,8 +65,12 @@ def run(
     show: Callable[[Snapshot, float], None],
     *,
     real_time: bool = False,
+    composed: bool = False,
 ) -> tuple[int, MatchResult | None]:
-    """Play a match with rendered images; exit status, and the result if it came to its end."""
+    """Play a match with rendered images; exit status, and the result if it came to its end.
+
+    `composed`: gait, vision and player of a robot share a process.
+    """
     # Before anything is started: the ROS wheels restart the interpreter at their first import.
     import rclpy  # noqa: F401
 
@@ -77,7 +86,8 @@ def run(
     ):
         os.environ.update(domain.environment())
         file = file.absolute()
-        count = _start(nodes, spec, scene, file, domain.domain, real_time=real_time)
+        _start(nodes, spec, scene, file, domain.domain, real_time=real_time, composed=composed)
+        count = 2 + 3 * len(scene.robots)
         say(f"{count} ROS 2 nodes in domain {domain.domain} of this machine; logs in {out}")
         with ros_node("nao_gait_match") as node, BagWriter(out / "bag") as writer:
             watcher = _Watcher(node, scene, spec, writer, stop, nodes, show)
@@ -106,9 +116,16 @@ def _empty(out: Path) -> None:
 
 
 def _start(
-    nodes: NodeProcesses, spec: MatchSpec, scene: Scene, file: Path, domain: int, *, real_time: bool
-) -> int:
-    """Start all nodes; their number."""
+    nodes: NodeProcesses,
+    spec: MatchSpec,
+    scene: Scene,
+    file: Path,
+    domain: int,
+    *,
+    real_time: bool,
+    composed: bool,
+) -> None:
+    """Start all nodes."""
     nodes.start(
         "sim_bridge",
         {
@@ -120,9 +137,21 @@ def _start(
         },
     )
     for robot in scene.robots:
-        nodes.start("gait", {"urdf": robot.urdf, "bias_wait": BIAS_WAIT}, robot.name)
-        nodes.start("vision", {"urdf": robot.urdf, "scene": file}, robot.name)
-        nodes.start("player", player_parameters(robot, scene, file, domain), robot.name)
+        parts = {
+            "gait": {"urdf": robot.urdf, "bias_wait": BIAS_WAIT},
+            "vision": {"urdf": robot.urdf, "scene": file},
+            "player": player_parameters(robot, scene, file, domain),
+        }
+        if composed:
+            together = {
+                f"{part}:{name}": value
+                for part, parameters in parts.items()
+                for name, value in parameters.items()
+            }
+            nodes.start("robot", together, robot.name)
+            continue
+        for part, parameters in parts.items():
+            nodes.start(part, parameters, robot.name)
     nodes.start(
         "referee",
         {
@@ -133,7 +162,6 @@ def _start(
             **referee_ports(domain),
         },
     )
-    return 2 + 3 * len(scene.robots)
 
 
 class _MatchError(Exception):
@@ -156,7 +184,6 @@ class _Watcher:
         from diagnostic_msgs.msg import DiagnosticArray
         from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
         from nav_msgs.msg import Odometry
-        from rclpy.executors import SingleThreadedExecutor
         from rclpy.qos import qos_profile_sensor_data
         from rosgraph_msgs.msg import Clock
         from sensor_msgs.msg import JointState
@@ -169,7 +196,7 @@ class _Watcher:
         self._nodes = nodes
         self._writer = writer
         self._show_progress = show
-        self._executor = SingleThreadedExecutor()
+        self._executor = events_executor()
         self._executor.add_node(node)
         self._now = 0
         self._moved = time.monotonic()

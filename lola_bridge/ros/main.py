@@ -6,7 +6,7 @@ main = executable(
     "lola_bridge",
     "A NAO V6 through LoLA: joint_command in; joint_states, imu/data, soles, battery out.",
     "lola_bridge.ros.node:LolaBridgeNode",
-    "lola_bridge.ros.node:serve",
+    loop="lola_bridge.ros.node:serve",
 )
 
 if __name__ == "__main__":

@@ -124,9 +124,14 @@ MARKER_TICKS = 10
 
 
 class GaitNode(Node):
-    """Each joint state leads to one tick; timers only watch and report."""
+    """Each joint state leads to one tick; timers only watch and report.
 
-    def __init__(self) -> None:
+    Args:
+        times_arrival: The middleware says when a joint state arrived; without, it arrived when it
+            is served.
+    """
+
+    def __init__(self, *, times_arrival: bool = True) -> None:
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
         self._robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
@@ -150,6 +155,7 @@ class GaitNode(Node):
             self._robot, parameters, settings, time.monotonic, motions, calibration
         )
         self._garbage = GarbageScheduler()
+        self._times_arrival = times_arrival
         self._loads: list[Subscription] = []
         self._load_group = SampledGroup(LOAD_TICKS)
         self._support = ""
@@ -204,7 +210,11 @@ class GaitNode(Node):
         self._cmd_vel = self._subscribe(kind, "cmd_vel", twist_input, RELIABLE)
         self._subscribe(Imu, "imu/data", imu_input, qos_profile_sensor_data)
         self._joint_states = subscription(
-            self, JointState, "joint_states", self._receive_joints, qos_profile_sensor_data
+            self,
+            JointState,
+            "joint_states",
+            self._receive_joints if self._times_arrival else self._receive_joints_now,
+            qos_profile_sensor_data,
         )
         self._subscribe(Temperature, "temperature", temperature_input, MOTORS)
         controller, robot = self._controller, self._robot
@@ -278,6 +288,9 @@ class GaitNode(Node):
         read = partial(joint_input, message, info, time.time_ns(), arrived)
         self._receive("joint_states", read)
         self._load_group.count()
+
+    def _receive_joints_now(self, message: JointState) -> None:
+        self._receive_joints(message, {"received_timestamp": time.time_ns()})
 
     def _walk_on(self) -> None:
         self._publish(self._controller.overdue())

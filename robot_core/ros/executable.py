@@ -8,15 +8,15 @@ from importlib import import_module
 
 
 def executable(
-    name: str, description: str, node: str, loop: str = "robot_core.ros.process:spin"
+    name: str, description: str, *nodes: str, loop: str = "robot_core.ros.process:spin"
 ) -> Callable[..., int]:
-    """The `main(args=None)` that runs a node until Ctrl-C or SIGTERM and returns the exit status.
+    """The `main(args=None)` that runs nodes until Ctrl-C or SIGTERM and returns the exit status.
 
     Args:
         name: Name of the executable, for its messages.
         description: For `--help`.
-        node: `module:class` of the node.
-        loop: `module:function` that serves the node until a stop is requested.
+        nodes: `module:class` of each node.
+        loop: `module:function` that serves them until a stop is requested.
     """
 
     def main(args: Sequence[str] | None = None) -> int:
@@ -27,7 +27,8 @@ def executable(
         stop = StopRequest()
         stop.install()
         try:
-            return run(name, description, _loaded(node), _loaded(loop), args, stop)
+            builds = [_loaded(node) for node in nodes]
+            return run(name, description, builds, _loaded(loop), args, stop)
         except ImportError as error:
             print(f"{name}: {import_advice(error)}", file=sys.stderr)
             return 2

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from robot_core.errors import NaoGaitError, one_line
 
 if TYPE_CHECKING:
-    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.executors import Executor
     from rclpy.node import Node
 
 FAILED, REFUSED = 1, 2
@@ -170,25 +170,25 @@ class DomainClaim:
 def run(
     name: str,
     description: str,
-    build: Callable[[], "Node"],
-    loop: Callable[["Node", "SingleThreadedExecutor", StopRequest], None],
+    builds: Sequence[Callable[[], "Node"]],
+    loop: Callable[["Node", "Executor", StopRequest], None],
     args: Sequence[str] | None,
     stop: StopRequest,
 ) -> int:
-    """Build a node, run its loop until a stop is requested, clean up.
+    """Build a node or several, run their loop until a stop is requested, clean up.
 
     Args:
         name: Name of the executable, for its messages.
         description: Description for `--help`.
-        build: Makes the node.
-        loop: Serves the node until the stop.
+        builds: Each makes a node. Several share the executor of `events_executor`.
+        loop: Serves the nodes until the stop; it is given the first one.
         args: Command line; None = that of the process.
         stop: Already installed.
 
     Returns:
         Exit status: 0 after a stop; with one line on stderr, REFUSED if the node cannot start, and
-        FAILED after an exception in its loop. In each case the node is destroyed, which stops its
-        robot.
+        FAILED after an exception in its loop. In each case the nodes are destroyed, which stops
+        their robot.
     """
     import rclpy
     from rclpy.exceptions import ParameterException
@@ -219,29 +219,44 @@ def run(
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except argument_errors as error:
         return _refuse(name, error)
-    node: Node | None = None
-    executor = SingleThreadedExecutor()
+    nodes: list[Node] = []
+    executor = SingleThreadedExecutor() if len(builds) == 1 else events_executor()
     try:
         try:
-            node = build()
+            for build in builds:
+                nodes.append(build())
+                executor.add_node(nodes[-1])
         except argument_errors as error:
             return _refuse(name, error)
-        executor.add_node(node)
         # Exempt what start-up made from later collections.
         gc.collect()
         gc.freeze()
-        loop(node, executor, stop)
+        loop(nodes[0], executor, stop)
         return 0
     except Exception as error:
-        return _fail(name, node, error)
+        return _fail(name, nodes[0] if nodes else None, error)
     finally:
         executor.shutdown(timeout_sec=1.0)
-        if node is not None:
+        for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
 
 
-def spin(_node: "Node", executor: "SingleThreadedExecutor", stop: StopRequest) -> None:
+def events_executor() -> "Executor":
+    """The executor that is told of messages and does not look for them, where rclpy has it.
+
+    It cannot serve subscriptions that take the message info (rclpy 7.1), and knows no groups.
+    """
+    from rclpy.executors import SingleThreadedExecutor
+
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def spin(_node: "Node", executor: "Executor", stop: StopRequest) -> None:
     """Serve callbacks until a stop is requested."""
     while not stop:
         executor.spin_once(timeout_sec=0.1)

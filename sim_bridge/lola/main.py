@@ -6,7 +6,7 @@ main = executable(
     "lola_server",
     "Simulate a NAO V6 behind LoLA's socket; ground truth over ROS.",
     "sim_bridge.lola.node:LolaServerNode",
-    "sim_bridge.lola.node:drive",
+    loop="sim_bridge.lola.node:drive",
 )
 
 if __name__ == "__main__":

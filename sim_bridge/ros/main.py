@@ -6,7 +6,7 @@ main = executable(
     "sim_bridge",
     "Simulate a robot: joint_command in; joint_states, imu/data and ground truth out.",
     "sim_bridge.ros.node:BridgeNode",
-    "sim_bridge.ros.stepping:drive",
+    loop="sim_bridge.ros.stepping:drive",
 )
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ MODULES = {
     "vision": "nao_soccer.ros.vision_main",
     "player": "nao_soccer.ros.player_main",
     "referee": "nao_soccer.ros.referee_main",
+    "robot": "gait_lab.soccer.robot_main",
     "lola_bridge": "lola_bridge.ros.main",
     "lola_server": "sim_bridge.lola.main",
 }

@@ -22,7 +22,7 @@ class Failing(Node):
         print("stopped")
         super().destroy_node()
 
-sys.exit(run("failing", "A node.", Failing, spin, ["failing", *sys.argv[1:]], StopRequest()))
+sys.exit(run("failing", "A node.", [Failing], spin, ["failing", *sys.argv[1:]], StopRequest()))
 """
 
 
@@ -46,6 +46,27 @@ def test_the_log_tells_at_the_level_debug_where_it_came_from() -> None:
     ended = run(FAILING, "--ros-args", "--log-level", "failing:=debug")
     assert 'in fail\n' in ended.stderr + ended.stdout
     assert "Traceback" in ended.stderr + ended.stdout
+
+
+FAILING_BESIDE = FAILING.replace("[Failing]", "[Failing, Quiet]").replace(
+    "sys.exit(run(",
+    """class Quiet(Node):
+    def __init__(self):
+        super().__init__("quiet")
+    def destroy_node(self):
+        print("stopped too")
+        super().destroy_node()
+
+sys.exit(run(""",
+)
+
+
+def test_a_node_that_fails_ends_those_in_its_process() -> None:
+    ended = run(FAILING_BESIDE)
+    assert ended.returncode == FAILED
+    line = ended.stderr.splitlines()[-1]  # their executor has logged the exception before
+    assert line == "failing: ends after ValueError: seven of nine (<string>:11 in fail)"
+    assert ended.stdout == "stopped\nstopped too\n"
 
 
 BROKEN_GAIT = """
