@@ -421,14 +421,16 @@ def tried(row: Row, kind: str, folder: Path) -> None:
 
 
 def table() -> str:
-    """The table of docs/safety.md."""
-    lines = ["| fault | noticed within | the robot | end |", "|---|---|---|---|"]
+    """The table of docs/safety.md; faults that are noticed and end alike share a row."""
+    same: dict[tuple[str, str, str], list[str]] = {}
     for row in ROWS:
         within = f"{row.within:g} s"
         if row.within <= 2 * CYCLE:
             within = ("-", "1 frame", "2 frames")[round(row.within / CYCLE)]
         end = f"{row.end}; held upright: {row.held}" if row.held else row.end
-        lines.append(f"| {row.name} | {within} | {row.action} | {end} |")
+        same.setdefault((within, row.action, end), []).append(row.name)
+    lines = ["| faults | noticed within | the robot | end |", "|---|---|---|---|"]
+    lines += [f"| {'; '.join(names)} | {' | '.join(row)} |" for row, names in same.items()]
     return "\n".join(lines) + "\n"
 
 
