@@ -218,18 +218,22 @@ def starts(count: int, goal: float, seed: int = 0) -> Iterator[Start]:
 def alone(squad: Squad, server: Server, start: Start, limit: float) -> tuple[float, int]:
     """Put a lone robot and the ball; time [s] until the goal, NaN without, and its falls."""
     (member,) = squad.members
-    for _ in range(100):
+    for _ in range(round(STANDS_WITHIN / CYCLE)):
         squad.cycle()
-        if squad.percepts is not None and squad.percepts.game.mode.startswith("Kick"):
+        if squad.complete and member.agent.landing.count and member.agent.stands:
             break
+    # Out of the goal; then play begins with the ball where it is.
+    for order in ("(ball (pos 0 0 0.11) (vel 0 0 0))", "(dropBall)"):
+        server.order(order)
+        for _ in range(10):
+            squad.cycle()
     squad.renew()
     (member,) = squad.members
     x, y, yaw = start.robot
-    server.order("(playMode PlayOn)")
-    server.order(f"(ball (pos {start.ball[0]:.3f} {start.ball[1]:.3f} 0.11) (vel 0 0 0))")
     server.order(
+        f"(ball (pos {start.ball[0]:.3f} {start.ball[1]:.3f} 0.11) (vel 0 0 0))",
         f"(agent (unum {member.number}) (team {member.team}) "
-        f"(move {x:.3f} {y:.3f} {DROP_HEIGHT} {math.degrees(yaw):.1f}))"
+        f"(move {x:.3f} {y:.3f} {DROP_HEIGHT} {math.degrees(yaw):.1f}))",
     )
     before = None
     for count in range(round(limit / CYCLE)):

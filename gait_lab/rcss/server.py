@@ -103,10 +103,11 @@ class Server:
                 self._process.wait()
         self._folder.cleanup()
 
-    def order(self, command: str) -> None:
-        """Give an order as a monitor may: `(kickOff Left)`, `(ball (pos 0 0 0.11))`."""
+    def order(self, *commands: str) -> None:
+        """Give orders as a monitor may: `(kickOff Left)`, `(ball (pos 0 0 0.11))`."""
         with socket.create_connection(("127.0.0.1", self._monitor), 10.0) as connection:
-            connection.sendall(framed(command.encode()))
+            for command in commands:
+                connection.sendall(framed(command.encode()))
 
     @property
     def last_words(self) -> str:

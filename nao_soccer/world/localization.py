@@ -223,7 +223,8 @@ class Localization:
         else:
             low = -np.array((*self._field.half, math.pi))
             poses = self._random.uniform(low, -low, (number, 3))
-        poses = self._on_our_side(poses)
+        if not evidence.tells_half:
+            poses = self._on_our_side(poses)
         # The least likely particles make room; the new ones have the usual weight.
         worst = np.argpartition(self.weights, number)[:number]
         self.particles[worst] = poses

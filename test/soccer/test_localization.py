@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nao_soccer.vision.percepts import Kind
+from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.field_map import FieldMap
 from nao_soccer.world.lasting_errors import LASTING, LastingErrors
 from nao_soccer.world.likelihood import LINE_WEIGHT, Evidence, log_likelihood, poses_from
@@ -15,6 +15,7 @@ from nao_soccer.world.localization import Localization, mirrored
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
 from pitch_percepts import GOALS, SMALL, VARIANCE, Eyes, nothing
+from robot_core.field import Pole, seen_from
 from robot_core.geometry import compose
 from robot_core.types import Pose2
 
@@ -288,3 +289,25 @@ def test_a_pose_in_the_wrong_half_is_turned_with_its_whole_covariance():
 def _further(places: np.ndarray, by: float) -> np.ndarray:
     """Places (n, 2) that are further away by a distance [m]."""
     return places * (1.0 + by / np.hypot(*places.T))[:, None]
+
+
+def test_who_is_carried_into_the_other_half_is_found_by_landmarks_that_are_known():
+    """Landmarks that are known by name have no mirror pose, wherever the robot was before."""
+    poles = tuple(Pole(x=x, y=y) for x in (-4.0, 1.0, 4.0) for y in (-2.5, 0.5, 2.5))
+    settings = WorldSettings(poles=poles)
+    field = FieldMap(settings.field, settings.goals, poles)
+    localization = Localization(field, settings)
+    localization.start(((-2.0, 0.3, 0.0),))
+    true = np.array((2.0, -0.3, 3.0))
+    near = seen_from(tuple(true), np.array([(each.x, each.y) for each in poles]))
+    seen = tuple(
+        Percept(Kind.POLE, (x, y), (1e-3, 0.0, 1e-3), place=index)
+        for index, (x, y) in enumerate(near.tolist())
+        if x > 0.0
+    )
+    for _ in range(40):
+        localization.see(Evidence.of(Percepts(0, objects=seen), field))
+    own = localization.estimate()
+    assert own.valid
+    assert own.pose[:2] == pytest.approx(true[:2], abs=0.1)
+    assert own.pose[2] == pytest.approx(true[2], abs=0.05)
