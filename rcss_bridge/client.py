@@ -79,13 +79,14 @@ class Client:
             ServerGoneError: Nobody listens.
         """
         self.close()
+        self.heard = False
         try:
             connection = socket.create_connection(self._address, self._timeout)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             connection.sendall(self._init)
         except OSError as error:
             raise self._gone(error.strerror or str(error)) from error
-        self._socket, self._unframer, self.heard = connection, Unframer(), False
+        self._socket, self._unframer = connection, Unframer()
 
     def connect_within(
         self, patience: float, wait: Callable[[float], None] = time.sleep

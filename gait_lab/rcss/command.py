@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.field import FIELD, ServerField
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from rcss_bridge.body import CYCLE
-from rcss_bridge.client import Client, ServerGoneError
+from rcss_bridge.client import RETRY, Client, ServerGoneError
 from rcss_bridge.codec import init
 from rcss_bridge.joints import server_robot
 from robot_core.errors import NaoGaitError
@@ -19,7 +20,7 @@ from robot_core.types import STANDSTILL, VelocityCommand
 SETTLED = 2.0
 """[s] that a robot stands after it has landed, before it walks."""
 PATIENCE = 30.0
-"""[s] for which a lost server is looked for."""
+"""[s] for which a lost server, or a place on it, is looked for."""
 NUMBER_MAX = 99
 SPEED_MAX, TURN_MAX = 2.0, 4.0
 """Largest commands [m/s], [rad/s]."""
@@ -113,27 +114,35 @@ def run(
     return EXIT_OK if not any(process.exitcode for process in processes) else EXIT_FAILED
 
 
-def walk(job: Job, say: Callable[[str], None]) -> int:
+def walk(job: Job, say: Callable[[str], None], wait: Callable[[float], None] = time.sleep) -> int:
     """One robot on the server until its time is over; the exit status.
 
-    When the server goes, the robot looks for it again and begins anew.
+    When the server goes or drops it, the robot begins anew. Its place may be taken for some seconds
+    then, until the server has noticed.
     """
     who = f"{job.team} {job.number}"
-    agent = job.agent()
+    done, falls, drops, tries = 0.0, 0, 0, 0
     with Client(job.host, job.port, job.robot, job.team, job.number) as client:
-        done = 0.0
         while True:
+            agent = job.agent()
             try:
-                client.connect_within(PATIENCE)
-                done = _cycles(client, agent, job, done, lambda text: say(f"{who}: {text}"))
+                client.connect_within(PATIENCE, wait)
             except ServerGoneError as error:
                 say(f"{who}: {error}")
-                if agent.percepts is None or not client.heard:
+                return EXIT_FAILED
+            try:
+                done = _cycles(client, agent, job, done, lambda text: say(f"{who}: {text}"))
+            except ServerGoneError as error:
+                tries = round(PATIENCE / RETRY) if client.heard else tries - 1
+                if client.heard or tries <= 0:
+                    say(f"{who}: {error}")
+                if tries <= 0:
                     return EXIT_FAILED
-                agent = job.agent()
-                continue
-            say(f"{who}: {done:.0f} s, {agent.falls} falls, {agent.landing.count} drops")
-            return EXIT_OK
+                wait(RETRY)
+            falls, drops = falls + agent.falls, drops + agent.landing.count
+            if done >= job.seconds:
+                say(f"{who}: {done:.0f} s, {falls} falls, {drops} drops")
+                return EXIT_OK
 
 
 def _cycles(

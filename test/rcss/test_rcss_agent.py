@@ -4,15 +4,16 @@ import math
 
 import pytest
 
-from gait_lab.rcss.command import run
+from gait_lab.rcss.command import Job, run, walk
 from gait_lab.rcss.field import ServerField
 from gait_lab.rcss.server import Server, is_installed
 from nao_lipm_gait import load_robot
 from rcss_bridge import codec
-from rcss_bridge.client import Client
+from rcss_bridge.client import RETRY, Client
 from rcss_bridge.joints import server_robot
 from rcss_server import FakeServer, cycle_message
 from robot_core.errors import NaoGaitError
+from robot_core.types import STANDSTILL
 
 K1 = server_robot("K1")
 STAND = [
@@ -51,6 +52,25 @@ def test_it_comes_back_after_the_server_was_away():
         assert run(**{**GIVEN, "port": server.port}, say=said.append) == 0
     assert len(server.inits) == 2
     assert any("closed the connection" in each for each in said)
+
+
+def test_it_comes_back_although_its_old_place_is_taken_for_a_while():
+    said: list[str] = []
+    with FakeServer(standing(20), None, None, standing(60)) as server:
+        job = Job("127.0.0.1", server.port, "ours", 3, "K1", STANDSTILL, 1.0, "default")
+        waits: list[float] = []
+        assert walk(job, said.append, waits.append) == 0
+    assert len(server.inits) == 4
+    assert waits == [RETRY] * 3
+    assert sum("refused" in each for each in said) == 0
+
+
+def test_a_place_that_stays_taken_is_given_up_in_one_line():
+    said: list[str] = []
+    with FakeServer(standing(20), *[None] * 200) as server:
+        job = Job("127.0.0.1", server.port, "ours", 3, "K1", STANDSTILL, 1.0, "default")
+        assert walk(job, said.append, lambda _: None) == 1
+    assert said[-1].count("refused") == 1
 
 
 def test_a_refused_player_ends_in_one_line():

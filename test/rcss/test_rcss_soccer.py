@@ -221,6 +221,15 @@ def test_a_player_takes_its_place_waits_and_goes_to_the_ball(field: ServerField)
     assert agent.player.command == STANDSTILL
 
 
+def test_in_the_second_half_it_plays_on_the_other_side(field: ServerField):
+    agent = Agent(SERVER_K1, "theirs", number=2, field="fifa7vs7", exact=True)
+    assert agent.player is not None
+    answers = [agent.cycle(each, STANDSTILL) for each in messages("BeforeKickOff", 4, 0, field)]
+    assert float(answers[0].split(b"(beam ")[1].split()[0]) < 0.0, "the server turns it"
+    places = agent.player._eyes.places
+    assert field.poles[places["g_lup"]].x > 0.0, "the left goal is the opponents'"
+
+
 def test_after_a_goal_all_go_back_to_their_places(field: ServerField):
     agent = Agent(SERVER_K1, "ours", number=2, field="fifa7vs7", exact=True)
     for each in messages("PlayOn", 5, 0, field):
