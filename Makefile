@@ -5,7 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.installed
 COMPILED := build/compiled
-JOBS ?= 2
+# One more than two cores: tests that start nodes wait for them now and then.
+JOBS ?= 3
 ARGS ?=
 
 # A sourced ROS, or another virtual environment with ROS wheels, would lend its libraries to ours.

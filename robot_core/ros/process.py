@@ -133,9 +133,10 @@ class DomainClaim:
 
     def __init__(self) -> None:
         # Never the same ID twice in a row: late messages of a killed run may still be there.
+        # Processes that were started together do not follow each other either.
         count = LAST_DOMAIN - FIRST_DOMAIN + 1
         last = DomainClaim._last
-        start = os.getpid() if last is None else last - FIRST_DOMAIN + 1
+        start = 13 * os.getpid() if last is None else last - FIRST_DOMAIN + 1
         for offset in range(count):
             domain = FIRST_DOMAIN + (start + offset) % count
             holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)

@@ -75,10 +75,6 @@ def test_the_nominal_robot_is_as_strong_on_the_left_as_on_the_right(
     assert left == right == 100.0
 
 
-def test_the_same_seed_gives_the_same_rows(pushed: dict[str, float | None]) -> None:
-    assert pushed_values(TINY.but(impulses=(0.0, 0.5, 20.0))) == pushed
-
-
 def test_a_push_points_where_the_robot_looks() -> None:
     left = Push(1.0, 2.0, math.radians(DIRECTIONS["left"]))
     assert left.force(0.0) == pytest.approx((0.0, 20.0, 0.0))

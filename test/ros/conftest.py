@@ -11,14 +11,11 @@ from ros_probe import Probe
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # helpers of the tests without nodes
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     here = Path(__file__).parent
     for item in items:
         if here in item.path.parents:
             item.add_marker(pytest.mark.ros)
-            # One at a time: two robots in real time on two cores would disturb each other.
-            item.add_marker(pytest.mark.xdist_group("ros"))
 
 
 @pytest.fixture

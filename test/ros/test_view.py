@@ -258,18 +258,18 @@ def later(page: Any, script: str) -> None:
 
 LEAVE = {
     "tab closed": lambda page: page.close(),
-    "another page": lambda page: page.goto("about:blank"),
     "reload": lambda page: page.reload(),
-    "browser closed": lambda page: page.context.browser.close(),
     "browser killed": lambda page: signal_browser(signal.SIGKILL),
     "asleep": lambda page: signal_browser(signal.SIGSTOP),
     "endless loop": lambda page: later(page, "for (;;) {}"),
-    "renderer stopped": lambda page: signal_browser(signal.SIGSTOP, "--type=renderer"),
-    "renderer killed": lambda page: signal_browser(signal.SIGKILL, "--type=renderer"),
-    "network stopped": lambda page: signal_browser(signal.SIGSTOP, "network.mojom"),
     "dialogue": lambda page: (page.on("dialog", lambda _: None), later(page, "alert(1);")),
 }
 MORE_WAYS = {
+    "another page": lambda page: page.goto("about:blank"),
+    "browser closed": lambda page: page.context.browser.close(),
+    "renderer stopped": lambda page: signal_browser(signal.SIGSTOP, "--type=renderer"),
+    "renderer killed": lambda page: signal_browser(signal.SIGKILL, "--type=renderer"),
+    "network stopped": lambda page: signal_browser(signal.SIGSTOP, "network.mojom"),
     "another page by script": lambda page: later(page, "location.href = 'about:blank';"),
     "network killed": lambda page: signal_browser(signal.SIGKILL, "network.mojom"),
     "renderer crash": lambda page: crash(page),
