@@ -51,7 +51,15 @@ from robot_core.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from robot_core.ros.process import StopRequest
-from robot_core.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher, write_log
+from robot_core.ros.topics import (
+    LATCHED,
+    MOTORS,
+    RELIABLE,
+    Inputs,
+    publisher,
+    watch_senders,
+    write_log,
+)
 
 SOCKET = node_parameter("socket", "/tmp/robocup", "LoLA's socket")
 URDF = node_parameter("urdf", "nao_v6", "robot model: a shipped name or a URDF file")
@@ -114,6 +122,7 @@ class LolaBridgeNode(Node):
         self._joints = JointMap(self._robot)
         self._settings = self._read_settings()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
+        watch_senders(self)
         self._writer = SensorWriter(
             self._robot, self._joints, self._settings.safety.period
         )

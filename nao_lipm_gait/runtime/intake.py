@@ -218,6 +218,9 @@ class Intake:
         except NaoGaitError as no_imu:
             return Taken(refused=no_imu, repeated=True)
         self._say.rejected["joint_states"] += 1
+        if not asked and stamp == 0:
+            allowed = "the time of sampling, which its sender has to set"
+            return Taken(refused=NaoGaitError(STAMP, "0 s again", allowed), repeated=True)
         if not asked:
             error = NaoGaitError(STAMP, f"{stamp * 1e-9:.3f} s again", "a later stamp")
             text = f"{error}; the answer is sent again"

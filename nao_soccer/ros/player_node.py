@@ -35,7 +35,7 @@ from robot_core.ros.parameters import (
     of_type,
     warn_of_unknown_overrides,
 )
-from robot_core.ros.topics import LATCHED, Inputs, transform_broadcaster
+from robot_core.ros.topics import LATCHED, Inputs, transform_broadcaster, watch_senders
 from robot_core.types import DOWN, GETTING_UP, Pose2, state_of
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
@@ -117,6 +117,7 @@ class PlayerNode(Node):
             subscribe(Empty, f"{place}whistle", self._on_whistle)
             subscribe(String, f"{place}gesture", self._on_gesture)
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
+        watch_senders(self)
         self.get_logger().info(f"{robot.name}, player {identity.player} of team {number}")
 
     def destroy_node(self) -> None:

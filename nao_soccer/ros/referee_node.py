@@ -46,7 +46,7 @@ from robot_core.ros.parameters import (
     of_type,
     warn_of_unknown_overrides,
 )
-from robot_core.ros.topics import Inputs
+from robot_core.ros.topics import Inputs, watch_senders
 from robot_core.types import Point3
 
 SCENE = node_parameter("scene", "pitch_small", "field and robots: a shipped scene or a YAML file")
@@ -146,6 +146,7 @@ class RefereeNode(Node):
             PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data
         )
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
+        watch_senders(self)
         names = ", ".join(players)
         self.get_logger().info(f"{scene}: {names}; control messages to {address}:{port}")
 

@@ -25,7 +25,7 @@ from robot_core.ros.parameters import (
     of_type,
     warn_of_unknown_overrides,
 )
-from robot_core.ros.topics import Inputs
+from robot_core.ros.topics import Inputs, watch_senders
 
 RAW = "image_raw"
 URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
@@ -58,6 +58,7 @@ class VisionNode(Node):
         # Images wait for the joints and the torso pose of their time.
         LockstepPartner(self, self.get_fully_qualified_name().lstrip("/")).keep_up()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
+        watch_senders(self)
         self.get_logger().info(
             f"{robot.name}; waiting for images of {', '.join(self._controller.cameras)}"
         )

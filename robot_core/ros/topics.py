@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -18,6 +19,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 MOTORS = QoSProfile(depth=50, reliability=ReliabilityPolicy.RELIABLE)
 """For one message of each motor at once."""
+WATCH_PERIOD = 1.0
+"""[s]"""
 _LOSSY = (ReliabilityPolicy.BEST_EFFORT, ReliabilityPolicy.RELIABLE)
 _FLEETING = (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -77,6 +80,22 @@ def unheard_senders(node: Node, subscription: Subscription) -> list[str]:
             text = f"{topic.lstrip('/')}: got {got} from {name}, which is not received"
             texts.append(f"{text}; allowed: {allowed}")
     return texts
+
+
+def watch_senders(node: Node) -> None:
+    """Log the senders whose messages cannot be received, when that begins and when it ends."""
+    said: set[str] = set()
+
+    def look() -> None:
+        found = {text for each in node.subscriptions for text in unheard_senders(node, each)}
+        for text in sorted(found - said):
+            node.get_logger().error(text)
+        if said and not found:
+            node.get_logger().info("every sender of an input is received")
+        said.clear()
+        said.update(found)
+
+    node.create_timer(WATCH_PERIOD, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
 def write_log(node: Node, line: LogLine) -> None:

@@ -28,7 +28,7 @@ from robot_core.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from robot_core.ros.process import StopRequest
-from robot_core.ros.topics import Inputs, publisher
+from robot_core.ros.topics import Inputs, publisher, watch_senders
 from sim_bridge.lola.body import LolaBody
 from sim_bridge.lola.server import LolaSocket
 from sim_bridge.plant import load_plant
@@ -131,6 +131,7 @@ class LolaServerNode(Node):
         path = text(declare(self, SOCKET))
         self._make_topics()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
+        watch_senders(self)
         self.socket = LolaSocket(path)
         pace = f"real time factor {self.factor:g}" if self.factor else "waits for each command"
         robot = self._world.robot

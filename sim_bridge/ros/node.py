@@ -28,7 +28,7 @@ from robot_core.ros.parameters import (
     of_type,
     warn_of_unknown_overrides,
 )
-from robot_core.ros.topics import LATCHED, Inputs, publisher, write_log
+from robot_core.ros.topics import LATCHED, Inputs, publisher, watch_senders, write_log
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraSettings
 from sim_bridge.engines.registry import engine_for, why_not_pybullet
@@ -77,6 +77,7 @@ class BridgeNode(Node):
         self._make_world_topics(named=scene != FLOOR)
         self._partners = self._make_partners(text(declare(self, parameters.LOCKSTEP_NODES)))
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
+        watch_senders(self)
         self.get_logger().info(
             ", ".join(self._titles(plant))
             + (": lockstep" if self.lockstep else f": real time factor {self.factor:g}")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from nav_msgs.msg import Odometry
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
@@ -267,6 +267,15 @@ def test_another_publisher_of_its_topics_is_reported_until_it_is_gone(probe: Pro
         probe.node.destroy_publisher(publisher)
     probe.wait(lambda: bridge.says("one publisher on /joint_states again"), "its end")
     assert len(re.findall("2 publishers on", bridge.log)) == 2, "each is said once"
+
+
+def test_a_sender_that_the_bridge_does_not_receive_is_named(probe: Probe):
+    bridge = probe.start("sim_bridge", engine="mujoco")
+    sender = probe.node.create_publisher(WrenchStamped, "push", qos_profile_sensor_data)
+    names = "push: got best effort from probe, which is not received; allowed: reliable"
+    probe.wait(lambda: bridge.says(names), "what the sender offers")
+    probe.node.destroy_publisher(sender)
+    probe.wait(lambda: bridge.says("every sender of an input is received"), "the end")
 
 
 def test_robot_beside_the_one_that_publishes_the_clock(probe: Probe):

@@ -71,6 +71,14 @@ def test_a_repeated_stamp_gets_the_same_answer_and_is_a_fault_only_at_once(waits
     assert bool(fed.say.take_log()) == (waits == 0.0)
 
 
+def test_a_sender_that_sets_no_stamp_is_named() -> None:
+    fed = Fed()
+    fed.tick(0)
+    taken = fed.joints(0)
+    assert "header.stamp: got '0 s again'" in str(taken.refused)
+    assert taken.again is None
+
+
 def test_an_early_stamp_is_refused_and_answered_with_the_last_targets() -> None:
     fed = Fed()
     fed.tick(10)
