@@ -66,6 +66,7 @@ def make_status(
         motion=motion,
         pose_covariance=estimator.pose_covariance,
         yaw_rate_variance=estimator.yaw_rate_variance,
+        slipping=estimator.slipping,
     )
 
 

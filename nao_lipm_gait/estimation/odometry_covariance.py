@@ -1,5 +1,6 @@
 """Covariance of the odometry's pose, by the walked way and the variance of the heading."""
 
+from collections import deque
 from math import hypot
 
 from robot_core.geometry import ORIGIN
@@ -9,6 +10,8 @@ WAY_NOISE = 0.03
 """Deviation [m/m^0.5] of the walked way: feet that slip, and errors of the joint angles."""
 VARIANCE_MIN = 1e-6
 """Smallest variance [m^2, rad^2]; filters cannot use 0."""
+UNSEEN_STEPS = 4
+"""Steps after which slipping soles are noticed at the latest."""
 
 
 class OdometryCovariance:
@@ -16,7 +19,8 @@ class OdometryCovariance:
 
     With a heading error e, a step (dx, dy) in odom is (-dy, dx) e off; the covariance follows as
     F P F' + Q. The variance of the heading is that of the yaw slip's estimator. If it decreases, an
-    earlier error was found, and the covariance of heading and place decreases alike.
+    earlier error was found, and the covariance of heading and place decreases alike. The way on
+    slipping soles may be all wrong, so it counts as a deviation of its own.
 
     Attributes:
         pose: The covariance.
@@ -25,13 +29,16 @@ class OdometryCovariance:
     def __init__(self) -> None:
         self.pose = PoseCovariance(xx=VARIANCE_MIN, yy=VARIANCE_MIN, yaw=VARIANCE_MIN)
         self._last: Pose2 = ORIGIN
+        self._before: deque[Pose2] = deque([ORIGIN], UNSEEN_STEPS)
+        self._slipped = 0.0, 0.0
 
-    def step(self, base_footprint: Pose2, yaw_variance: float) -> None:
+    def step(self, base_footprint: Pose2, yaw_variance: float, *, slipping: bool = False) -> None:
         """One step.
 
         Args:
             base_footprint: Pose of base_footprint in odom.
             yaw_variance: Variance [rad^2] of the heading.
+            slipping: The soles slip, since some steps ago if they did not before.
         """
         x, y, _ = base_footprint
         dx, dy = x - self._last[0], y - self._last[1]
@@ -48,3 +55,20 @@ class OdometryCovariance:
             share * (y_yaw + dx * yaw),
             yaw_after,
         )
+        self._add_slipped(base_footprint, slipping=slipping)
+
+    def _add_slipped(self, base_footprint: Pose2, *, slipping: bool) -> None:
+        """Add what the square of the way on slipping soles has grown by."""
+        x, y = self._slipped
+        if slipping:
+            first = self._before[0]
+            after = base_footprint[0] - first[0], base_footprint[1] - first[1]
+            pose = self.pose
+            self.pose = pose._replace(
+                xx=pose.xx + max(0.0, after[0] ** 2 - x * x),
+                yy=pose.yy + max(0.0, after[1] ** 2 - y * y),
+            )
+            self._slipped = max(abs(x), abs(after[0])), max(abs(y), abs(after[1]))
+            return
+        self._slipped = 0.0, 0.0
+        self._before.append(base_footprint)

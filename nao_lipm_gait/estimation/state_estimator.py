@@ -17,6 +17,7 @@ from nao_lipm_gait.estimation.gyro_bias_jump import GyroBiasJump
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.odometry_covariance import OdometryCovariance
+from nao_lipm_gait.estimation.slip import SlipDetector
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
@@ -110,6 +111,7 @@ class StateEstimator:
         self._unseen_slip = UnseenYawSlip()
         self._off_feet = YawOffFeet()
         self._support = 0
+        self._slip = SlipDetector()
         self._covariance = OdometryCovariance()
         self._levelling = levelling
         self._alignment = alignment
@@ -184,6 +186,10 @@ class StateEstimator:
             )  # fmt: skip
         else:
             self._levelling.pause()
+        if state is WALK:
+            self._slip.update(support, self._soles, force[1], rate[0], dt)
+        else:
+            self._slip.restart()
         if not feet_free:
             self._update_odometry(support, sole, other, level, rate, settled)
             return
@@ -238,12 +244,18 @@ class StateEstimator:
         if support != self._support:
             self._support = support
             base = self.odometry.base_footprint_in_odom
-            self._covariance.step(base, self._yaw_slip.yaw_variance)
+            variance = self._yaw_slip.yaw_variance
+            self._covariance.step(base, variance, slipping=self._slip.slipping)
 
     @property
     def pose_covariance(self) -> PoseCovariance:
         """Covariance of the odometry's pose, as of the last step."""
         return self._covariance.pose
+
+    @property
+    def slipping(self) -> bool:
+        """The soles slip, so the robot does not move as the odometry says."""
+        return self._slip.slipping
 
     @property
     def yaw_rate_variance(self) -> float:

@@ -206,6 +206,10 @@ COMMAND_WRITERS: dict[str, Callable[[Sequence[str], float], CommandWriter]] = {
 """By the value of `command_interface`."""
 
 
+SPEED_SIGMA = 0.05
+"""[m/s] Deviation of the odometry's velocity."""
+
+
 class StatusWriter:
     """Writes the status of a tick as odometry, transforms and points. The messages are reused.
 
@@ -220,7 +224,7 @@ class StatusWriter:
         self._odometry.child_frame_id = prefix + BASE_FOOTPRINT
         # x, y, z, roll, pitch, yaw. Height, roll and pitch of base_footprint are 0 by definition.
         self._odometry.pose.covariance = _diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
-        self._odometry.twist.covariance = _diagonal(0.0025, 0.0025, 1e-6, 1e-6, 1e-6, 0.0)
+        self._odometry.twist.covariance = _diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
         self._point = PointStamped()
         self._point.header.frame_id = prefix + Q
         self._transform = TransformStamped()
@@ -249,6 +253,10 @@ class StatusWriter:
         covariance[1] = covariance[6] = pose.xy
         covariance[5] = covariance[30] = pose.x_yaw
         covariance[11] = covariance[31] = pose.y_yaw
+        vx, vy, _ = status.velocity
+        for axis, speed in ((0, vx), (7, vy)):
+            slip = speed if status.slipping else 0.0
+            message.twist.covariance[axis] = SPEED_SIGMA**2 + slip * slip
         # A filter cannot use the 0 of a robot that stands.
         message.twist.covariance[35] = max(status.yaw_rate_variance, 1e-6)
         return message
