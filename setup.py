@@ -45,6 +45,7 @@ EXTRAS = {
         "jupyter-threejs-sage>=130",  # three.js as a file, for the replay of a match
         "matplotlib>=3.8",
         "mcap-ros2-support>=0.5",
+        "opencv-python-headless>=4.10.0.84,<6",  # every suite of bench is imported
         "pillow>=10",
         "plotly>=5.15,<8",
         "rosbags>=0.11,<0.12",
