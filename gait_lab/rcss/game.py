@@ -17,7 +17,7 @@ _SET_PLAYS = {
     "penalty_shoot": SetPlay.PENALTY_KICK,
 }
 HALF = 300.0
-"""[s] of a half."""
+"""[s] of a half by the server's rules."""
 
 
 class Mode(NamedTuple):

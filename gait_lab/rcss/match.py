@@ -11,6 +11,7 @@ import numpy as np
 
 from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.field import FIELD
+from gait_lab.rcss.game import HALF
 from gait_lab.rcss.server import Server
 from nao_soccer.game_state import Role
 from rcss_bridge.body import CYCLE
@@ -22,8 +23,6 @@ from robot_core.types import STANDSTILL, Point2, Pose2
 TEAMS = "left_team", "right_team"
 STANDS_WITHIN = 15.0
 """[s] after which a kick-off does not wait for a player any longer."""
-HALF = 300.0
-"""[s] of a half by the server's rules."""
 DROP_HEIGHT = 1.0
 """[m] of the torso of a robot that is put somewhere."""
 

@@ -39,11 +39,8 @@ BARRED = 20.0
 TEAM_SIZE = 11
 UNSEEN = 40.0
 """[s] for which odometry is enough: the landmarks are up to 20 m apart."""
-LIMITS = {
-    "booster_k1": WalkLimits(forward=0.35, backward=0.2, side=0.2, turn=1.0),
-    "booster_t1": WalkLimits(forward=0.35, backward=0.2, side=0.2, turn=1.0),
-}
-"""Largest speeds [m/s], [rad/s] that behaviour asks for, by robot."""
+LIMITS = WalkLimits(forward=0.35, backward=0.2, side=0.2, turn=1.0)
+"""Largest speeds [m/s], [rad/s] that behaviour asks for."""
 
 
 class ServerPlayer:
@@ -79,8 +76,7 @@ class ServerPlayer:
         self._gait, self._size = gait, robot.size
         self._team, self._number = team, number
         self._field = ServerField(field, self._size)
-        limits = LIMITS[robot.name]
-        speeds = {name: getattr(limits, name) / self._size for name in _SPEEDS}
+        speeds = {name: getattr(LIMITS, name) / self._size for name in _SPEEDS}
         self.player = Player(
             Identity(0, number, TEAM_SIZE),
             robot,
@@ -88,7 +84,7 @@ class ServerPlayer:
                 field=self._field.field, goals=self._field.goals, poles=self._field.poles,
                 seed=number, unseen=UNSEEN,
             ),
-            limits=attrs.evolve(limits, **speeds),
+            limits=attrs.evolve(LIMITS, **speeds),
         )  # fmt: skip
         self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)
         self.command: VelocityCommand = STANDSTILL

@@ -16,16 +16,14 @@ from typing import NamedTuple
 import numpy as np
 
 from gait_lab.soccer.percept_model import OtherRobot
+from gait_lab.soccer.rendered_eyes import BodyAt, BodyReports, RobotVision
 from nao_lipm_gait.gait import Gait
-from nao_soccer.vision.colors import load_color_table
-from nao_soccer.vision.controller import ImageInput, VisionController
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import VisionSettings
 from robot_core.errors import NaoGaitError
-from robot_core.geometry import rotation_from_rpy
 from robot_core.robot.camera import CameraView, RgbImage
-from robot_core.types import FloatArray, Point2, Pose6, SensorFrame
-from sim_bridge.cameras.camera import CameraSettings, SimulatedCamera
+from robot_core.types import FloatArray, Point2
+from sim_bridge.cameras.camera import CameraImage, CameraSettings, SimulatedCamera
 from sim_bridge.plant import Plant
 from sim_bridge.robot import GroundTruth, SimulatedRobot
 from sim_bridge.scene import Scene
@@ -67,15 +65,6 @@ class Exposure(NamedTuple):
     picture: FloatArray
 
 
-class BodyAt(NamedTuple):
-    """What a gait reported of its body: stamp [ns], joints [rad], torso in base_footprint."""
-
-    robot: int
-    stamp: int
-    joints: FloatArray
-    torso: Pose6
-
-
 class Seen(NamedTuple):
     """What became of an image: its percepts, or None if it could not be used."""
 
@@ -97,8 +86,12 @@ class EyesProcess:
         other.close()
         self._seen: dict[tuple[int, int], deque[Seen]] = {}
 
-    def send(self, message: Exposure | BodyAt) -> None:
-        """Tell it something; NaoGaitError if it has ended."""
+    def send(self, message: Exposure | tuple[int, BodyAt]) -> None:
+        """Send an image to be drawn, or the body of the robot of an index.
+
+        Raises:
+            NaoGaitError: The process has ended.
+        """
         # A process that cannot get rid of its answers would not listen either.
         while self._connection.poll():
             self._receive()
@@ -147,13 +140,12 @@ class RemoteEyes:
     """
 
     def __init__(self, process: EyesProcess, world: World, index: int, gait: Gait) -> None:
-        self._process, self._world, self._index, self._gait = process, world, index, gait
-        self._robot: SimulatedRobot = world.robots[index]
-        self._seen = [-1] * len(self._robot.cameras)
+        self._process, self._index = process, index
+        self._cameras = world.robots[index].cameras
+        self._body = BodyReports(world.robots[index], gait)
+        self._seen = [-1] * len(self._cameras)
         self._waiting: dict[int, int] = {}
-        self._frame: SensorFrame | None = None
-        self._stamp = -1
-        for number, camera in enumerate(self._robot.cameras):
+        for number, camera in enumerate(self._cameras):
             camera.develop = Develop(process, world, index, number)
 
     def arrived(
@@ -164,22 +156,16 @@ class RemoteEyes:
         others: Sequence[OtherRobot],
     ) -> list[Percepts]:
         """See `Eyes`; the truth is not looked at."""
-        frames = self._frame, self._robot.sense()
-        self._frame = frames[1]
-        for frame in frames:
-            if frame is not None and frame.stamp == self._gait.status.stamp != self._stamp:
-                self._stamp = frame.stamp
-                body = BodyAt(
-                    self._index, frame.stamp, frame.joint_position, self._gait.torso_pose
-                )
-                self._process.send(body)
+        body = self._body.newest()
+        if body is not None:
+            self._process.send((self._index, body))
         found = []
-        for number, camera in enumerate(self._robot.cameras):
+        for number, camera in enumerate(self._cameras):
             newest = camera.newest(now)
             if newest is not None and self._seen[number] != newest.stamp:
                 self._seen[number] = self._waiting[number] = newest.stamp
             stamp = self._waiting.get(number)
-            if stamp is not None and stamp <= self._stamp:
+            if stamp is not None and stamp <= self._body.stamp:
                 del self._waiting[number]
                 percepts = self._process.take(self._index, number, stamp)
                 if percepts is not None:
@@ -213,18 +199,13 @@ class _Robot:
 
     def __init__(self, robot: SimulatedRobot, settings: VisionSettings) -> None:
         self.cameras: Sequence[SimulatedCamera] = robot.cameras
-        self._names = list(robot.description.joint_names)
-        self._vision = VisionController(robot.description, load_color_table("pitch"), settings)
-        for camera in robot.cameras:
-            self._vision.set_camera(camera.name, camera.model.intrinsics)
-        self.waiting: deque[tuple[int, ImageInput]] = deque()
+        self._vision = RobotVision(robot, settings)
+        self.waiting: deque[tuple[int, CameraImage]] = deque()
         self._known = -1
 
     def add_body(self, body: BodyAt) -> None:
         """Take what the gait reported."""
-        self._vision.add_joints(body.stamp, self._names, body.joints)
-        rotation = np.array(rotation_from_rpy(*body.torso[3:]))
-        self._vision.add_torso(body.stamp, np.array(body.torso[:3]), rotation)
+        self._vision.add_body(body)
         self._known = body.stamp
 
     @property
@@ -235,11 +216,9 @@ class _Robot:
     def see(self, index: int) -> Seen:
         """Read the oldest image."""
         camera, image = self.waiting.popleft()
-        name, percepts = self.cameras[camera].name, None
-        with contextlib.suppress(NaoGaitError):  # an image that cannot be used, as in the node
-            self._vision.add_image(name, image)
-            percepts = self._vision.see(name)
-        return Seen(index, camera, image.stamp, percepts)
+        name = self.cameras[camera].name
+        self._vision.add_image(name, *image)
+        return Seen(index, camera, image.stamp, self._vision.see(name))
 
 
 def work(connection: Connection, spec: EyesSpec) -> None:
@@ -264,7 +243,8 @@ def work(connection: Connection, spec: EyesSpec) -> None:
                 if isinstance(message, Exposure):
                     exposures.append(message)
                 else:
-                    robots[message.robot].add_body(message)
+                    index, body = message
+                    robots[index].add_body(body)
             elif ready is not None:
                 connection.send(robots[ready].see(ready))
             else:
@@ -273,9 +253,8 @@ def work(connection: Connection, spec: EyesSpec) -> None:
                 robot.waiting.append((exposure.camera, _drawn(world, robot.cameras, exposure)))
 
 
-def _drawn(world: World, cameras: Sequence[SimulatedCamera], exposure: Exposure) -> ImageInput:
+def _drawn(world: World, cameras: Sequence[SimulatedCamera], exposure: Exposure) -> CameraImage:
     world.show(exposure.picture)
-    camera = cameras[exposure.camera]
-    pixels = camera.develop(world.render, exposure.view, exposure.stamp, exposure.motion)
-    height, width, _ = pixels.shape
-    return ImageInput(exposure.stamp, width, height, "rgb8", 3 * width, pixels.tobytes())
+    develop = cameras[exposure.camera].develop
+    pixels = develop(world.render, exposure.view, exposure.stamp, exposure.motion)
+    return CameraImage(exposure.stamp, pixels)

@@ -8,6 +8,7 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.rcss.server import VERSION, Server
+from rcss_bridge.joints import ROBOTS
 from robot_core.errors import NaoGaitError
 from sim_bridge.trials.tasks import AXES, find_task
 
@@ -17,8 +18,8 @@ SETTLED = 2.0
 LATER = 0.06
 """[s] by which each start waits longer than the one before: the server has no noise."""
 TEAM = "nao_lipm_gait"
-NAMES = {"booster_k1": "K1", "booster_t1": "T1"}
-"""Shipped name -> name of the server."""
+ROBOT_OF = {each.robot: each for each in ROBOTS.values()}
+"""The server's robots by their shipped names."""
 
 
 @suite(
@@ -37,9 +38,8 @@ def rcss(options: Options) -> Iterator[Row | str]:
     from gait_lab.rcss.agent import Agent
     from gait_lab.rcss.trial import walk
     from rcss_bridge.client import Client
-    from rcss_bridge.joints import ROBOTS
 
-    robot = ROBOTS[NAMES[options.urdf]]
+    robot = ROBOT_OF[options.urdf]
     falls = drops = 0
     with Server() as server, Client("127.0.0.1", server.port, robot.name, TEAM, 2) as client:
         client.connect_within(10.0)
@@ -77,8 +77,8 @@ def rcss(options: Options) -> Iterator[Row | str]:
 
 def check_robot(options: Options) -> None:
     """Raise NaoGaitError for a robot that the server does not have."""
-    if options.urdf not in NAMES:
-        raise NaoGaitError("robot", options.urdf, ", ".join(NAMES))
+    if options.urdf not in ROBOT_OF:
+        raise NaoGaitError("robot", options.urdf, ", ".join(ROBOT_OF))
 
 
 def _check(options: Options) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.bench.suites.rcss import NAMES, PLANT, check_robot
+from gait_lab.bench.suites.rcss import PLANT, ROBOT_OF, check_robot
 
 LIMIT = 90.0
 """[s] within which a robot alone has to score."""
@@ -31,9 +31,8 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
     """A robot alone from some starts, then a match of our team against itself."""
     from gait_lab.rcss.match import Squad, alone, play, starts
     from gait_lab.rcss.server import Server
-    from rcss_bridge.joints import ROBOTS
 
-    robot = ROBOTS[NAMES[options.urdf]]
+    robot = ROBOT_OF[options.urdf]
     if options.alone:
         with (
             Server("--rules", "fifa") as server,  # which has the longer half
