@@ -73,18 +73,34 @@ class Workers:
             self._begin()
 
     def map(self, function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
-        """Yield the results in the order of the calls; NaoGaitError if one has none."""
+        """Yield the results in the order of the calls; NaoGaitError if one has none.
+
+        Whoever stops before the last one ends the jobs that are left.
+        """
         for i, call in enumerate(calls):
             self.submit(i, function, *call)
         early: dict[int, Any] = {}
         following = 0
-        for outcome in self.results():
-            if outcome.error is not None:
-                raise NaoGaitError("walk", outcome.error, "one that ends; --resume tries again")
-            early[outcome.key] = outcome.result
-            while following in early:
-                yield early.pop(following)
-                following += 1
+        try:
+            for outcome in self.results():
+                if outcome.error is not None:
+                    raise NaoGaitError("walk", outcome.error, "one that ends; --resume tries again")
+                early[outcome.key] = outcome.result
+                while following in early:
+                    yield early.pop(following)
+                    following += 1
+        finally:
+            self._drop()
+
+    def _drop(self) -> None:
+        """End what runs or waits: its result must not reach the next caller."""
+        self._open.clear()
+        for connection in self._busy:
+            connection.close()
+            process = self._processes.pop(connection)
+            process.kill()
+            process.join()
+        self._busy.clear()
 
     def _begin(self) -> None:
         while self._open and len(self._busy) < self.count:
