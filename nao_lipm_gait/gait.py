@@ -30,9 +30,10 @@ from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
 from nao_lipm_gait.whole_body.stand_blend import StandBlend
+from nao_lipm_gait.whole_body.step_kick import StepKick
 from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
 from robot_core.errors import NaoGaitError, is_number
-from robot_core.geometry import ORIGIN
+from robot_core.geometry import ORIGIN, compose
 from robot_core.head_goals import Goal
 from robot_core.joint_limits import JointLimits
 from robot_core.motion.joints import BODY, joint_groups
@@ -54,6 +55,7 @@ from robot_core.types import (
     GaitState,
     GaitStatus,
     JointTargets,
+    Point2,
     Pose6,
     SensorFrame,
     VelocityCommand,
@@ -161,6 +163,7 @@ class Gait:
         self._height = RateLimiter(HEIGHT_RATE)
         self._pitch = RateLimiter(PITCH_RATE)
         self._heading_lean = RateLimiter(PITCH_RATE, 0.0)
+        self._step_kick = StepKick(self._image.sole_outline)
         self._tilt_compensation = TiltCompensation()
         self._placement = ComPlacement(self._image, self._body, make_legs(self._image))
         self._blend = StandBlend()
@@ -279,11 +282,21 @@ class Gait:
 
         # Targets of CoM, soles and torso.
         targets = self._limited(planned, walking)
-        if self._walk.predicted.support != support_before or state not in ON_THE_WAY:
+        support = self._walk.predicted.support
+        if support != support_before or state not in ON_THE_WAY:
             self._apply_pending()
+        p = self._parameters
+
+        # A kick of the swing foot.
+        if state is WALK:
+            if support != support_before:
+                base = self._estimator.odometry.base_footprint_in_odom
+                self._step_kick.begin_step(-support, base, p.foot_spacing)
+            targets = self._step_kick.apply(
+                targets, support, self._walk.time_left, dt if moves_on else 0.0
+            )
 
         # Compensation of the torso's tilt by the feet.
-        p, support = self._parameters, self._walk.predicted.support
         if p.feedback and state in ON_THE_WAY:
             unwanted = (0.0, 0.0)
             if state is WALK:
@@ -609,6 +622,23 @@ class Gait:
         if share != self._lift_share:
             self._lift_share = float(share)
             self.set_parameters(self._pending or self._parameters)
+
+    def request_kick(self, ball: Point2, direction: float) -> None:
+        """Kick a ball in the walk, with the next foot whose way it lies on; see `StepKick`.
+
+        Args:
+            ball: x, y [m] in base_footprint of the last frame. Ask anew for each new percept: a
+                request waits 0.5 s for a step that fits, and is then forgotten.
+            direction: Where it shall go [rad], counter-clockwise from straight ahead.
+
+        Raises:
+            NaoGaitError: A number is not finite.
+        """
+        if not all(map(is_number, (*ball, direction))):
+            raise NaoGaitError("kick", (*ball, direction), "finite x, y [m] and direction [rad]")
+        x, y = (each / self._size.length for each in ball)
+        base = self._estimator.odometry.base_footprint_in_odom
+        self._step_kick.ask(compose(base, (x, y, direction)))
 
     # -- status ------------------------------------------------------------------------------------
 

@@ -40,6 +40,8 @@ from robot_core.motion.library import shipped_library
 from robot_core.robot import RobotDescription
 from robot_core.types import Point2, Pose2
 
+SAME_PLACE = 0.1
+"""[m] along the field, within which the smaller number of two supporters comes first."""
 BALL_AGE = 3.0
 """[s] since somebody saw the ball, after which nobody claims to be near it."""
 GETTING_UP_TIME = 10.0
@@ -232,8 +234,9 @@ class Player:
             self.role = Role.KEEPER if self.game.goalkeeper else Role.STRIKER
         self._urgent = self._urgent or self.role is not before
         self._decision = self._mind.update(
-            state, body, self.game, self.role, self._striker(state, claims), self._rank(claims)
-        )
+            state, body, self.game, self.role, self._striker(state, claims),
+            self._rank(state, claims),
+        )  # fmt: skip
         self._state = state
         return self._decision
 
@@ -251,10 +254,22 @@ class Player:
             return (self._start,)
         return self._field.entries()
 
-    def _rank(self, claims: list[Claim]) -> int:
-        """The place among the supporters, in the order of their numbers."""
-        before = self.identity.player
-        return sum(each.role is Role.SUPPORTER and each.number < before for each in claims)
+    def _rank(self, state: WorldState, claims: list[Claim]) -> int:
+        """The place among the supporters, in the order of their numbers.
+
+        In play the one nearest to the own goal comes first, so that none changes places with
+        another one when the striker changes. All compare what was told last.
+        """
+        own = self.identity.player
+        others = [each.number for each in claims if each.role is Role.SUPPORTER]
+        numbers = sorted((own, *others))
+        if self.game.phase is Phase.PLAYING:
+            along = {mate.number: mate.pose[0] for mate in state.mates if mate.valid}
+            along[own] = state.own.pose[0]
+            if along.keys() >= set(numbers):
+                last = min(numbers, key=lambda number: along[number] + SAME_PLACE * number)
+                numbers = [last, *(each for each in numbers if each != last)]
+        return numbers.index(own)
 
     def _restart(self, time: float) -> None:
         """The clock has begun again: drop everything that waits for a time of the old one."""

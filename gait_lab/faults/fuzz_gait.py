@@ -25,6 +25,7 @@ from nao_lipm_gait.runtime.inputs import (
     head_follow,
     head_mode,
     head_point,
+    kick_goal,
 )
 from nao_lipm_gait.runtime.reporter import PublisherCounts
 from robot_core.command_input import CommandInput, read_push
@@ -93,6 +94,8 @@ REQUESTS = st.one_of(
     st.tuples(st.just("follow"), st.tuples(TRIPLES, FRAMES)),
     st.tuples(st.just("head_mode"), st.one_of(st.sampled_from(("search", "free")), TITLES)),
     st.tuples(st.just("lift"), NUMBERS),
+    st.tuples(st.just("kick"), st.tuples(
+        st.tuples(NUMBERS, NUMBERS), st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS), FRAMES)),
     st.tuples(st.just("motors"), st.booleans()),
     st.tuples(st.just("publishers"), st.tuples(*[st.integers(0, 3)] * 3)),
     # A number from 0 to 1 is a share of the range of the parameter.
@@ -221,6 +224,10 @@ class Rig:
             self._checked(what, lambda: controller.run("motion", act))
             while controller.loads_file:  # else the run would depend on the time that takes
                 self._checked(what, controller.watch)
+        elif kind == "kick":
+            self._checked(
+                what, lambda: controller.run(kind, lambda: controller.kick(kick_goal(*content)))
+            )
         elif kind == "lift":
             self._checked(what, lambda: controller.run(kind, lambda: controller.lift(content)))
         elif kind in looks:

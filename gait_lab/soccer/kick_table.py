@@ -19,13 +19,16 @@ FOOT = "kick_front_left"
 """A ball that this kick hits lies before the left foot."""
 OUTER_EDGE = 0.065
 """[m] from there to a ball that the outer edge of the foot sends outwards."""
+OUTWARDS = 0.5
+"""[rad] by which the foot swings outwards then."""
 DRIBBLES = {
-    "dribble_left": (1.0, 0.0),
-    "dribble_right": (-1.0, 0.0),
-    "dribble_outward_left": (1.0, OUTER_EDGE),
-    "dribble_outward_right": (-1.0, OUTER_EDGE),
+    "dribble_left": (1.0, 0.0, 0.0),
+    "dribble_right": (-1.0, 0.0, 0.0),
+    "dribble_outward_left": (1.0, OUTER_EDGE, OUTWARDS),
+    "dribble_outward_right": (-1.0, OUTER_EDGE, OUTWARDS),
 }
-"""Names, the side of the foot, and how far [m] beside its middle the ball lies."""
+"""Names, the side of the foot, how far [m] beside its middle the ball lies, and how far outwards
+[rad] the foot swings."""
 HIT_TIME = 0.5
 """[s] A dribbling robot walks on: time of the step that hits the ball."""
 
@@ -49,9 +52,10 @@ def dribbled(urdf: str, robots: int, engine: str, jobs: int | None) -> list[Drib
     speed = WalkLimits().forward
     specs = [
         DribbleSpec(
-            robot_seed=seed, urdf=urdf, engine=engine, across=side * (spot.y + beside), speed=speed
+            robot_seed=seed, urdf=urdf, engine=engine, across=side * (spot.y + beside), speed=speed,
+            direction=side * outwards,
         )
-        for side, beside in DRIBBLES.values()
+        for side, beside, outwards in DRIBBLES.values()
         for seed in range(robots)
     ]  # fmt: skip
     results: list[DribbleResult] = parallel_map(dribble, specs, jobs=jobs, label="dribbles")

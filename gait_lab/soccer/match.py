@@ -53,7 +53,7 @@ class MatchSpec(PitchSpec):
         robots: Number of robots in each team; None = as in the scene.
         loss: Share of team messages that are lost.
         without_roles: Teams whose players do not agree who goes to the ball.
-        goalkeepers: Teams whose player 1 is a goalkeeper.
+        goalkeepers: Teams whose player 1 is a goalkeeper; None = those of three or more.
         frames: Keep what a replay needs.
         silence: From when to when [s] the referee is not heard; None = never.
         red: How red plays beside other robots.
@@ -64,7 +64,7 @@ class MatchSpec(PitchSpec):
     robots: int | None = None
     loss: float = 0.0
     without_roles: tuple[str, ...] = ()
-    goalkeepers: tuple[str, ...] = ()
+    goalkeepers: tuple[str, ...] | None = None
     silence: tuple[float, float] | None = None
     frames: bool = True
     red: DuelSettings = field(default_factory=DuelSettings)
@@ -185,7 +185,7 @@ class Match:
             {robot.name: (robot.team, robot.number) for robot in scene.robots},
             Rules(half=60.0 * spec.minutes),
             self.pitch.ball_radius,
-            dict.fromkeys(spec.goalkeepers, 1),
+            None if spec.goalkeepers is None else dict.fromkeys(spec.goalkeepers, 1),
             kick_off=TEAMS[spec.seed % 2],
         )
         self._strikers = _Strikers(self)

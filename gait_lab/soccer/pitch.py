@@ -114,6 +114,9 @@ class RobotPlayer(Policy):
                 pass  # refused by the gait, for example because the robot is falling
         self._motion = action.motion
         self.gait.request_lift(action.lift)
+        if action.kick is not None:
+            x, y, direction = action.kick
+            self.gait.request_kick((x, y), direction)
         self.gait.request_look(player.look(decision))
         data = player.team_message(time)
         if data is not None:

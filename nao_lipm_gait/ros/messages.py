@@ -32,6 +32,7 @@ from nao_lipm_gait.runtime.inputs import (
     LoadInput,
     TemperatureInput,
     TwistInput,
+    kick_goal,
 )
 from robot_core.geometry import compose, quaternion_from_rpy
 from robot_core.ros.messages import BASE_FOOTPRINT, ODOM, to_doubles, to_time
@@ -107,6 +108,12 @@ def temperature_input(message: Temperature) -> TemperatureInput:
     return TemperatureInput(
         stamp.sec, stamp.nanosec, message.header.frame_id, message.temperature
     )
+
+
+def kick_of(message: PoseStamped, frame_id: str) -> Pose2:
+    """Contents of `~/kick` in a frame without prefix; see `kick_goal`."""
+    place, turn = message.pose.position, message.pose.orientation
+    return kick_goal((place.x, place.y), (turn.x, turn.y, turn.z, turn.w), frame_id)
 
 
 def _xyz(vector: Vector3) -> Point3:

@@ -29,6 +29,7 @@ from nao_lipm_gait.ros.messages import (
     footsteps,
     imu_input,
     joint_input,
+    kick_of,
     load_input,
     support_text,
     temperature_input,
@@ -234,6 +235,7 @@ class GaitNode(Node):
         self._motors_topic = on(Bool, "motors_ready", self._receive_motors, LATCHED)
         on(String, "~/motion", lambda m: controller.request_motion(m.data))
         on(Float32, "~/lift", lambda m: controller.lift(m.data))
+        on(PoseStamped, "~/kick", lambda m: controller.kick(kick_of(m, self._unprefixed(m))))
         look(JointState, "~/head", lambda m: head_angles(m.name, m.position, robot))
         look(String, "~/head_mode", lambda m: head_mode(m.data))
         look(PointStamped, "~/look_at", lambda m: head_point(
@@ -243,8 +245,8 @@ class GaitNode(Node):
             (m.point.x, m.point.y, m.point.z), self._unprefixed(m), robot
         ))  # fmt: skip
 
-    def _unprefixed(self, message: PointStamped) -> str:
-        """The frame of a point, whether it is named with `frame_prefix` or without."""
+    def _unprefixed(self, message: PointStamped | PoseStamped) -> str:
+        """The frame of a place, whether it is named with `frame_prefix` or without."""
         return str(message.header.frame_id).removeprefix(self._prefix)
 
     def _make_services(self) -> None:

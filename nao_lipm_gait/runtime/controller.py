@@ -28,6 +28,7 @@ from robot_core.types import (
     GaitState,
     GaitStatus,
     JointTargets,
+    Pose2,
     Pose6,
     SensorFrame,
 )
@@ -305,6 +306,11 @@ class GaitController:
     def lift(self, share: float) -> None:
         """Lift the feet by a share of `swing_lift`; NaoGaitError if it is not from 0 to 1."""
         self._gait.request_lift(share)
+
+    def kick(self, ball: Pose2) -> None:
+        """Kick a ball in the walk: x, y [m] and the direction of its way in base_footprint."""
+        x, y, direction = ball
+        self._gait.request_kick((x, y), direction)
 
     def with_changes(self, changes: Mapping[str, object]) -> GaitParameters:
         """The gait's parameters with these changes, all or none; names of others are left out.

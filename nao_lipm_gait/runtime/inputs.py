@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from robot_core.errors import NaoGaitError
+from robot_core.geometry import yaw_of_quaternion
 from robot_core.head_goals import Angles, Follow, Frame, Goal, LookAt, Search
 from robot_core.message_checks import finite
 from robot_core.robot import RobotDescription
-from robot_core.types import Point3, VelocityCommand
+from robot_core.types import Point2, Point3, Pose2, VelocityCommand
 
 SPEED_ABSURD = 10.0
 """[m/s] No command for a small humanoid: a wrong unit or a broken sender."""
@@ -171,6 +172,22 @@ def head_follow(point: Point3, frame_id: str, robot: RobotDescription) -> Follow
     """Read `~/follow`; see `head_point`."""
     seen = head_point("~/follow", point, frame_id, robot)
     return Follow(seen.point, seen.frame)
+
+
+def kick_goal(
+    point: Point2, quaternion: tuple[float, float, float, float], frame_id: str
+) -> Pose2:
+    """Read `~/kick`: the ball x, y [m] and the direction of its way [rad], in base_footprint.
+
+    Raises:
+        NaoGaitError: For another frame, or a number that is not finite.
+    """
+    if frame_id != Frame.FOOTPRINT.value:
+        raise NaoGaitError("~/kick header.frame_id", frame_id, Frame.FOOTPRINT.value)
+    x, y = (finite(each, "~/kick pose.position", DISTANCE_ABSURD, "m") for each in point)
+    turn = "~/kick pose.orientation"
+    qx, qy, qz, qw = (finite(each, turn, 1.1, "of a unit quaternion") for each in quaternion)
+    return x, y, yaw_of_quaternion(qx, qy, qz, qw)
 
 
 def head_mode(text: str) -> Goal | None:

@@ -39,6 +39,14 @@ SUPPORT_PLACES = (
 )  # fmt: skip
 """Supporters' places in play, beside the one between ball and own goal: ahead and to the side, as
 shares of the field; the first side is the one where the ball is not."""
+RECEIVER = 1
+"""The supporter who waits ahead of the ball, on the side where it is not, for what gets through."""
+RECEIVE = 1.2, 0.25
+"""[m] ahead of the ball, and share of the field's width from its middle, where it waits."""
+GOAL_ROOM = 0.8
+"""[m] from the opponents' goal line to it at least."""
+CHANGE_SIDE = 0.3
+"""[m] from the middle of the field to a ball for which it changes the side."""
 
 
 def stand(s: Situation) -> Action:
@@ -118,7 +126,10 @@ def dribble(s: Situation) -> Action:
     forward = s.limits.forward * max(0.25, 1.0 - abs(across) / DRIBBLE_ACROSS)
     vx, vy = rotate_planar(forward, 2.0 * across, direction)
     head = HeadMode.BALL if s.ball_distance < 0.5 else HeadMode.AUTO
-    return Action(s.limits.command(vx, vy, 1.5 * direction), head=head)
+    return Action(
+        s.limits.command(vx, vy, 1.5 * direction), head=head,
+        kick=(*s.ball, s.plan.direction - s.own[2]),
+    )  # fmt: skip
 
 
 def push(s: Situation) -> Action:
@@ -127,7 +138,7 @@ def push(s: Situation) -> Action:
     across = y - math.copysign(PUSH_FOOT, y)
     share = max(0.0, 1.0 - abs(across) / DRIBBLE_ACROSS)
     ahead = s.limits.forward * max(share, 0.25 if x > PUSH_NEAR else 0.0)
-    return Action(s.limits.command(ahead, 2.5 * across, 0.0), head=HeadMode.BALL)
+    return Action(s.limits.command(ahead, 2.5 * across, 0.0), head=HeadMode.BALL, kick=(x, y, 0.0))
 
 
 def keep_distance(s: Situation) -> Action:
@@ -181,7 +192,7 @@ def _penalty_room(s: Situation) -> float:
 
 
 def support(s: Situation) -> Action:
-    """Stand between ball and own goal, out of the striker's way."""
+    """Stand between ball and own goal or ahead of the ball, out of the striker's way."""
     ball = s.world.ball
     if ball is None:
         return look_for_ball(s)
@@ -192,13 +203,13 @@ def support(s: Situation) -> Action:
     share = min(0.5, max(0.0, (far - 1.0) / far)) if far > 0.0 else 0.0
     ahead, aside = SUPPORT_PLACES[s.rank % len(SUPPORT_PLACES)]
     side = -1.0 if by > 0.0 else 1.0
-    place = _on_field(
-        s,
-        (
-            gx + share * (bx - gx) + ahead * s.field.length,
-            gy + share * (by - gy) + side * aside * s.field.width,
-        ),
-    )
+    x = gx + share * (bx - gx) + ahead * s.field.length
+    y = gy + share * (by - gy) + side * aside * s.field.width
+    if s.rank == RECEIVER and not s.gives_way:
+        x = min(bx + RECEIVE[0], s.field.length / 2.0 - GOAL_ROOM)
+        side = side if abs(by) > CHANGE_SIDE else math.copysign(1.0, s.own[1])
+        y = side * RECEIVE[1] * s.field.width
+    place = _on_field(s, (x, y))
     gap = math.dist(place, (bx, by))
     if s.rank and 0.0 < gap < 1.0:  # not to the ball, but behind it
         place = _on_field(s, (bx - 1.0, place[1]))

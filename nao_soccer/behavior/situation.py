@@ -43,12 +43,15 @@ class Action:
     Attributes:
         motion: Motion to play; it is requested once, when it appears.
         lift: Share of its usual height by which the walking robot lifts its feet.
+        kick: Ball x, y [m] and the direction [rad] in which a foot shall kick it in the walk, in
+            base_footprint.
     """
 
     walk: VelocityCommand = STANDSTILL
     motion: str = ""
     head: HeadMode = HeadMode.AUTO
     lift: float = 1.0
+    kick: Pose2 | None = None
 
 
 @dataclass(frozen=True, slots=True)

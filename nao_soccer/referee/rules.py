@@ -38,6 +38,8 @@ TOUCH = 0.28
 TOUCH_SPEED = 0.15
 """[m/s] by which a touch changes the velocity of the ball; one that only rolls past a robot loses
 0.03 m/s between two looks."""
+KEEPER_FROM = 3
+"""Robots in a team, from which on one of them keeps the goal."""
 ENTRY_ROOM = 0.6
 """[m] between two robots that wait beside the touch line."""
 MOVED = 0.1
@@ -154,7 +156,8 @@ class Referee:
         players: Team and number of each robot, by name.
         rules: Times of the match.
         ball_radius: [m]
-        goalkeepers: Number of each team's goalkeeper; a team that is left out has none.
+        goalkeepers: Number of each team's goalkeeper; a team that is left out has none. None =
+            player 1 of each team of `KEEPER_FROM` or more.
         kick_off: Team that kicks off first.
 
     Attributes:
@@ -182,7 +185,10 @@ class Referee:
         self._radius = ball_radius
         self._players = {name: _Player(*each) for name, each in players.items()}
         self._not_put_back: set[str] = set()
-        self._keepers = dict(goalkeepers or {})
+        if goalkeepers is None:
+            sizes = Counter(team for team, _ in players.values())
+            goalkeepers = {team: 1 for team, size in sizes.items() if size >= KEEPER_FROM}
+        self._keepers = dict(goalkeepers)
         self._first_kick = kick_off
         self._kicks: str | None = kick_off
         self._phase = Phase.INITIAL

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from geometry_msgs.msg import Pose as PoseMessage
-from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import PoseArray, PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
 
@@ -130,6 +130,14 @@ def ball(stamp: int, estimate: BallEstimate, radius: float) -> Odometry:
     vx, vy = estimate.velocity_in_field
     message.twist.twist.linear.x, message.twist.twist.linear.y = vx, vy
     message.twist.covariance = planar_covariance(estimate.velocity_covariance_in_field)
+    return message
+
+
+def kick(stamp: int, goal: Pose2) -> PoseStamped:
+    """`gait/kick`: the ball x, y [m] and the direction of its way [rad] in base_footprint."""
+    message = PoseStamped()
+    message.header.stamp, message.header.frame_id = to_time(stamp), BASE_FOOTPRINT
+    message.pose = _planar(goal)
     return message
 
 

@@ -3,7 +3,7 @@
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, PoseArray, PoseWithCovarianceStamped, Twist
+from geometry_msgs.msg import PointStamped, PoseArray, PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -138,6 +138,7 @@ class PlayerNode(Node):
         self._follow = make(PointStamped, "gait/follow", 10)
         self._head_mode = make(String, "gait/head_mode", 10)
         self._lift = make(Float32, "gait/lift", 10)
+        self._kick = make(PoseStamped, "gait/kick", 10)
         self._cmd_vel = make(Twist, "cmd_vel", 10)
         self._motions = make(String, "gait/motion", 10)
         self._report = make(DiagnosticArray, "behavior", 10)
@@ -207,6 +208,9 @@ class PlayerNode(Node):
         walk.angular.z = float(action.walk.yaw)
         self._cmd_vel.publish(walk)
         self._lift.publish(Float32(data=float(action.lift)))
+        if action.kick is not None:
+            goal = convert.kick(now, action.kick)
+            self._kick.publish(with_prefix(self._prefix, goal))
         if action.motion and action.motion != self._motion:
             self._motions.publish(String(data=action.motion))
         self._motion = action.motion

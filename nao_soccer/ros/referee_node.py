@@ -52,7 +52,9 @@ from robot_core.types import Point3
 SCENE = node_parameter("scene", "pitch_small", "field and robots: a shipped scene or a YAML file")
 MINUTES = node_parameter("minutes", 2.0, "simulated minutes of a half", "min", 0.05, 60.0)
 KICK_OFF = node_parameter("kick_off", "red", "team that kicks off first", choices=("red", "blue"))
-KEEPERS = node_parameter("goalkeepers", False, "player 1 of each team is its goalkeeper")
+KEEPERS = node_parameter(
+    "goalkeepers", False, "player 1 is the goalkeeper in teams of less than three, too"
+)
 ADDRESS = node_parameter("control_address", LOCAL, "where control messages are sent")
 PORT = node_parameter(
     "control_port", CONTROL_PORT, "UDP port of control messages", minimum=1024, maximum=65535

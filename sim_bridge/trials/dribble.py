@@ -1,4 +1,4 @@
-"""A walking robot pushes a ball with one foot: one attempt.
+"""A walking robot kicks a ball with one foot and walks on: one attempt.
 
 It is led by the truth, so the result shows what the foot does to the ball, not where behaviour
 brings the robot.
@@ -41,11 +41,13 @@ class DribbleSpec(TrialSpec):
 
     Attributes:
         across: y [m] of the ball before the foot, in base_footprint; left is positive.
+        direction: [rad] in which the foot shall kick it, counter-clockwise from straight ahead.
         speed: [m/s] commanded forwards.
     """
 
     across: float
     speed: float
+    direction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +87,8 @@ def dribble(spec: DribbleSpec) -> DribbleResult:
             aside = min(max(-STEER * y, -SIDE), SIDE)
             turn = -TURN * math.remainder(yaw, math.tau)
             trial.action = VelocityCommand(spec.speed, aside, turn)
+            x, y, turned = relative((*lay[:2], start[2] + spec.direction), place)
+            trial.gait.request_kick((x, y), turned)
             trial.step()
             ball.look()
             if ball.distance > MOVED or not trial.stood:

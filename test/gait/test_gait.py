@@ -233,6 +233,40 @@ def test_a_requested_lift_is_a_share_of_the_parameter(robot: RobotDescription) -
             ObedientRobot(robot).gait.request_lift(share)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_kick_in_the_walk_swings_a_foot_farther_and_lands_it_where_it_would(
+    robot: RobotDescription, side: float
+) -> None:
+    def walked(*ball: float) -> tuple[np.ndarray, np.ndarray]:
+        """How far each foot is ahead of base_footprint [m], and where the robot comes."""
+        nao = ObedientRobot(robot)
+        nao.run(1.0)
+        nao.run(2.0, FORWARD)
+        if ball:
+            nao.gait.request_kick(ball[:2], ball[2])
+        soles = []
+        for _ in range(80):
+            nao.tick(FORWARD)
+            status = nao.gait.status
+            soles.append((status.left_sole_in_odom[0], status.right_sole_in_odom[0]))
+        return np.array(soles), np.array(nao.gait.status.base_footprint_in_odom)
+
+    kicking = 0 if side > 0.0 else 1
+    (plain, end), (kicked, same) = walked(), walked(0.19, side * 0.06, 0.0)
+    farther = kicked - plain
+    assert farther[:, kicking].max() == pytest.approx(0.08, abs=0.03)
+    assert np.abs(farther[:, 1 - kicking]).max() < 0.01
+    assert (farther[:, kicking] > 0.03).sum() < 15  # one step
+    np.testing.assert_allclose(same, end, atol=0.01)
+    for beyond in ((0.4, side * 0.06, 0.0), (0.15, side * 0.2, 0.0), (-0.2, 0.06, 0.0)):
+        np.testing.assert_array_equal(walked(*beyond)[0], plain)
+
+
+def test_a_kick_of_no_numbers_is_refused(robot: RobotDescription) -> None:
+    with pytest.raises(NaoGaitError, match="kick"):
+        ObedientRobot(robot).gait.request_kick((math.nan, 0.0), 0.0)
+
+
 def test_without_feedback_neither_gyro_nor_com_has_an_effect(robot: RobotDescription) -> None:
     def walk(disturbed: bool, feedback: bool) -> np.ndarray:
         nao = ObedientRobot(robot, P.replace(feedback=feedback))

@@ -1,0 +1,100 @@
+"""Kicks in the walk: in its next step a foot swings through the ball, and lands where it would.
+
+The walk plans its steps as ever; only the way of the swing foot gets longer, and the placement of
+the CoM answers the moving leg. So a kick needs no stop, and costs no more balance than its swing.
+"""
+
+from collections.abc import Sequence
+from math import cos, hypot, remainder, sin, tau
+
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
+from nao_lipm_gait.walks.swing_foot import raised_cosine
+from robot_core.geometry import relative
+from robot_core.types import LEFT, Point2, Pose2
+
+REACH = 0.08
+"""[m] by which the foot swings beyond its way; slow motors make less of a longer one."""
+BEGIN, END = 0.3, 0.95
+"""Shares of the step between which it does so: the foot is up, and fast where it meets the ball."""
+BALL = 0.05
+"""[m] Radius of a ball, about."""
+BEFORE, BEYOND = 0.05, 0.075
+"""[m] from a ball that touches the foot to the nearest and the farthest one that it hits."""
+BESIDE = 0.035
+"""[m] from the ball to the line on which the middle of the foot swings."""
+OUTWARDS, INWARDS = 1.6, 0.25
+"""[rad] Largest angles of that line from straight ahead."""
+HOLD = 0.5
+"""[s] for which a request waits for a step that fits: a little more than both feet need."""
+
+
+class StepKick:
+    """Adds a kick to the targets of a walk.
+
+    Args:
+        outline: Corners x, y [m] of the left sole.
+    """
+
+    def __init__(self, outline: Sequence[Point2]) -> None:
+        self._outline = outline
+        self._goal: Pose2 | None = None
+        self._waited = 0.0
+        self._way: Point2 = (0.0, 0.0)
+        self._phase = 1.0
+
+    def ask(self, ball: Pose2) -> None:
+        """Kick a ball; its place [m] and the direction of its way [rad] are in odom."""
+        self._goal, self._waited = ball, 0.0
+
+    def begin_step(self, foot: int, base_footprint_in_odom: Pose2, spacing: float) -> None:
+        """A foot, LEFT or RIGHT, begins to swing: kick, if the ball lies on its way.
+
+        `spacing` [m] is the distance between the ankles.
+        """
+        self._phase, self._way = 0.0, (0.0, 0.0)
+        if self._goal is None:
+            return
+        x, y, direction = relative(self._goal, base_footprint_in_odom)
+        side = 1.0 if foot == LEFT else -1.0
+        y, outwards = side * y - 0.5 * spacing, side * remainder(direction, tau)
+        outwards = min(max(outwards, -INWARDS), OUTWARDS)
+        ux, uy = cos(outwards), sin(outwards)
+        touching = BALL + max(ux * px + uy * py for px, py in self._outline)
+        along, across = x * ux + y * uy - touching, x * uy - y * ux
+        if -BEFORE < along < BEYOND and abs(across) < BESIDE:
+            self._goal, self._way = None, (REACH * ux, side * REACH * uy)
+
+    def apply(
+        self, targets: BodyTargets, support: int, time_left: float, dt: float
+    ) -> BodyTargets:
+        """The targets of one tick with the kick.
+
+        Args:
+            targets: Those of the walk.
+            support: Supporting leg, LEFT or RIGHT.
+            time_left: [s] after this tick until the support changes.
+            dt: [s] since the last tick that the walk moved on; 0 if it did not.
+        """
+        self._waited += dt
+        if self._waited > HOLD:
+            self._goal = None
+        phase = self._phase
+        if dt > 0.0:
+            self._phase += (1.0 - phase) * dt / (dt + time_left)
+        if hypot(*self._way) == 0.0:
+            return targets
+        share = raised_cosine(2.0 * min(phase - BEGIN, END - phase) / (END - BEGIN))
+        x, y = share * self._way[0], share * self._way[1]
+        left, right = targets.left_sole, targets.right_sole
+        if support == LEFT:
+            right = _moved(right, x, y)
+        else:
+            left = _moved(left, x, y)
+        return BodyTargets(
+            targets.com_in_q, left, right, targets.torso_roll, targets.torso_pitch,
+            targets.q_in_odom,
+        )  # fmt: skip
+
+
+def _moved(sole: SoleTarget, x: float, y: float) -> SoleTarget:
+    return SoleTarget(sole.x + x, sole.y + y, sole.z, sole.yaw, sole.pitch, sole.roll)
