@@ -3,11 +3,18 @@
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from engine_bench import Bench, weightless
 from robot_core.robot import RobotDescription, load_robot
 from sim_bridge.engines import registry as engines
 from sim_bridge.plant import Plant, load_plant
+
+# The same examples on every machine, and no wall clock: a busy one takes seconds for any of them.
+settings.register_profile(
+    "any machine", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("any machine")
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ def replayed(events: list[tuple[int, str, int]]) -> dict[bytes, int]:
     return written
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
 def test_the_order_of_handling_between_topics_does_not_matter(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -49,7 +49,7 @@ def test_reading_between_samples_gives_the_last_one_old_enough() -> None:
     assert line.newest(10_000 * MS) == "second", "the last one stays until there is a newer one"
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(
     delay=st.integers(0, 100),
     gaps=st.lists(st.tuples(st.integers(1, 30), st.integers(0, 30)), min_size=1, max_size=40),
@@ -97,7 +97,6 @@ def test_a_delay_into_the_future_is_refused() -> None:
 
 
 @given(st.integers(0, 100 * MS), st.integers(1, 15))
-@settings(deadline=None)
 def test_coming_items_are_the_later_newest_ones(delay: int, asked: int) -> None:
     line: DelayLine[int] = DelayLine(delay)
     coming: list[int | None] = []

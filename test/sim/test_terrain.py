@@ -36,7 +36,7 @@ def plant_with(*options: PlantOption, name: str = "reference") -> Plant:
 # -- geometry
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(-1, 500),
     height=st.floats(0.0, 0.1),

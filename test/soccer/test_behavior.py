@@ -229,7 +229,7 @@ def arrive(
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_the_robot_arrives_from_everywhere(x: float, y: float, yaw: float) -> None:
     pose, _ = arrive((x, y, yaw))
     assert math.hypot(*pose[:2]) < 0.02
