@@ -60,7 +60,9 @@ def open_tab(address: str | Path, width: int = 1280, height: int = 900) -> Itera
     found = next((path for name in NAMES if (path := shutil.which(name))), None)
     with playwright.sync_playwright() as tool:
         try:
-            browser = tool.chromium.launch(executable_path=found, args=list(ARGUMENTS))
+            browser = tool.chromium.launch(
+                executable_path=found, args=list(ARGUMENTS), timeout=TIMEOUT
+            )
         except playwright.Error as error:
             reason = str(error).strip().splitlines()[0]
             pytest.skip(f"no Chromium (apt-get install chromium): {reason}")

@@ -1,6 +1,7 @@
 """What most tests walk on: the shipped NAO, the shipped plants, the engines."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -15,6 +16,10 @@ settings.register_profile(
     "any machine", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("any machine")
+with suppress(ImportError):  # Constants of the modules that other tests loaded would be drawn, too.
+    from hypothesis.internal.conjecture import providers
+
+    providers.is_local_module_file = lambda path: False  # type: ignore[attr-defined]
 
 
 @pytest.fixture(scope="session")

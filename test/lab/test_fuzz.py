@@ -42,7 +42,6 @@ def broken(target: str, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("broken")
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_fault_is_found_with_the_smallest_example(target: str) -> None:
-    # What is drawn depends on the modules that are loaded: Hypothesis takes constants from them.
     (text,) = fuzz(FuzzRun(target, 3, 400)).violations
     assert "on purpose" in text
     smallest = {

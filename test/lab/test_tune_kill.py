@@ -48,7 +48,7 @@ def test_a_study_that_was_killed_ends_as_one_that_was_not(tmp_path: Path) -> Non
     )
     expected = run(whole, str)
     command = [sys.executable, str(script), str(study), str(tmp_path / "cut")]
-    done = subprocess.run(command, start_new_session=True, timeout=300)
+    done = subprocess.run(command, start_new_session=True)
     assert done.returncode == -signal.SIGKILL
     with pytest.raises(NaoGaitError, match="--resume"):
         run(cut, str)

@@ -5,7 +5,6 @@ program, this file prints the table of docs/league.md.
 """
 
 import math
-import socket
 import struct
 import sys
 from dataclasses import replace
@@ -22,7 +21,6 @@ from nao_soccer.player import SIGNAL_HOLD, Identity, Player
 from nao_soccer.referee.protocol import VERSIONS, decode
 from nao_soccer.team.link import GameTime, TeamLink
 from nao_soccer.team.message import TeamMessage
-from nao_soccer.team.udp import UdpLink
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import BallEstimate, PoseEstimate, WorldState
@@ -356,23 +354,6 @@ def test_each_supporter_of_a_team_has_its_own_place(
 
 
 # -- messages --------------------------------------------------------------------------------------
-
-
-def test_a_return_message_reaches_the_gamecontroller_alone() -> None:
-    """A GameController that listens on one address, and a stranger that listens to broadcasts."""
-    controller = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    controller.bind(("127.0.0.1", 0))
-    back = controller.getsockname()[1]
-    controller.settimeout(5.0)
-    robot = UdpLink(0, target_port=back)
-    stranger = UdpLink(back)
-    try:
-        robot.send_to(b"answer", "127.0.0.1")
-        assert controller.recv(100) == b"answer"
-        assert list(stranger.received()) == []
-    finally:
-        for each in (controller, robot, stranger):
-            each.close()
 
 
 MESSAGE = TeamMessage(
