@@ -220,7 +220,7 @@ class Gait:
         self._correction.set_soles(self.levelling.applied_pitch, self.levelling.applied_roll)
         if self._cautious and self.levelling.known:
             self._cautious = False  # only once
-            self.set_parameters(self._pending or self._parameters)
+            self.set_parameters(self.parameters)
 
         # Modes.
         gets_up = self._parameters.get_up
@@ -621,7 +621,7 @@ class Gait:
             raise NaoGaitError("lift", share, "0 to 1, a share of swing_lift")
         if share != self._lift_share:
             self._lift_share = float(share)
-            self.set_parameters(self._pending or self._parameters)
+            self.set_parameters(self.parameters)
 
     def request_kick(self, ball: Point2, direction: float) -> None:
         """Kick a ball in the walk, with the next foot whose way it lies on; see `StepKick`.
@@ -641,6 +641,11 @@ class Gait:
         self._step_kick.ask(compose(base, (x, y, direction)))
 
     # -- status ------------------------------------------------------------------------------------
+
+    @property
+    def parameters(self) -> GaitParameters:
+        """The parameters, with a change that waits for the next support change."""
+        return self._pending or self._parameters
 
     @property
     def mass(self) -> float:

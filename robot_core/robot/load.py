@@ -1,5 +1,6 @@
 """Loads a robot from its URDF and its robot file."""
 
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +20,8 @@ _STAND_SLACK = 0.02
 """[rad] The stand pose may exceed a limit by this much and is then clipped, because the limits of
 the published NAO models differ."""
 NAO = "nao_h21"
+_MJCF = re.compile(r"(?:<\?.*?\?>|<!--.*?-->|\s)*<mujoco\b", re.DOTALL)
+"""The root element of an MJCF; a URDF may have a <mujoco> inside."""
 ALIKE = 0.5
 """Share of a robot file's joints from which on a URDF without the others is refused by name."""
 
@@ -47,7 +50,7 @@ def load_robot(
         urdf = _urdf_of(robot)
     urdf_path = find("urdf", str(urdf))
     text = read_text(urdf_path, "URDF", LARGEST_URDF)
-    if "<mujoco" in text:
+    if _MJCF.match(text):
         text = urdf_of_mjcf(urdf_path)
     model = UrdfModel.parse(text, urdf_path)
     file_path = _fitting(model, urdf_path) if robot is None else find("robots", str(robot))

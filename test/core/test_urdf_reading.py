@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from robot_core.errors import NaoGaitError
+from robot_core.resources import share
 from robot_core.robot import RobotDescription, load_robot
 from urdf_edits import (
     Xml,
@@ -122,3 +123,11 @@ def test_a_stand_pose_a_little_outside_is_cut(tmp_path: Path, robot: RobotDescri
     index = robot.index("LKneePitch")
     assert robot.stand_pose[index] > 0.68
     assert load_robot(path).stand_pose[index] == 0.68
+
+
+def test_a_urdf_with_hints_for_mujoco_is_no_mjcf(tmp_path: Path) -> None:
+    text = share("urdf", "op3.urdf").read_text(encoding="utf-8")
+    hints = '<mujoco><compiler meshdir="meshes"/></mujoco>'
+    path = tmp_path / "hinted.urdf"
+    path.write_text(text.replace("<link", hints + "<link", 1), encoding="utf-8")
+    assert load_robot(path).joint_names == load_robot("op3").joint_names

@@ -59,7 +59,7 @@ def frame(gait: Gait) -> SensorFrame:
 def test_the_ten_lines_end_where_the_trial_loop_ends(engine: str) -> None:
     spec = TrialSpec(robot_seed=40, engine=engine, urdf=ROBOT)
     walker = make_gait(spec)
-    walker.set_parameters(Gait(ROBOT, swing_lift=0.03)._parameters)
+    walker.set_parameters(Gait(ROBOT, swing_lift=0.03).parameters)
 
     def command_at(time: float) -> Velocity:
         return Velocity(0.2 if round(time / 0.01) > STAND_TICKS else 0.0)
