@@ -31,8 +31,12 @@ CLOCK_TIMEOUT = 5.0
 """[s] of wall time that /clock may be discovered later than the first other topic."""
 START_TIMEOUT = 8.0
 """[s] of wall time without any topic, after which the duration of a recording counts."""
+SERVICE_TIMEOUT = 20.0
+"""[s] of wall time to discover the service of a node; one without a service is left out then."""
 ANSWER_TIMEOUT = 60.0
 """[s] of wall time after which time may run on without the answer of a node, which may hang."""
+LOCKSTEP = "lockstep"
+"""Parameter by which a simulator says that it waits."""
 KEPT_TICKS = 100_000
 """Ticks of the clock that are kept, 1000 s at 100 Hz."""
 WAITING_MAX = 10_000
@@ -368,8 +372,13 @@ class _Acquaintance:
         }  # fmt: skip
         return all([self._knows(*each) for each in publishers])
 
+    @property
+    def waits(self) -> bool:
+        """Whether a node that has answered is a simulator in lockstep."""
+        return any(question.lockstep for question in self._asked.values())
+
     def _knows(self, namespace: str, name: str) -> bool:
-        service = f"{namespace.rstrip('/')}/{name}/get_parameter_types"
+        service = f"{namespace.rstrip('/')}/{name}/get_parameters"
         if service not in self._asked:
             self._asked[service] = _Question(self._node, service)
         return self._asked[service].answered(time.monotonic())
@@ -379,16 +388,22 @@ class _Question:
     """Asks a service that each ROS node has, unless it has no parameters, until it answers."""
 
     def __init__(self, node: "Node", service: str) -> None:
-        from rcl_interfaces.srv import GetParameterTypes
+        from rcl_interfaces.srv import GetParameters
 
         self._node = node
         # The name of a node may be discovered later than its publishers.
         named = service.startswith("/")
-        self._client = node.create_client(GetParameterTypes, service) if named else None
-        self._request = GetParameterTypes.Request()
+        self._client = node.create_client(GetParameters, service) if named else None
+        self._request = GetParameters.Request(names=[LOCKSTEP])
         self._answers: list[Any] = []
-        self._end = time.monotonic() + START_TIMEOUT
+        self._end = time.monotonic() + SERVICE_TIMEOUT
         self._again = 0.0
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether the answer is that of a simulator in lockstep."""
+        done = (answer.result() for answer in self._answers if answer.done())
+        return any(value.bool_value for result in done if result for value in result.values)
 
     def answered(self, now: float) -> bool:
         """Whether it has, or is no longer waited for."""
@@ -431,7 +446,7 @@ def record(
     Args:
         out: The new folder of the bag.
         topics: Only these; all that appear if empty.
-        duration: [s] of wall time; None for no limit.
+        duration: [s] of wall time, from when it records; None for no limit.
         simulated_time: Whether to use the time of /clock; None to use it if it is published.
         storage: `mcap` or `sqlite3`.
         images: Images are recorded, too.
@@ -462,7 +477,7 @@ def record(
             lockstep = LockstepPartner(node)
             say(f"recording to {out}; Ctrl-C ends")
             choice = _ClockChoice(node, simulated_time)
-            joined = False
+            joined = records = False
             end = math.inf
             search = 0.0
 
@@ -474,20 +489,23 @@ def record(
 
             def subscribed() -> bool:
                 """Subscribe while the simulator waits; whether it may go on."""
+                nonlocal records
                 subscribe()
-                return recorder.connected()
+                records = recorder.connected()
+                return records
 
             while not stop and (now := time.monotonic()) < end:
                 if choice.update(now):
                     recorder.decide(bool(choice.simulated))
                     say(f"in {'simulated' if choice.simulated else 'wall'} time")
-                if duration is not None and end == math.inf and choice.began(now):
+                if duration is not None and end == math.inf and (records or choice.in_vain(now)):
                     end = now + duration
                 if lockstep.active and not joined:
                     joined, search = True, now + START_TIMEOUT
                     lockstep.hold(subscribed)
-                elif now >= search and choice.may_subscribe(now):
+                elif now >= search and (joined or choice.may_subscribe(now)):
                     subscribe()
+                    records = records or not joined
                 executor.spin_once(timeout_sec=min(0.2, end - now))
                 writer.sync()
             lockstep.leave()
@@ -527,17 +545,20 @@ class _ClockChoice:
         return self._decided
 
     def may_subscribe(self, now: float) -> bool:
-        """Whether to subscribe; if time is simulated, once it is clear whether it can wait."""
+        """Whether to subscribe; not before a simulator in lockstep can be asked to wait."""
         if self._subscribe == math.inf and self._decided:
             if not self.simulated:
                 self._subscribe = now
-            elif self._simulator.complete(("/clock",)):
-                self._subscribe = now + DISCOVERY_PERIOD
-        return now >= self._subscribe or now > self._created + 2.0 * START_TIMEOUT
+            elif self._node.count_publishers("/clock"):
+                if self._simulator.complete(("/clock",)):
+                    self._subscribe = now + (ANSWER_TIMEOUT if self._simulator.waits else 0.0)
+            elif now > self._created + 2.0 * START_TIMEOUT:
+                self._subscribe = now  # nobody publishes the clock that was asked for
+        return now >= self._subscribe
 
-    def began(self, now: float) -> bool:
-        """Whether the duration of the recording counts from now on."""
-        return self._decided or now > self._created + START_TIMEOUT
+    def in_vain(self, now: float) -> bool:
+        """Whether the duration of the recording counts although nothing is recorded yet."""
+        return now > self._created + (ANSWER_TIMEOUT if self._decided else START_TIMEOUT)
 
 
 def _anything_else(node: "Node") -> bool:
