@@ -13,7 +13,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING
 
@@ -29,6 +29,8 @@ that cannot be used."""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 FIRST_DOMAIN, LAST_DOMAIN = 1, 101
 """On Linux the ports of higher domains overlap with those of outgoing connections."""
+PORT_BASE, PORT_GAIN = 7400, 250
+"""UDP ports of DDS: those of a domain begin at PORT_BASE + PORT_GAIN * domain."""
 
 
 # -- signals ---------------------------------------------------------------------------------------
@@ -118,12 +120,21 @@ def start_rclpy() -> None:
         raise NaoGaitError("ROS", reason, allowed) from error
 
 
+def _domains_in_use() -> set[int]:
+    """Domains whose UDP ports are bound on this machine, as far as Linux tells."""
+    ports: list[int] = []
+    for table in ("/proc/net/udp", "/proc/net/udp6"):
+        with suppress(OSError), open(table, encoding="ascii") as file:
+            ports += (int(line.split()[1].rpartition(":")[2], 16) for line in list(file)[1:])
+    return {(port - PORT_BASE) // PORT_GAIN for port in ports}
+
+
 class DomainClaim:
     """Reserves a ROS_DOMAIN_ID until `release` or the end of the process.
 
     The claim is a name in Linux's abstract socket namespace. The kernel frees it with the process,
-    however that ends. Only processes that claim exclude each other; a domain that was set by hand
-    is not known here.
+    however that ends. A domain in which a participant listens on this machine is not taken: it was
+    set by hand, or is that of a node which has outlived its run.
 
     Attributes:
         domain: The ID.
@@ -137,8 +148,11 @@ class DomainClaim:
         count = LAST_DOMAIN - FIRST_DOMAIN + 1
         last = DomainClaim._last
         start = 13 * os.getpid() if last is None else last - FIRST_DOMAIN + 1
+        used = _domains_in_use()
         for offset in range(count):
             domain = FIRST_DOMAIN + (start + offset) % count
+            if domain in used:
+                continue
             holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
             try:
                 holder.bind(f"\0nao_lipm_gait_domain_{domain}")
@@ -148,7 +162,7 @@ class DomainClaim:
             DomainClaim._last = self.domain = domain
             self._holder = holder
             return
-        raise OSError(f"all ROS domains from {FIRST_DOMAIN} to {LAST_DOMAIN} are claimed")
+        raise OSError(f"all ROS domains from {FIRST_DOMAIN} to {LAST_DOMAIN} are in use")
 
     def environment(self) -> dict[str, str]:
         """The environment for processes of this run: this domain, this machine only."""

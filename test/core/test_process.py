@@ -2,12 +2,21 @@
 
 import os
 import signal
+import socket
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
-from robot_core.ros.process import DomainClaim, StopRequest, stop_on_signal
+from robot_core.ros.process import (
+    LAST_DOMAIN,
+    PORT_BASE,
+    PORT_GAIN,
+    DomainClaim,
+    StopRequest,
+    stop_on_signal,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -60,3 +69,12 @@ def test_two_runs_never_get_the_same_domain() -> None:
 
     with DomainClaim() as again:
         assert again.domain != second.domain, "its late messages may still arrive"
+
+
+def test_a_domain_in_which_somebody_listens_is_not_taken() -> None:
+    with DomainClaim() as first, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        follows = first.domain % LAST_DOMAIN + 1
+        with suppress(OSError):  # somebody listens there already
+            participant.bind(("127.0.0.1", PORT_BASE + PORT_GAIN * follows + 11))
+        with DomainClaim() as second:
+            assert second.domain not in (first.domain, follows)
