@@ -234,12 +234,15 @@ class BridgeNode(Node):
         for each in self._robots:
             each.resend()
 
-    def release_control(self) -> None:
-        """Let other gaits answer where the one in control does not; forget nodes that ended."""
+    def forget_ended(self) -> None:
+        """Wait no longer for nodes that hold time and have ended."""
         if self._partners is not None and self._partners.forget_vanished(
             self.count_publishers(UNTIL)
         ):
             self._publish()
+
+    def release_control(self) -> None:
+        """Let other gaits answer where the one in control does not."""
         for each in self._robots:
             each.release_control()
 

@@ -16,9 +16,12 @@ BACKLOG = 0.2
 RESEND = 0.25
 """[s] of wall time after which lockstep sends an unanswered reading again, because subscribers may
 be best effort and lose one."""
-RELEASE = 1.0
+FORGET = 1.0
+"""[s] of wall time after which lockstep forgets a node that holds time and has ended."""
+RELEASE = 5.0
 """[s] of wall time without an answer after which lockstep accepts another gait. Simulated time
-stands still meanwhile, so a rule in simulated time cannot decide this."""
+stands still meanwhile, so a rule in simulated time cannot decide this. Longer than a busy machine
+holds up a gait: one that walks must not lose control to another."""
 REPORT = 3.0
 """[s] of wall time without an answer after which lockstep logs a warning; each next one comes after
 ten times as long."""
@@ -135,6 +138,8 @@ def serve_until_due(
             resend_at = waited + RESEND
             pacer.restart()
             node.resend()
+        if waited > FORGET:
+            node.forget_ended()
         if waited > RELEASE:
             node.release_control()
         if waited > report_at:

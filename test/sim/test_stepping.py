@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from sim_bridge.ros.monitors import WINDOW, PublisherMonitor, SpeedMonitor
-from sim_bridge.ros.stepping import BACKLOG, RELEASE, RESEND, Pacer, serve_until_due
+from sim_bridge.ros.stepping import BACKLOG, FORGET, RELEASE, RESEND, Pacer, serve_until_due
 
 MS = 1_000_000
 SECOND = 1_000_000_000
@@ -137,6 +137,7 @@ class Bridge:
     def __init__(self, answer_at: float, clock: WallClock) -> None:
         self.clock, self.answer_at = clock, answer_at
         self.resent: list[float] = []
+        self.forgot: list[float] = []
         self.released: list[float] = []
         self.log: list[str] = []
 
@@ -149,6 +150,9 @@ class Bridge:
 
     def resend(self) -> None:
         self.resent.append(self.clock.seconds())
+
+    def forget_ended(self) -> None:
+        self.forgot.append(self.clock.seconds())
 
     def release_control(self) -> None:
         self.released.append(self.clock.seconds())
@@ -195,8 +199,9 @@ def test_an_unanswered_reading_is_sent_again() -> None:
 
 
 def test_another_gait_may_answer_after_a_while() -> None:
-    bridge, _, _ = serve(3.0)
+    bridge, _, _ = serve(RELEASE + 1.0)
     assert bridge.released[0] == pytest.approx(RELEASE, abs=0.06)
+    assert bridge.forgot[0] == pytest.approx(FORGET, abs=0.06)
 
 
 def test_a_long_wait_is_logged_when_it_begins_gets_longer_and_ends() -> None:
