@@ -109,7 +109,7 @@ REPORT_PERIOD = 1.0
 """[s] between two messages about battery, temperatures and the bridge."""
 RESTARTS_MAX = 5
 """Drivers in a row that end before a frame of the robot, after which the bridge gives up."""
-LONGEST_START, LONGEST_END = 10.0, 30.0
+LONGEST_START, LONGEST_END = 30.0, 30.0
 """[s] that the driver gets to start, and to let the robot sit down at the end."""
 
 
@@ -217,14 +217,16 @@ class LolaBridgeNode(Node):
             link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
             try:
                 link.connect(address(settings.socket))
-                link.send(SETTINGS + settings.to_json().encode())
-                return link
             except OSError as error:
                 link.close()
                 if time.monotonic() > until:
                     where = f"driver of {settings.socket}"
-                    allowed = "one lola_bridge for a robot"
+                    allowed = "a driver that starts"
                     raise NaoGaitError(where, str(error), allowed) from error
+            else:
+                with contextlib.suppress(OSError):  # one that turned it away has said why
+                    link.send(SETTINGS + settings.to_json().encode())
+                return link
             if self._process is None or self._process.poll() is not None:
                 self._process = subprocess.Popen(
                     [sys.executable, "-m", "lola_bridge.driver", settings.to_json()],
