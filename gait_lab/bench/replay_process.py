@@ -28,8 +28,8 @@ from robot_core.ros.messages import to_time
 from robot_core.ros.process import stay_local
 from robot_core.ros.topics import publisher, subscription
 
-FIND_TIME, SETTLE_TIME = 60.0, 1.0
-"""[s] to find the gait at most, and to wait after that and after the last message."""
+FIND_TIME, SETTLE_TIME, LAST_TIME = 300.0, 1.0, 10.0
+"""[s] to find the gait at most, to wait after that, and to wait at most for the last answers."""
 GUARD = 0.001
 """[s] before the next tick, in which this process only sleeps."""
 INPUTS = {ImuInput: Imu, JointInput: JointState, TwistInput: Twist, LoadInput: WrenchStamped}
@@ -136,7 +136,9 @@ def replay(period: float, script: list[list[Message]]) -> ReplayTimes:
                 if stamp is not None:
                     sent[stamp] = time.time()
                 send()
-        _serve(executor, time.monotonic() + SETTLE_TIME)
+        end = time.monotonic() + LAST_TIME
+        while time.monotonic() < end and not sent.keys() <= node.answered.keys():
+            executor.spin_once(timeout_sec=0.1)
         machine = sleeper.lateness()
     answered = tuple(node.answered.get(stamp) for stamp in sent)
     return ReplayTimes(tuple(sent.values()), answered, machine)

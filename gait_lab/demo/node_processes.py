@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 
@@ -29,10 +30,13 @@ PRIORITY = 50
 _PR_SET_PDEATHSIG = 1
 
 
-def _end_with_parent() -> None:
-    """On Linux, have the kernel end this child when its parent is killed."""
+def _end_with_parent(parent: int) -> None:
+    """On Linux, have the kernel end this child when its parent is killed, or was just before."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # the parent's handler is no use here
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+        if os.getppid() != parent:
+            os._exit(1)
 
 
 @contextlib.contextmanager
@@ -90,7 +94,7 @@ class NodeProcesses:
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                preexec_fn=_end_with_parent,
+                preexec_fn=partial(_end_with_parent, os.getpid()),
             )
 
     def log(self, name: str) -> Path:

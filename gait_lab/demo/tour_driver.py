@@ -17,9 +17,10 @@ from robot_core.types import STANDSTILL, VelocityCommand
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-START_TIMEOUT = 60.0
-"""Wall time [s] for both nodes to start and for the robot to stand."""
-STALL_TIMEOUT = 20.0
+START_TIMEOUT = 300.0
+"""Wall time [s] for both nodes to start and for the robot to stand; a busy machine takes a minute,
+and a node that ends is noticed at once."""
+STALL_TIMEOUT = 60.0
 """Wall time [s] without a message on `/clock` after which the demo gives up."""
 COMMAND_PERIOD = 0.05
 """Simulated time [s] between two velocity commands, up to which lockstep runs on; less than fills

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 COMMAND_PERIOD = 0.1
 """Time [s] of the sensors between two velocity commands."""
-ANSWER_TIMEOUT = 10.0
+ANSWER_TIMEOUT = 20.0
 """Wall time [s] for the first messages of the gait."""
-STALL_TIMEOUT = 20.0
+STALL_TIMEOUT = 60.0
 """Longest wall time [s] without odometry later on."""
 
 
