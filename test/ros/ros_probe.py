@@ -8,13 +8,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Twist
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
@@ -148,6 +149,12 @@ class Probe:
         self.node.create_subscription(kind, topic, receive, qos)
         return messages
 
+    @property
+    def udp_ports(self) -> dict[str, int]:
+        """Of a game, which no other run of this machine has; below those of DDS."""
+        first = 6200 + 10 * self.domain.domain
+        return {"control_port": first, "return_port": first + 1, "team_port": first + 2}
+
     def publisher(self, kind: type, topic: str) -> Any:
         """A publisher with a subscriber."""
         publisher = self.node.create_publisher(kind, topic, 10)
@@ -158,10 +165,14 @@ class Probe:
         """Call a service and return its response."""
         client = self.node.create_client(kind, service)
         self.wait(client.service_is_ready, f"service {service}")
-        future = client.call_async(request)
-        self.wait(future.done, f"answer of {service}")
+        futures: list[Any] = []
+        # A node that does not know this client yet loses its answer.
+        self.wait(
+            lambda: any(each.done() for each in futures), f"answer of {service}",
+            every=lambda: futures.append(client.call_async(request)), pause=LOST,
+        )  # fmt: skip
         self.node.destroy_client(client)
-        return future.result()
+        return next(each.result() for each in futures if each.done())
 
     def wait(
         self,
@@ -183,6 +194,14 @@ class Probe:
                 logs = "\n".join(f"--- {p.name}: {p.log[-3000:]}" for p in self.processes)
                 raise AssertionError(f"{'died' if dead else 'timeout'} waiting for {what}\n{logs}")
             self._executor.spin_once(timeout_sec=0.02)
+
+    def settle(self) -> None:
+        """Serve all that has arrived; messages of several topics wait in a queue for each."""
+        with suppress(TimeoutException):
+            while True:
+                task, *_ = self._executor.wait_for_ready_callbacks(0.0)
+                task()
+                task.result()
 
     def close(self) -> None:
         """End all processes and leave the ROS domain."""

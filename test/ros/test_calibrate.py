@@ -16,6 +16,7 @@ from nao_lipm_gait.calibration_file import load_calibration
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.robot import load_robot
+from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import DomainClaim
 from robot_core.ros.topics import LATCHED
 from robot_core.types import LEFT, RIGHT
@@ -77,8 +78,9 @@ def test_a_calibrated_gait_starts_with_level_soles(probe: Probe, tmp_path: Path)
     sigma = np.array((deviation["sole_pitch"], deviation["sole_roll"]))
     assert max(sigma) < np.radians(0.35)
     assert (np.abs(np.subtract(found, truth)) < 3.0 * sigma).all(), "as well as the file says"
-    assert gait.says("soles measured, the ankles correct them")
-    assert support[-1].data.startswith("stand")
+    word = "soles measured, the ankles correct them"
+    probe.wait(lambda: gait.says(word), word)
+    probe.wait(lambda: support[-1].data.startswith("stand"), "a stand")
 
     gait.end()
     reports = probe.subscribe(DiagnosticArray, "/diagnostics")
@@ -95,12 +97,14 @@ def test_a_command_of_somebody_else_ends_it_without_a_file(probe: Probe, tmp_pat
     out.write_text("an older one")
     support = probe.subscribe(String, "gait/support", LATCHED)
     probe.start("gait", enable_stamped_cmd_vel=True)
-    probe.start("sim_bridge", robot_seed=ROBOT, **FAST)
+    # Time waits for this test, which otherwise may come after the end of the calibration.
+    LockstepPartner(probe.node).keep_up()
+    probe.start("sim_bridge", robot_seed=ROBOT, lockstep_nodes="probe", **FAST)
     probe.wait(lambda: support, "the gait's state")
+    other = probe.publisher(TwistStamped, "cmd_vel")
     tool = calibrate(probe.domain, out)
     # The tool's own commands have the type that this gait expects.
     probe.wait(lambda: any(m.data.startswith("walk") for m in support), "steps on the spot")
-    other = probe.publisher(TwistStamped, "cmd_vel")
     message = TwistStamped()
     message.twist.linear.x = 0.1
     probe.wait(
@@ -117,7 +121,9 @@ def test_a_command_of_somebody_else_ends_it_without_a_file(probe: Probe, tmp_pat
 
 def test_without_a_gait_or_a_robot_it_says_so(probe: Probe, tmp_path: Path) -> None:
     out = tmp_path / "calibration.yaml"
+    reports = probe.subscribe(DiagnosticArray, "/diagnostics")
     probe.start("gait")
+    probe.wait(lambda: reports, "a report of the gait")
     with DomainClaim() as empty:
         alone, without_robot = calibrate(empty, out), calibrate(probe.domain, out)
         for tool, reason in ((alone, "a running gait"), (without_robot, "a running robot")):

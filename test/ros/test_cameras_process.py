@@ -24,6 +24,7 @@ def test_images_and_their_camera_info(probe: Probe, engine: str, name: str):
         camera_rate=20.0,
         camera_width=64,
         camera_height=48,
+        real_time_factor=0.25,  # few images for a test that is held up
         **scene,
     )
     probe.wait(

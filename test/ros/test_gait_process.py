@@ -170,7 +170,8 @@ def test_zero_quaternion_is_reported_but_the_robot_walks_on(probe: Probe):
     answered = len(robot.commands)
     robot.send(imu=imu)
     probe.wait(lambda: len(robot.commands) > answered, "an answer all the same")
-    assert robot.gait.says(r"imu/data orientation: got \(0.0, 0.0, 0.0, 0.0\); allowed: a unit")
+    named = r"imu/data orientation: got \(0.0, 0.0, 0.0, 0.0\); allowed: a unit"
+    probe.wait(lambda: robot.gait.says(named), "a word about it")
 
 
 def test_stamps_that_stand_still_go_back_or_jump(probe: Probe):
@@ -282,12 +283,23 @@ def test_silence_is_reported_in_log_and_diagnostics(probe: Probe):
     robot.tick(3)
 
 
-def test_a_second_robot_in_the_same_domain_is_logged(probe: Probe):
+def test_a_second_robot_in_the_same_domain_is_reported(probe: Probe):
+    """Its log waits for as long as discovery may keep a robot that was killed."""
+    reports = probe.subscribe(DiagnosticArray, "/diagnostics")
     robot = StandingRobot(probe)
     robot.tick()
+
+    def told() -> bool:
+        return any(
+            "2 publishers on joint_states" in status.message
+            and status.level == DiagnosticStatus.ERROR
+            for report in reports[-1:] for status in report.status
+        )  # fmt: skip
+
     second = probe.publisher(JointState, "joint_states")
-    probe.wait(lambda: robot.gait.says("2 publishers on joint_states"), "a warning")
+    probe.wait(told, "an error")
     probe.node.destroy_publisher(second)
+    probe.wait(lambda: not told(), "its end")
 
 
 def test_velocity_command_is_forgotten_on_the_clock_of_the_sensors(probe: Probe):

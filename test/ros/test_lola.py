@@ -119,14 +119,16 @@ def test_a_robot_behind_lola_walks_and_shows_its_sensors(robot: Robot, probe: Pr
 
 def test_it_does_not_step_before_it_is_stiff(probe: Probe, tmp_path: Path) -> None:
     robot = Robot(probe, tmp_path / "lola", stiffness_ramp=3.0)
-    support = probe.subscribe(String, "gait/support")
+    support: list[String] = []
     steps_before: list[int] = []
 
     def note(message: Bool) -> None:
         if message.data and not steps_before:
             steps_before.append(sum(each.data.startswith("walk") for each in support))
 
+    # What waits is served topic by topic in this order: `note` comes first.
     probe.subscribe(Bool, "motors_ready", LATCHED, callback=note)
+    probe.subscribe(String, "gait/support", callback=support.append)
     robot.start().walk()
     probe.wait(lambda: steps_before, "stiff motors")
     # The first step may be seen before the message that allowed it; a walk of 2 s has seven.

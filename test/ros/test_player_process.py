@@ -35,16 +35,10 @@ from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from pitch_percepts import Eyes
 from robot_core.geometry import compose
 from robot_core.ros.messages import with_prefix
-from ros_probe import Probe, set_stamp, stamp
+from ros_probe import LOST, Probe, set_stamp, stamp
 
 MS = 1_000_000
 PERIOD = 20 * MS
-
-
-def ports(probe: Probe) -> dict[str, int]:
-    """UDP ports that no other run of this machine has."""
-    first = 33000 + 10 * probe.domain.domain
-    return {"control_port": first, "return_port": first + 1}
 
 
 def values(message: DiagnosticArray) -> dict[str, str]:
@@ -80,7 +74,7 @@ class StandingRobot:
 
 
 def test_a_player_obeys_a_game_controller_of_each_version(probe: Probe) -> None:
-    numbers = ports(probe)
+    numbers = probe.udp_ports
     player = probe.start(
         "player", scene="pitch_small", number=2, team_number=7, start="'-1.5 0.0 0.0'", **numbers
     )
@@ -139,7 +133,7 @@ def test_a_player_obeys_a_game_controller_of_each_version(probe: Probe) -> None:
 
 
 def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
-    numbers = ports(probe)
+    numbers = probe.udp_ports
     referee = probe.start("referee", scene="pitch_small", minutes=1.0, **numbers)
     states = probe.subscribe(DiagnosticArray, "game_state")
     puts = probe.subscribe(PointStamped, "put_ball")
@@ -166,14 +160,20 @@ def test_a_referee_counts_a_goal_and_puts_the_ball_back(probe: Probe) -> None:
     try:
         probe.wait(lambda: state("state") == "playing", "the kick-off", every=step)
         probe.wait(lambda: whistles, "the whistle", every=step)
-        for team in (1, 9):
-            back.send_to(ReturnMessage(2, team).encode(), "127.0.0.1")
-        probe.wait(lambda: state("robots_heard") == "1", "a player", every=step)
+
+        def answer() -> None:
+            step()
+            for team in (1, 9):
+                back.send_to(ReturnMessage(2, team).encode(), "127.0.0.1")
+
+        probe.wait(lambda: state("robots_heard") == "1", "a player", every=answer)
         probe.wait(lambda: state("robots_heard") == "0", "its silence", every=step)
         bad = PointStamped()
         bad.header.stamp.sec = -1
-        balls.publish(bad)
-        probe.wait(lambda: referee.says("ground_truth/ball header.stamp"), "a warning")
+        probe.wait(
+            lambda: referee.says("ground_truth/ball header.stamp"), "a warning",
+            every=lambda: balls.publish(bad), pause=LOST,
+        )  # fmt: skip
         place = (2.4, 0.0)
         probe.wait(lambda: state("red") == "1", "a goal", every=step)
         assert state("goal_1").split()[1] == "red"
@@ -207,7 +207,7 @@ def test_a_parameter_that_cannot_be_used_is_one_line(probe: Probe) -> None:
 
 def test_gait_state_is_followed(probe: Probe) -> None:
     """A robot on the ground asks the gait to get it up."""
-    numbers = ports(probe)
+    numbers = probe.udp_ports
     probe.start("player", scene="pitch_small", referee=False, start="'-1.5 0.0 0.0'", **numbers)
     motions = probe.subscribe(String, "gait/motion")
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -223,7 +223,7 @@ def test_gait_state_is_followed(probe: Probe) -> None:
 
 
 def test_a_gait_that_was_started_again_is_told_to_search(probe: Probe) -> None:
-    probe.start("player", scene="pitch_small", referee=False, **ports(probe))
+    probe.start("player", scene="pitch_small", referee=False, **probe.udp_ports)
     modes = probe.subscribe(String, "gait/head_mode")
     robot = StandingRobot(probe)
 
@@ -260,7 +260,7 @@ def test_map_to_odom_and_odom_to_the_robot_give_its_pose_with_a_prefix(
     (tmp_path / "tf2_ros.py").write_text(TF2_ROS)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     probe.start("player", scene="pitch_small", start="'-1.0 0.5 0.3'", referee=False,
-                frame_prefix="red1/", **ports(probe))  # fmt: skip
+                frame_prefix="red1/", **probe.udp_ports)  # fmt: skip
     transforms = probe.subscribe(TransformStamped, "/transforms")
     poses = probe.subscribe(PoseWithCovarianceStamped, "pose")
     odometry = probe.publisher(Odometry, "odom")

@@ -20,9 +20,6 @@ def relative(names: Iterable[tuple[str, list[str]]], node: str) -> set[str]:
     return found
 
 
-PORTS = {"control_port": 23838, "return_port": 23839}
-
-
 @pytest.mark.parametrize(
     ("name", "parameters"),
     [
@@ -30,8 +27,8 @@ PORTS = {"control_port": 23838, "return_port": 23839}
         ("sim_bridge", {"cameras": True}),
         ("sim_bridge", {"scene": "pitch_small", "cameras": True}),
         ("vision", {"use_sim_time": True}),
-        ("player", {"use_sim_time": True, "team_port": 23840, **PORTS}),
-        ("referee", {"use_sim_time": True, **PORTS}),
+        ("player", {"use_sim_time": True}),
+        ("referee", {"use_sim_time": True}),
         ("lola_bridge", {"socket": "lola", "sit_time": 0.5}),
         ("lola_server", {"socket": "lola"}),
     ],
@@ -42,6 +39,8 @@ def test_the_policy_covers_what_the_node_does(
 ) -> None:
     if "socket" in parameters:
         parameters = {**parameters, "socket": tmp_path / "lola"}
+    if name in ("player", "referee"):
+        parameters = parameters | probe.udp_ports
     probe.start(name, **parameters)
     node = probe.node
     probe.wait(lambda: name in node.get_node_names(), f"the node {name}")

@@ -7,9 +7,10 @@ from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
 from robot_core.robot import load_robot
 from robot_core.types import GRAVITY
 
-TICKS = 12
+TICKS = 5
+"""As many messages as the gait keeps of a topic while the machine holds it up."""
 APART = 0.25
-"""[s] of wall time between two ticks; a busy machine answers within that."""
+"""[s] of wall time between two ticks."""
 
 
 def standing(tick: int) -> list[Message]:

@@ -40,8 +40,7 @@ def test_the_three_nodes_walk_see_and_decide_in_one_process(probe: Probe, tmp_pa
     probe.wait(lambda: reports, "a report of the behaviour")
     values = {pair.key: pair.value for pair in reports[-1].status[0].values}
     assert values["option_0"].startswith("player: ")
-    named = {name for name, _ in probe.node.get_node_names_and_namespaces()}
-    assert set(NODES) <= named
+    probe.wait(lambda: set(NODES) <= set(probe.node.get_node_names()), "the names of all three")
     assert not robot.says("unknown")
 
 
