@@ -52,6 +52,7 @@ class SetPlay(StrEnum):
     GOAL_KICK = "goal_kick"
     CORNER_KICK = "corner_kick"
     FREE_KICK = "free_kick"
+    INDIRECT_FREE_KICK = "indirect_free_kick"
     PENALTY_KICK = "penalty_kick"
 
 
@@ -91,6 +92,7 @@ class GameState:
         competition: What is played.
         message_budget: Number of team messages that the team may still send; None = no limit.
         ball_distance: [m] that the other team keeps from the ball of a kick-off or set play.
+        may_score: A goal of this player would count: it has not just taken an indirect free kick.
     """
 
     phase: Phase = Phase.PLAYING
@@ -110,3 +112,4 @@ class GameState:
     competition: Competition = Competition.NORMAL
     message_budget: int | None = None
     ball_distance: float = 0.75
+    may_score: bool = True

@@ -24,7 +24,7 @@ from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
 from nao_soccer.behavior.walking import WalkLimits
-from nao_soccer.game_state import Competition, GamePhase, GameState, Phase, Role
+from nao_soccer.game_state import Competition, GamePhase, GameState, Phase, Role, SetPlay
 from nao_soccer.referee.protocol import ReturnMessage, decode, seen_by
 from nao_soccer.team.link import GameTime, TeamLink
 from nao_soccer.team.message import NEVER, BallMessage, TeamMessage
@@ -56,6 +56,10 @@ FREE_BALL = 10.0
 """[s] after the whistle of a kick-off, from which on both teams may play the ball."""
 READY_GESTURE = "ready"
 """Gesture of the referee that ends `standby`."""
+TOUCHED = 0.35
+"""[m] from another robot to the ball, at which it counts as having touched the ball."""
+TOUCH_WAIT = 15.0
+"""[s] after an indirect free kick, in which nobody else may have touched the ball."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +133,9 @@ class Player:
         self._urgent = self._late_start = self._was_penalized = self._was_removed = False
         self._field = settings.field
         self._time_of_game = GameTime()
+        self._half: tuple[GamePhase, bool] | None = None
+        self._carried = False
+        self._took_kick: float | None = None
         self._signal: tuple[Phase, Phase, float] | None = None
         self._packet: int | None = None
         self._packet_time = -math.inf
@@ -153,8 +160,17 @@ class Player:
         if self._packet is None:
             self._late_start = game.phase in (Phase.SET, Phase.PLAYING)
         self._time_of_game.hear(game)
+        self._watch_halves(game)
         self.game, self._packet, self._packet_time = game, message.packet, time
         self._obey_signal(time)
+
+    def _watch_halves(self, game: GameState) -> None:
+        """Before each half people carry the robots to where they stood before the first one."""
+        half = game.game_phase, game.first_half
+        plays = game.game_phase in (GamePhase.NORMAL, GamePhase.EXTRA_TIME)
+        if plays and game.phase is not Phase.FINISHED:
+            self._carried = self._carried or self._half not in (None, half)
+            self._half = half
 
     def hear_game(self, game: GameState, time: float) -> None:
         """Take the state of the game from a referee who does not speak in packets."""
@@ -203,8 +219,10 @@ class Player:
         if self._late_start:  # it began in the middle of a half: it may be anywhere
             self.world.forget_place()
             self._late_start = False
-        if self._was_penalized and not self.game.penalized and self._was_removed:
+        returns = self._was_penalized and not self.game.penalized and self._was_removed
+        if returns or self._carried:
             self.world.start(self._entries())
+            self._carried = False
         self._was_penalized = self.game.penalized
         self._was_removed = self.game.penalized and (self._was_removed or self.game.removed)
         for mate in self.link.mates(now * 1e-9):
@@ -217,6 +235,7 @@ class Player:
         time = state.stamp * 1e-9
         if self._state is not None and state.stamp < self._state.stamp:
             self._restart(time)
+        self._watch_indirect_kick(state, time)
         before = self.role
         claims = self.link.claims(time)
         if self.game.game_phase is GamePhase.SHOOT_OUT:
@@ -240,12 +259,29 @@ class Player:
         self._state = state
         return self._decision
 
+    def _watch_indirect_kick(self, state: WorldState, time: float) -> None:
+        """Who takes an indirect free kick cannot score before somebody else touches the ball."""
+        game, ball = self.game, state.ball
+        playing = game.phase is Phase.PLAYING
+        if playing and game.set_play is SetPlay.INDIRECT_FREE_KICK:
+            takes = game.own_kick is True and self.role is Role.STRIKER
+            self._took_kick = time if takes else None
+        elif self._took_kick is not None:
+            touched = ball is not None and any(
+                math.dist(each.position, ball.position) < TOUCHED for each in state.obstacles
+            )
+            goes_on = playing and game.set_play is SetPlay.NONE and not touched
+            if not (goes_on and 0.0 <= time - self._took_kick < TOUCH_WAIT):
+                self._took_kick = None
+        if game.may_score is not (self._took_kick is None):
+            self.game = replace(game, may_score=self._took_kick is None)
+
     def look(self, decision: Decision) -> Goal | None:
         """Where the head looks after a decision; None leaves it to the gait."""
         return self._looking.goal(decision.action.head, decision.world)
 
     def _entries(self) -> tuple[Pose2, ...]:
-        """Where the robot stands after a penalty that took it off the field."""
+        """Where the robot stands before a half, or after a penalty that took it off the field."""
         game, half = self.game, self._field.length / 2.0
         if game.game_phase is GamePhase.SHOOT_OUT:
             kicks = half - self._field.penalty_area_length, 0.0, 0.0
@@ -283,6 +319,8 @@ class Player:
         ball = state.ball
         game = self.game
         away = game.penalized or game.stopped or state.blind or self._mind.lost
+        # Somebody else has to touch the ball of an indirect free kick.
+        away = away or (not game.may_score and game.set_play is SetPlay.NONE)
         if plan is None or ball is None or ball.age > BALL_AGE or away:
             return NEVER
         down = 0.0 if state.upright else GETTING_UP_TIME

@@ -119,6 +119,7 @@ class AlongWay(Planner):
         *,
         valid: bool = True,
         stands: bool = False,
+        scores: bool = True,
     ) -> BallPlan:
         """With the foot that is nearer to its place; see `Planner`."""
         x, y = self._way.ahead(ball, BALL_AHEAD)
@@ -151,6 +152,7 @@ class AtTarget(Planner):
         *,
         valid: bool = True,
         stands: bool = False,
+        scores: bool = True,
     ) -> BallPlan:
         """By the kick that rolls as far as the target; see `Planner`."""
         far = math.dist(ball, self._target)

@@ -180,6 +180,7 @@ class Planner:
         *,
         valid: bool = True,
         stands: bool = False,
+        scores: bool = True,
     ) -> BallPlan:
         """The plan that brings the ball into the goal soonest; places and poses are in the field.
 
@@ -191,8 +192,11 @@ class Planner:
             valid: The own pose may be trusted. If not, the ball is dribbled, not kicked, and the
                 direction of the goal is that of the last known pose.
             stands: The robot stands, and could kick at once.
+            scores: A goal of this robot would count. If not, the ball is brought before the goal.
         """
-        plans = list(self._plans(own, ball, robots, valid=valid, stands=stands))
+        plans = list(
+            self._plans(own, ball, robots, valid=valid, stands=stands, scores=scores)
+        )
         best = min(plans, key=lambda plan: plan.seconds)
         if before is not None:
             kept = [plan for plan in plans if before.is_like(plan)]
@@ -203,7 +207,14 @@ class Planner:
         return replace(best, runner_up=min(others, key=lambda plan: plan.seconds, default=None))
 
     def _plans(
-        self, own: Pose2, ball: Point2, robots: Sequence[Point2], *, valid: bool, stands: bool
+        self,
+        own: Pose2,
+        ball: Point2,
+        robots: Sequence[Point2],
+        *,
+        valid: bool,
+        stands: bool,
+        scores: bool,
     ) -> Iterator[BallPlan]:
         s, table = self.settings, self._table
         contested = any(math.dist(robot, ball) < NO_TIME for robot in robots)
@@ -212,6 +223,8 @@ class Planner:
             kicks += [(kick, False) for kick in table.kicks]
         things = [(robot, s.robot_radius) for robot in robots]
         goal = self._opening(ball)
+        # A goal that does not count leads to a goal kick: all of the field to bring the ball back.
+        in_goal = 0.0 if scores else 2.0 * self._goal / s.dribble_speed
         for way in self._ways(ball, robots, things):
             for kick, dribbles in kicks:
                 pose = kick.robot_pose(ball, way.direction)
@@ -222,14 +235,15 @@ class Planner:
                 hit = self._chance(kick, goal, way)
                 gain = kick.distance * math.exp(-0.5 * (kick.direction_spread + s.aim_spread) ** 2)
                 end = way.end(ball, gain)
-                rest = self._rest(end, things) + self._way_time(math.dist(ball, end))
+                rest = self._rest(end, things, in_goal) + self._way_time(math.dist(ball, end))
                 seconds = walk + self._no_room(pose, robots)
                 if not dribbles:
                     # A ball that goes in is in soon after the foot has hit it.
                     seconds += HIT_SHARE * kick.seconds
                     seconds += 0.0 if at_once else s.settle
                     rest += (1.0 - HIT_SHARE) * kick.seconds + s.retry
-                seconds += hit * min(goal.far / kick.speed, 2.0) + (1.0 - hit) * rest
+                won = min(goal.far / kick.speed, 2.0) + in_goal
+                seconds += hit * won + (1.0 - hit) * rest
                 yield BallPlan(kick, dribbles, way.direction, walk, seconds)
 
     def _ways(
@@ -268,13 +282,13 @@ class Planner:
         right = math.atan2(-self._half_opening - ball[1], dx)
         return _Opening(self._far(ball), left, right)
 
-    def _rest(self, ball: Point2, robots: Sequence[_Disc]) -> float:
-        """Time [s] that a ball at a place still needs to the goal."""
+    def _rest(self, ball: Point2, robots: Sequence[_Disc], in_goal: float) -> float:
+        """Time [s] that a ball at a place still needs to the goal; `in_goal` [s] once it is in."""
         s = self.settings
         x, y = ball
         rest = self._far(ball) / s.dribble_speed
         if x > self._goal and abs(y) < self._half_opening:
-            return 0.0
+            return in_goal
         if abs(x) > self._goal or abs(y) > self._side:
             return rest + OUT_TIME
         to_goal = math.atan2(-y, self._goal - x)

@@ -106,7 +106,7 @@ class Mind:
         game = GameState() if game is None else game
         if game.phase is not Phase.PLAYING:
             self._plan = None  # nothing has begun that would be worth keeping
-        self._plan = self._planned(world, body)
+        self._plan = self._planned(world, body, game)
         situation = Situation(
             world,
             game,
@@ -137,7 +137,7 @@ class Mind:
         )  # fmt: skip
         return Decision(world, action, path, self._plan)
 
-    def _planned(self, world: WorldState, body: Body) -> BallPlan | None:
+    def _planned(self, world: WorldState, body: Body, game: GameState) -> BallPlan | None:
         if world.ball is None:
             return None
         robots: Sequence[Point2] = [each.position_in_field for each in world.obstacles]
@@ -148,6 +148,7 @@ class Mind:
             self._plan,
             valid=not self._lost,
             stands=body.state is STAND,
+            scores=game.may_score,
         )
 
 

@@ -65,8 +65,8 @@ _SPL_SET_PLAYS = (
     SetPlay.PENALTY_KICK,
 )  # fmt: skip
 _HSL_SET_PLAYS = (
-    SetPlay.NONE, SetPlay.FREE_KICK, SetPlay.FREE_KICK, SetPlay.PENALTY_KICK, SetPlay.KICK_IN,
-    SetPlay.GOAL_KICK, SetPlay.CORNER_KICK,
+    SetPlay.NONE, SetPlay.FREE_KICK, SetPlay.INDIRECT_FREE_KICK, SetPlay.PENALTY_KICK,
+    SetPlay.KICK_IN, SetPlay.GOAL_KICK, SetPlay.CORNER_KICK,
 )  # fmt: skip
 
 

@@ -2,7 +2,8 @@
 
 Pure: it is given the time and where everything is, and returns what is to be done in the world and
 what the robots are told. Places are in the frame of the field (see `robot_core.field`); the teams
-do not change sides.
+do not change sides, but before the second half all robots are carried to where they stood before
+the first one, and no penalty goes on.
 
 The rules are a short form of those of the Standard Platform League. Different, because a simulated
 robot is not carried: a robot that lies for too long or leaves the field is put beside the touch
@@ -185,6 +186,8 @@ class Referee:
         self._radius = ball_radius
         self._players = {name: _Player(*each) for name, each in players.items()}
         self._not_put_back: set[str] = set()
+        self._starts: dict[str, Point2] = {}
+        self._carried: set[str] = set()
         if goalkeepers is None:
             sizes = Counter(team for team, _ in players.values())
             goalkeepers = {team: 1 for team, size in sizes.items() if size >= KEEPER_FROM}
@@ -289,7 +292,8 @@ class Referee:
     def not_put_back(self, name: str) -> None:
         """A robot could not be put back, for example because something is there.
 
-        The next update orders it again, unless the penalty has ended by then.
+        The next update orders it again, unless the penalty has ended by then. A robot that could
+        not be carried to its place for the second half by then is taken off.
         """
         self._not_put_back.add(name)
 
@@ -311,6 +315,13 @@ class Referee:
         for name in sorted(waiting):
             if self.penalized(name):
                 self._take_off(name, robots, orders)
+            elif name in self._carried and self._phase is Phase.READY:
+                self._punish(name, Penalty.PICK_UP, robots, orders)
+            elif name in self._carried:
+                self._carry(name, orders)
+        if self._half < 2 and self._phase in (Phase.INITIAL, Phase.STANDBY):
+            for name, robot in robots.items():
+                self._starts.setdefault(name, robot.position)
         if self._phase is Phase.INITIAL:
             self._half = max(self._half, 1)
             if time - self._since >= self.rules.initial:
@@ -321,6 +332,7 @@ class Referee:
         elif self._phase is Phase.READY:
             if time - self._since >= self.rules.ready:
                 self._enter(Phase.SET)
+                self._carried.clear()
                 self._clear_places(robots, orders)
                 self._put((0.0, 0.0), robots, orders)
         elif self._phase is Phase.SET:
@@ -332,10 +344,20 @@ class Referee:
             self._half, self._half_ends = 2, 0.0
             self._kicks = _other(self._first_kick)
             self._enter(Phase.INITIAL)
+            for name in self._players:
+                self._players[name].penalty = Penalty.NONE
+                self._carry(name, orders)
         if self._half_ends and time >= self._half_ends and self._phase is not Phase.FINISHED:
             self._enter(Phase.FINISHED)
             self._set_play, self._kicks = SetPlay.NONE, None
         return orders
+
+    def _carry(self, name: str, orders: list[Order]) -> None:
+        """Order a robot to where it stood before the first half."""
+        if name in self._starts:
+            self._carried.add(name)
+            turn = 0.0 if self._players[name].team == TEAMS[0] else math.pi
+            orders.append(PutRobot(name, (*self._starts[name], turn)))
 
     def _clear_places(self, robots: Mapping[str, RobotPlace], orders: list[Order]) -> None:
         """Punish robots that are in the half of the other team at a kick-off."""

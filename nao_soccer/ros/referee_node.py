@@ -237,7 +237,7 @@ class RefereeNode(Node):
             del self._puts[name]
             robot = self._robots.get(name)
             if robot is None or math.dist(robot.position, order.pose[:2]) > PUT_ERROR:
-                self._inputs.warn(f"put {name}", f"{name} cannot be put beside the field yet")
+                self._inputs.warn(f"put {name}", f"{name} cannot be put to its place yet")
                 self._referee.not_put_back(name)
 
     def _put_ball(self, now: int, order: PutBall) -> None:

@@ -17,17 +17,18 @@ from nao_soccer.behavior.basic import START_PLACES
 from nao_soccer.behavior.mind import Decision, Mind
 from nao_soccer.behavior.situation import Body
 from nao_soccer.game_state import GamePhase, GameState, Phase, Role, SetPlay
-from nao_soccer.player import SIGNAL_HOLD, Identity, Player
+from nao_soccer.player import SIGNAL_HOLD, TOUCH_WAIT, Identity, Player
 from nao_soccer.referee.protocol import VERSIONS, decode
 from nao_soccer.team.link import GameTime, TeamLink
-from nao_soccer.team.message import TeamMessage
+from nao_soccer.team.message import NEVER, TeamMessage
+from nao_soccer.team.message import decode as decode_team
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import BallEstimate, PoseEstimate, WorldState
+from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, WorldState
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
 from robot_core.robot import load_robot
-from robot_core.types import FALLEN, PoseCovariance
+from robot_core.types import FALLEN, STAND, PoseCovariance
 
 SCENE = settings_of_scene("pitch_small")
 GOALS = SCENE.goals or Goals()
@@ -37,6 +38,7 @@ PLAYING = 3
 STANDS, TO_PLACE, PLAYS, KEEPS_OFF, GUARDS = (
     "stands", "walks to its place", "plays the ball", "keeps 0.75 m from the ball", "guards",
 )  # fmt: skip
+PLAYS_SHORT = "plays the ball, but not into the goal"
 ENTRY, WHERE_IT_STOOD = "beside the touch line", "where it stood"
 
 _SPL = (
@@ -79,11 +81,12 @@ def packet(
     stopped: bool = False,
     count: int = 1,
     secondary: int = 0,
+    first: bool = True,
 ) -> bytes:
     """A packet of teams 1 and 2 with the penalty of player 1 of team 1; others are substitutes."""
     old = version <= 18
     data = b"RGme" + bytes((version, count, 5, 0, 0 if old else stopped, part, state, set_play))
-    data += bytes((1, kicking)) + struct.pack("<hh", 300, secondary)
+    data += bytes((first, kicking)) + struct.pack("<hh", 300, secondary)
     extra = bytes({19: 2, 20: 1}.get(version, 0))
     away = 14 if old else 11 if version == 19 else 13
     for number in (1, 2):
@@ -132,7 +135,33 @@ def reaction(**fields: int) -> str:
     """What a new player does after this packet."""
     player = Player(Identity(1, 1, 1), NAO, SETTINGS)
     player.hear_referee(packet(**fields), 0.0)
-    return doing(act(player))
+    done = doing(act(player))
+    if done == PLAYS and not shoots(player, 0.3):
+        return PLAYS_SHORT
+    return done
+
+
+def before_goal(time: float, *others: tuple[float, float]) -> WorldState:
+    """The ball lies a metre before the goal; others [m] as the robot behind it sees them."""
+    x = SCENE.field.length / 2.0 - 1.0
+    state = world((0.3, 0.05), time)
+    assert state.ball is not None
+    var = (0.01, 0.0, 0.01)
+    robots = tuple(
+        Obstacle(each, (x - 0.3 + each[0], each[1]), var, (0.0, 0.0), None, False, 0.1)
+        for each in others
+    )
+    return replace(
+        state, own=replace(state.own, pose=(x - 0.3, 0.0, 0.0)),
+        ball=replace(state.ball, position_in_field=(x, 0.05)), obstacles=robots,
+    )  # fmt: skip
+
+
+def shoots(player: Player, time: float, *others: tuple[float, float]) -> bool:
+    """Whether the player sends a ball before the goal into it."""
+    plan = player.decide_in(before_goal(time, *others), Body(STAND)).plan
+    assert plan is not None
+    return plan.kick.distance > 1.0
 
 
 @cache
@@ -182,7 +211,8 @@ def rows(version: int) -> list[tuple[Row, str]]:
         # Without a set play it is a kick-off, whose time for the kicking team runs.
         what = {"set_play": code, "secondary": 8}
         name = name if code else "kick-off"
-        add("set play of the own team", name, PLAYS, kicking=1, **what)
+        right = PLAYS_SHORT if name == "indirect free kick" else PLAYS
+        add("set play of the own team", name, right, kicking=1, **what)
         add("set play of the others", name, KEEPS_OFF, kicking=2, **what)
     for part, name in enumerate(PARTS):
         if name == "shoot-out":
@@ -292,6 +322,55 @@ def test_a_striker_waits_outside_of_the_penalty_area(scene: str, kind: SetPlay) 
         state = replace(here, own=own, ball=ball, stamp=tick * 50_000_000)
         decision = mind.update(state, Body(), game)
     assert decision.action.walk.x < -0.02, "backwards, out of the area"
+
+
+def test_who_took_an_indirect_free_kick_scores_when_another_one_has_touched_the_ball() -> None:
+    for mates_wait in (True, False):
+        player = Player(Identity(1, 1, 2), NAO, SETTINGS)
+        player.hear_referee(packet(20, set_play=2, kicking=1), 0.0)
+        act(player)
+        assert player.role is Role.STRIKER
+        player.hear_referee(packet(20, count=2), 1.0)
+        assert not shoots(player, 1.0)
+        assert not shoots(player, 2.0, (0.3, 1.0)), "it stands aside"
+        message = player.team_message(2.0)
+        assert message is not None
+        assert decode_team(message).seconds_to_ball == NEVER, "a mate is to go to the ball"
+        if mates_wait:
+            assert not shoots(player, 10.0)
+            assert shoots(player, 1.0 + TOUCH_WAIT)
+        else:
+            assert shoots(player, 3.0, (0.3, 0.3))
+            assert shoots(player, 4.0), "for good"
+
+
+def test_a_new_half_begins_where_the_first_one_did() -> None:
+    start = (-2.0, -1.5, 1.57)
+    for known, places in ((start, [start]), (None, SCENE.field.entries())):
+        player = Player(Identity(1, 1, 1), NAO, SETTINGS, known)
+        stamp = 0
+
+        def pose_after(data: bytes, player: Player = player) -> tuple[float, float, float]:
+            nonlocal stamp
+            player.hear_referee(data, stamp * 1e-9)
+            for _ in range(10):
+                stamp += 10_000_000
+                player.world.add_odometry(stamp, (0.0, 0.0, 0.0))
+            decision = player.decide(Body(), stamp)
+            assert decision is not None
+            return decision.world.own.pose
+
+        pose_after(packet(18, state=0))
+        player.world.start(((1.0, 1.0, 0.0),))
+        for count, state in enumerate((1, 2, PLAYING, 4), start=2):
+            pose = pose_after(packet(18, state=state, count=count))
+            assert math.dist(pose[:2], (1.0, 1.0)) < 0.3, "where it played"
+        pose = pose_after(packet(18, state=0, count=6, first=False))
+        assert min(math.dist(pose[:2], place[:2]) for place in places) < 0.3
+        player.world.start(((1.0, 1.0, 0.0),))
+        for count, state in enumerate((5, 1, 2, PLAYING), start=7):
+            pose = pose_after(packet(18, state=state, count=count, first=False))
+            assert math.dist(pose[:2], (1.0, 1.0)) < 0.3, "once"
 
 
 def test_a_stopped_game_lets_nobody_get_up() -> None:

@@ -93,6 +93,34 @@ def test_the_second_half_begins_where_the_pause_ends() -> None:
     assert told == [(phase, first) for first in (True, False) for phase in phases]
 
 
+def test_before_the_second_half_robots_are_carried_to_their_starts_and_penalties_end() -> None:
+    game = Game(RULES.replace(penalty=100.0))
+    game.kick_off()
+    game.robots["red1"] = RobotPlace((-1.0, 3.0), True)  # beyond the touch line
+    game.robots["blue2"] = RobotPlace((-1.0, 0.3), True)
+    game.run(1.0)
+    assert game.referee.penalized("red1")
+    while game.referee.message().first_half:
+        orders = game.run(0.1)
+    starts = {
+        each.name: each.pose for each in orders if isinstance(each, PutRobot)
+    }
+    assert {name: pose[:2] for name, pose in starts.items()} == STARTS
+    assert {name: pose[2] for name, pose in starts.items()} == {
+        name: 0.0 if name.startswith("red") else math.pi for name in STARTS
+    }
+    assert not game.referee.penalized("red1")
+    game.referee.not_put_back("blue2")  # something is there
+    assert game.run(0.1) == [PutRobot("blue2", starts["blue2"])]
+    while game.referee.phase is not Phase.READY:
+        game.run(0.1)
+    game.referee.not_put_back("blue2")
+    (order,) = game.run(0.1)
+    assert isinstance(order, PutRobot)
+    assert abs(order.pose[1]) > 1.5, "beside the touch line"
+    assert game.referee.penalty("blue2") is Penalty.PICK_UP
+
+
 def test_a_simulation_that_begins_again_does_not_turn_the_match_back() -> None:
     clock = MatchClock(wait=1000)
     assert [clock.at(stamp) for stamp in (5000, 6000, 9000)] == [-1000, 0, 3000]
