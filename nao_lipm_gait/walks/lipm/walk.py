@@ -293,13 +293,15 @@ class LipmWalk:
             self._pace.add(self._elapsed, self._stride, p)
         wanted = stride_for(command, p, self._pace.share)
         forward_share, _, _ = wanted.used_shares(p)
-        if forward_share > self._sway.share:
+        sways = forward_share > self._sway.share
+        if sways:
             wanted = wanted.scaled(self._sway.share / forward_share)
         self._stride = approach(self._stride, wanted, p)
         forward_share, _, _ = self._stride.used_shares(p)
         self._sway.watch(forward_share)
         self._wanted_step = None
-        self._reserve = 1.0 - limit_share(self._stride, p)
+        # What holds the speed must not grow while the sway, not the command, sets the stride.
+        self._reserve = 0.0 if sways else 1.0 - limit_share(self._stride, p)
         self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(
             relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift

@@ -3,8 +3,9 @@
 A walk that is about to fall often sways to the sides for a second or two before: on a hard floor,
 or on soles that are not level, long steps make more sway than the next steps take out. The sway
 shows in the innovation of the CoM to the side, which varies by a millimetre in a calm walk. The
-walk then uses less of its step limit forward, and takes it back slowly. Steps to the side and turns
-sway more, and shorter strides forward would not change that: only long strides forward are watched.
+walk then uses less of its step limit forward, and takes it back soon up to nearly the stride that
+swayed, and slowly beyond. Steps to the side and turns sway more, and shorter strides forward would
+not change that: only long strides forward are watched.
 """
 
 from math import sqrt
@@ -21,6 +22,10 @@ GAIN = 0.6
 """Share that is given up per relative excess of the sway."""
 RECOVERY_TIME = 40.0
 """Time [s] in which all of the step limit is taken back."""
+CALM_SHARE = 0.9
+"""Share of the stride that swayed up to which the limit is taken back faster."""
+RETURN_TIME = 6.0
+"""Time [s] in which all of the limit would be taken back at that rate."""
 
 
 class SwayLimit:
@@ -36,6 +41,8 @@ class SwayLimit:
     def __init__(self, limit: float) -> None:
         self.share = 1.0
         self._watched = False
+        self._walked = self._calm = 0.0
+        self._sways = False
         self.set_limit(limit)
         self.begin()
 
@@ -55,6 +62,7 @@ class SwayLimit:
         if watched and not self._watched:
             self.begin()
         self._watched = watched
+        self._walked = forward_share
 
     def update(self, innovation: float, dt: float) -> None:
         """One tick.
@@ -65,7 +73,8 @@ class SwayLimit:
         """
         if self._limit <= 0.0:
             return
-        taken_back = min(1.0, self.share + dt / RECOVERY_TIME)
+        time = RETURN_TIME if self.share < self._calm else RECOVERY_TIME
+        taken_back = min(1.0, self.share + dt / time)
         if not self._watched:
             self.share = taken_back
             return
@@ -76,5 +85,10 @@ class SwayLimit:
         if self._time < START_TIME:
             return
         sway = sqrt(max(0.0, self._square - self._mean * self._mean))
+        if sway <= self._limit:
+            self._sways = False
+        elif not self._sways:
+            self._sways = True
+            self._calm = CALM_SHARE * min(self._walked, self.share)
         allowed = max(SHARE_MIN, 1.0 - GAIN * max(0.0, sway / self._limit - 1.0))
         self.share = min(allowed, taken_back)
