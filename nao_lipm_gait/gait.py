@@ -662,6 +662,16 @@ class Gait:
         return self._correction.sensed(frame)
 
     @property
+    def support(self) -> int:
+        """Support leg at the time of the last frame, LEFT or RIGHT."""
+        return self._walk.estimated.support
+
+    @property
+    def measures_yaw(self) -> bool:
+        """The robot is said to have a yaw gyro."""
+        return self._parameters.yaw_gyro
+
+    @property
     def calibration(self) -> Calibration:
         """The constant errors of the sensors, by all that has been measured so far."""
         c, stand = self._calibration, self._alignment

@@ -1,17 +1,18 @@
-"""The accelerometer proves itself in the stand before the first walk, and in its first steps.
+"""The IMU proves itself in the stand before the first walk, and in its first steps.
 
-It measures the vertical, which the joints over flat soles show too, the size of gravity, and a
-force to the right while the first steps sway the torso to the left. The gyro is not judged: a robot
-that is held, lies or has just fallen rocks in ways that look like a wrong one.
+In the stand the accelerometer measures the vertical, which the joints over flat soles show too, and
+the size of gravity. In the first steps `ImuAxes` compares accelerometer, gyro and joints.
 """
 
+from collections import deque
 from math import acos, hypot
 
 import numpy as np
 
+from nao_lipm_gait.runtime.imu_axes import ImuAxes
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.robot import RobotDescription
-from robot_core.types import GRAVITY, FloatArray, SensorFrame
+from robot_core.types import GRAVITY, LEFT, RIGHT, FloatArray, SensorFrame
 
 FORCE_TICKS = 30
 """Ticks over which gravity is averaged."""
@@ -19,6 +20,8 @@ SETTLED_TICKS = 5
 """First ticks that are left out: a robot that is set down feels an impact."""
 FORCE_RANGE = 7.0, 13.0
 """[m/s^2] Mean specific force of a robot that stands."""
+DOUBTFUL_RANGE = 3.0, 30.0
+"""[m/s^2] A first force outside, which may be an impact, is not used until the mean is known."""
 TILT_MAX = 0.35
 """[rad] Largest angle between the vertical of the accelerometer and that over flat soles."""
 LYING_TILT = 1.0
@@ -27,15 +30,14 @@ LYING_TICKS = 60
 """Ticks in which the loads of the soles must arrive; a robot that lies gets up later."""
 INVERTED_TILT = 2.3
 """[rad] from there on the vertical points into the floor: no robot lies like that."""
-BAND_TIME, SMOOTH_TIME = 0.2, 0.02
-"""[s] Time constants of the band in which rocking is compared."""
-OPPOSED = 0.45
-"""Correlation above which the lateral force follows the sway instead of opposing it."""
-SWAY_TICKS = 40
-"""First ticks of a walk in which the sway by the joints is compared with the lateral force."""
-SWAY_RATIO, SWAY_CORRELATION = 1.5, 0.5
-"""Share of the force along x that follows the sway, and its correlation, from which on the axes are
-exchanged; right ones stay below 0.3."""
+ABSURD_TICKS, ABSURD_FIRST = 15, 5
+"""Ticks over which the gyro's size is judged, and must be wrong in a stand; the first of them."""
+ABSURD, ABSURD_RATE = 50.0, 0.2
+"""Angular acceleration [rad/s^2] by the gyro for each m/s^2 that the accelerometer changes by, and
+deviation [rad/s] of the gyro, above which its unit is wrong. Right ones reach 22, in hands 36."""
+FALLEN_TILT, FALLEN_TIME = 0.8, 0.08
+"""[rad, s] Angle between the accelerometer's mean and the vertical over the soles from which on a
+robot with a wrong gyro has fallen; time constant of that mean."""
 
 
 class SensorCheck:
@@ -44,34 +46,44 @@ class SensorCheck:
     Args:
         robot: The robot that is measured.
         period: Control period [s].
+        yaw_gyro: The gyro is said to measure yaw.
 
     Attributes:
-        trouble: Why the robot must not walk; empty while nothing is known to be wrong.
         seems_to_lie: The first frame shows a robot that lies. If its soles carry it, it does not.
+        fallen: The accelerometer, which was right in the stand, shows a fall.
     """
 
-    def __init__(self, robot: RobotDescription, period: float) -> None:
+    def __init__(self, robot: RobotDescription, period: float, *, yaw_gyro: bool) -> None:
         self._body = BodyModel(robot)
-        self._dt = period
+        self._dt, self._yaw_gyro = period, yaw_gyro
         self.restart()
 
     def restart(self) -> None:
         """The sensors, or the robot's place, may be others from here on."""
-        self.trouble = ""
+        self._passing = self._final = ""
         self.seems_to_lie = False
         self._lying_ticks = 0
         self._up: FloatArray | None = None
         self._forces: list[FloatArray] = []
-        self._gravity_is_right = self._sway_is_judged = False
-        self._sway: list[FloatArray] = []
-        self._smooth = self._slow = np.zeros(3)
+        self._gravity_is_right = False
+        self._samples: deque[FloatArray] = deque(maxlen=ABSURD_TICKS)
+        self._absurd = False
+        self._absurd_ticks = 0
+        self._axes = ImuAxes(self._body, self._dt, yaw_gyro=self._yaw_gyro)
+        self._force: FloatArray | None = None
+        self.fallen = False
         self._first = True
         self._doubtful = False
 
     @property
+    def trouble(self) -> str:
+        """Why the robot must not walk; empty while nothing is known to be wrong."""
+        return self._final or self._passing
+
+    @property
     def done(self) -> bool:
         """Nothing more is to be judged, and all was right."""
-        return self._gravity_is_right and self._sway_is_judged and not self.trouble
+        return self._gravity_is_right and self._axes.done and not self.trouble
 
     def update(
         self,
@@ -79,7 +91,7 @@ class SensorCheck:
         *,
         stands: bool,
         carried: bool,
-        walks: bool = False,
+        support: int = 0,
         light: bool = False,
         in_doubt: bool = False,
     ) -> SensorFrame:
@@ -89,7 +101,7 @@ class SensorCheck:
             frame: As measured.
             stands: The gait stands or moves into its stand.
             carried: The soles are known to carry the robot.
-            walks: The gait walks because it is told to.
+            support: The leg on which it walks because it is told to, LEFT or RIGHT; else 0.
             light: The soles are known not to carry it: it lies, falls or is held.
             in_doubt: The loads of the soles do not show a robot that stands on both.
 
@@ -103,14 +115,17 @@ class SensorCheck:
             self._first = False
             self._up = self._vertical(frame)
             angle = _angle(force, self._up)
-            self._doubtful = TILT_MAX < angle < LYING_TILT
+            low, high = DOUBTFUL_RANGE
+            self._doubtful = TILT_MAX < angle < LYING_TILT or not low < _size(force) < high
             if angle > INVERTED_TILT:
-                self.trouble = self._gravity_trouble(force)
+                self._passing = self._gravity_trouble(force)
             else:
                 self.seems_to_lie = angle > LYING_TILT and _size(force) > FORCE_RANGE[0]
-        if light and not self._gravity_is_right:
+        if light and not self._final:
             self._forces.clear()
-            self.trouble = ""
+            self._samples.clear()
+            self._axes.interrupt()
+            self._passing = ""
             return frame
         if self.seems_to_lie and not self.trouble:
             self._lying_ticks += 1
@@ -118,20 +133,23 @@ class SensorCheck:
                 self.seems_to_lie = self._lying_ticks < LYING_TICKS
                 return frame
             self.seems_to_lie = False
-            self.trouble = self._gravity_trouble(force)
+            self._passing = self._gravity_trouble(force)
+        self._judge_size(frame, walks=support != 0, waits=stands)
         if not stands and not self.trouble:
             self._forces.clear()
-            if not self._sway_is_judged:
-                self._judge_sway(frame, walks=walks)
-            return self._at_rest(frame) if self.trouble else frame
+            self._judge_axes(frame, support)
+            return self.at_rest(frame) if self.trouble else frame
+        self._axes.interrupt()
+        if self._absurd:
+            return self.at_rest(frame)
         if not in_doubt or self.trouble:
             self._judge_gravity(frame)
         else:
             self._forces.clear()
         if self.trouble:
-            return self._at_rest(frame)
+            return self.at_rest(frame)
         if self._doubtful and not self._gravity_is_right:
-            return self._at_rest(frame)
+            return self.at_rest(frame)
         return frame
 
     def _judge_gravity(self, frame: SensorFrame) -> None:
@@ -143,7 +161,7 @@ class SensorCheck:
         self._up = self._vertical(frame)
         mean: FloatArray = np.mean(self._forces[SETTLED_TICKS:], axis=0)
         self._forces.clear()
-        self.trouble = self._gravity_trouble(mean)
+        self._passing = self._gravity_trouble(mean)
         self._gravity_is_right = not self.trouble
 
     def _gravity_trouble(self, force: FloatArray) -> str:
@@ -180,56 +198,70 @@ class SensorCheck:
                     return f"axes {'xyz'[first]} and {'xyz'[second]} exchanged or turned?"
         return "mounting of the IMU, or a robot that does not stand upright?"
 
-    def _judge_sway(self, frame: SensorFrame, *, walks: bool) -> None:
-        """A torso that the legs sway to one side is pressed to the other."""
-        if not walks:
-            self._sway.clear()
+    def _judge_size(self, frame: SensorFrame, *, walks: bool, waits: bool) -> None:
+        """A gyro in another unit moves the estimated torso so much that a robot that stands falls.
+
+        In a stand it has to show for some time: someone may shake the robot.
+        """
+        if self._absurd:
+            self._absurd, self._passing = False, ""
+        if self.trouble or not (walks or waits):
+            self._samples.clear()
             return
-        self._vertical(frame)
-        y = -0.5 * sum(self._body.sole_in_torso(side).position[1] for side in (1, -1))
-        force = frame.linear_acceleration
-        now = np.array((y, force[0], force[1]))
-        if not self._sway:
-            self._smooth = self._slow = now
-        self._smooth = self._smooth + self._dt / SMOOTH_TIME * (now - self._smooth)
-        self._slow = self._slow + self._dt / BAND_TIME * (self._smooth - self._slow)
-        self._sway.append(self._smooth - self._slow)
-        if len(self._sway) < SWAY_TICKS:
+        self._samples.append(np.append(frame.angular_velocity[:2], frame.linear_acceleration[:2]))
+        if len(self._samples) < ABSURD_FIRST:
             return
-        self._sway_is_judged = True
-        sway, along, lateral = (np.array(self._sway) - np.mean(self._sway, axis=0)).T
-        guess = ""
-        follows = abs(_correlation(sway, along)) > SWAY_CORRELATION
-        if follows and abs(float(sway @ along)) > SWAY_RATIO * abs(float(sway @ lateral)):
-            guess = "axes x and y exchanged or turned?"
-        elif _correlation(sway, lateral) > OPPOSED:
-            guess = "sign of y, or an IMU that looks back?"
-        if guess:
-            self.trouble = (
-                "imu/data linear_acceleration: does not follow the first sway of the joints; "
-                f"allowed: a force to the right while the torso is on the left; {guess} Mend it "
-                "and start the sensors again; the robot stands"
+        samples = np.array(self._samples)
+        rates, forces = samples[:, :2], samples[:, 2:]
+        # The median: one jolt is a fall or a shove.
+        steps = np.sum(np.diff(rates, axis=0) ** 2, axis=1)
+        turned = len(steps) * np.median(steps) / self._dt**2
+        pressed = np.sum((forces - forces.mean(axis=0)) ** 2)
+        if turned > ABSURD**2 * pressed and np.mean(np.sum(rates**2, axis=1)) > ABSURD_RATE**2:
+            times = float(np.sqrt(turned / max(pressed, 1e-9)))
+            text = (
+                f"imu/data angular_velocity: turns by {times:.3g} rad/s^2 for each m/s^2 of the "
+                f"accelerometer; allowed: {ABSURD:g}; deg/s instead of rad/s? The robot stands"
+            )
+            self._absurd_ticks += 1
+            self._absurd = not walks and self._absurd_ticks < ABSURD_TICKS
+            if self._absurd:
+                self._passing = text
+            else:
+                self._final = text
+
+    def _judge_axes(self, frame: SensorFrame, support: int) -> None:
+        axes = self._axes
+        if support == 0:
+            axes.interrupt()
+        elif not axes.done:
+            axes.update(frame, support)
+        if axes.trouble:
+            self._final = (
+                "imu/data: accelerometer, gyro and joints do not fit together in the first steps; "
+                f"{axes.trouble} Mend it and start the sensors again; the robot stands"
             )
 
     def _vertical(self, frame: SensorFrame) -> FloatArray:
         """Mean normal (3,) of the soles in the torso frame."""
         self._body.set_joints(frame.joint_position)
         self._body.com_in_torso()
-        left, right = self._body.sole_in_torso(1).normal, self._body.sole_in_torso(-1).normal
-        normal = np.array(left) + np.array(right)
+        left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
+        normal = np.array(left.normal) + np.array(right.normal)
         return normal / max(_size(normal), 1e-6)
 
-    def _at_rest(self, frame: SensorFrame) -> SensorFrame:
-        up = self._vertical(frame)
+    def at_rest(self, frame: SensorFrame) -> SensorFrame:
+        """The frame with an IMU that rests on the robot's soles; unchanged once it has fallen."""
+        up, force = self._vertical(frame), frame.linear_acceleration
+        last = force if self._force is None else self._force
+        self._force = last + self._dt / (FALLEN_TIME + self._dt) * (force - last)
+        self.fallen = self._gravity_is_right and _angle(self._force, up) > FALLEN_TILT
+        if self.fallen:
+            return frame
         return frame._replace(
             linear_acceleration=GRAVITY * up, angular_velocity=np.zeros(3),
             mean_angular_velocity=None,
         )  # fmt: skip
-
-
-def _correlation(a: FloatArray, b: FloatArray) -> float:
-    size = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / size if size > 0.0 else 0.0
 
 
 def _size(vector: FloatArray) -> float:

@@ -93,7 +93,9 @@ class Supervisor:
         self._lift = None if gait.robot.force_sensors is None else LiftWatch(self._loads)
         self._outage = SensorOutage(self._loads, settings.imu_patience)
         self._heat = HeatWatch(gait.robot, say, settings.hot_speed)
-        self._check = SensorCheck(gait.robot, settings.control_period)
+        self._check = SensorCheck(
+            gait.robot, settings.control_period, yaw_gyro=gait.measures_yaw
+        )
         self._stand_check = StandCheck(gait.robot)
         self._motors_ready = True
         self._ticked = False
@@ -142,8 +144,8 @@ class Supervisor:
         if leg:
             self._sit_down(leg)
         stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate
-        if not self._check.done and gaps.blind_since is None:
-            frame, wrong = self._proven(frame)
+        if not self._check.done:
+            frame, wrong = self._proven(frame, blind=gaps.blind_since is not None)
             stands = stands or wrong
         if not self._stand_check.done:
             self._judge_stand(frame, in_doubt=stands)
@@ -190,9 +192,15 @@ class Supervisor:
             self._say.begin(COMMANDS, Level.OK, "gyro bias", text)
         return STANDSTILL if stands else command
 
-    def _proven(self, frame: SensorFrame) -> tuple[SensorFrame, bool]:
-        """The frame for the gait, and whether the sensors are wrong: then the robot stands."""
+    def _proven(self, frame: SensorFrame, *, blind: bool) -> tuple[SensorFrame, bool]:
+        """The frame for the gait, and whether the sensors are wrong: then the robot stands.
+
+        blind: there is no IMU sample, so that nothing can be judged.
+        """
         check, loads, stamp = self._check, self._loads, frame.stamp
+        if blind:
+            wrong = bool(check.trouble)
+            return check.at_rest(frame) if wrong else frame, wrong
         if self._gait.state in IN_MOTION:
             check.seems_to_lie = False
         lay = check.seems_to_lie
@@ -207,12 +215,14 @@ class Supervisor:
             carried=carried,
             light=light,
             in_doubt=known and not carried,
-            walks=told and state is WALK,
+            support=self._gait.support if told and state is WALK else 0,
         )
         if not check.trouble:
             self._say.end("wrong sensors", "the sensors measure what they should")
             return frame, False
-        if lay:
+        if check.fallen:
+            self._gait.report_fall()
+        elif lay:
             self._gait.reset()  # it was taken for a robot that lies
         elif self._gait.state in ON_THE_WAY:
             self._gait.request_stand()

@@ -38,17 +38,20 @@ class Distorted(Fault):
         yield Delivery(0, message)
 
 
-def drive(change: Distortion, every: int = 1, urdf: str = "nao_h21_v33") -> tuple[Harness, str]:
-    """A robot that is told to walk for 2.5 s, and its errors."""
+def drive(
+    change: Distortion, every: int = 1, urdf: str = "nao_h21_v33", seed: int = 3,
+    command: Point3 = (0.15, 0.0, 0.0), seconds: float = 2.5, engine: str = "mujoco",
+) -> tuple[Harness, str]:  # fmt: skip
+    """A robot that is told to walk after 1 s, and its errors."""
     parameters = preset_for(load_robot(urdf), "default")
     spec = RolloutSpec(
-        task=TASKS["stand"], robot_seed=3, noise_seed=3, parameters=parameters, urdf=urdf,
-        engine="mujoco",
+        task=TASKS["stand"], robot_seed=seed, noise_seed=seed, parameters=parameters, urdf=urdf,
+        engine=engine,
     )  # fmt: skip
     world, _ = make_pair(spec)
     errors: list[str] = []
     with world:
-        harness = Harness(world, parameters, Distorted(change, every), VelocityCommand(0.15))
+        harness = Harness(world, parameters, Distorted(change, every), VelocityCommand(*command))
         say = harness.gaits[0].controller._reporter.say
         take = say.take_log
 
@@ -58,7 +61,7 @@ def drive(change: Distortion, every: int = 1, urdf: str = "nao_h21_v33") -> tupl
             return lines
 
         say.take_log = taken  # type: ignore[method-assign]
-        harness.run(250)
+        harness.run(round(100 * seconds))
     return harness, "\n".join(errors)
 
 
@@ -69,19 +72,124 @@ def test_right_sensors_let_the_robot_walk(urdf: str) -> None:
     assert harness.gaits[0].controller.state is GaitState.WALK
 
 
+def test_soles_that_rock_along_one_axis_are_no_wrong_sensor() -> None:
+    """The first steps of this robot leave more unexplained along x than its force along x."""
+    harness, errors = drive(
+        lambda rate, force: (rate, force), 1, "bruno", 8, (0.2, 0.0, 0.6), 2.0, "pybullet"
+    )
+    assert errors == ""
+    assert harness.gaits[0].controller.state is GaitState.WALK
+
+
+def mapped(gyro: object, accelerometer: object) -> Distortion:
+    """Gyro and accelerometer, each times a matrix or a number."""
+
+    def change(rate: Point3, force: Point3) -> tuple[Point3, Point3]:
+        x, y, z = (_matrix(gyro) @ np.array(rate)).tolist()
+        ax, ay, az = (_matrix(accelerometer) @ np.array(force)).tolist()
+        return (x, y, z), (ax, ay, az)
+
+    return change
+
+
+def _matrix(factor: object) -> np.ndarray:
+    value = np.array(factor, dtype=float)
+    return value * np.eye(3) if value.ndim == 0 else np.diag(value) if value.ndim == 1 else value
+
+
+def about_z(degrees: float) -> np.ndarray:
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+
+
+def axes(order: str) -> np.ndarray:
+    return np.eye(3)[["xyz".index(axis) for axis in order]]
+
+
+IN_THE_STAND = {
+    "unit g": mapped(1.0, 1.0 / 9.81),
+    "unit or scale": mapped(1.0, 100.0),
+    "gravity removed": lambda w, a: (w, (a[0], a[1], a[2] - 9.81)),
+    "sign": mapped(1.0, -1.0),
+    "sign (up is positive)": mapped((1, -1, -1), (1, -1, -1)),
+    "axes x and z": mapped(1.0, axes("zyx")),
+    "axes y and z": mapped(1.0, axes("xzy")),
+    "deg/s": mapped(57.3, 1.0),
+    "allowed: 50": mapped(10.0, 1.0),
+}
+"""Distortions by what is said of them before the robot takes a step."""
+IN_THE_FIRST_STEPS = {
+    "gyro -x": mapped((-1, 1, 1), 1.0),
+    "gyro -y": mapped((1, -1, 1), 1.0),
+    "gyro -x -y": mapped((-1, -1, 1), 1.0),
+    "gyro negative": mapped(-1.0, 1.0),
+    "gyro yxz": mapped(axes("yxz"), 1.0),
+    "gyro +90": mapped(about_z(90.0), 1.0),
+    "gyro -90": mapped(about_z(-90.0), 1.0),
+    "gyro 45": mapped(about_z(45.0), 1.0),
+    "gyro xzy": mapped(axes("xzy"), 1.0),
+    "gyro zyx": mapped(axes("zyx"), 1.0),
+    "gyro yzx": mapped(axes("yzx"), 1.0),
+    "gyro zxy": mapped(axes("zxy"), 1.0),
+    "gyro too small": mapped(1.0 / 57.3, 1.0),
+    "gyro dead": mapped(0.0, 1.0),
+    "gyro x dead": mapped((0, 1, 1), 1.0),
+    "gyro y dead": mapped((1, 0, 1), 1.0),
+    "imu 180": mapped(about_z(180.0), about_z(180.0)),
+    "imu 90": mapped(about_z(90.0), about_z(90.0)),
+    "imu -90": mapped(about_z(-90.0), about_z(-90.0)),
+    "imu 45": mapped(about_z(45.0), about_z(45.0)),
+    "accelerometer yxz": mapped(1.0, axes("yxz")),
+    "accelerometer -x": mapped(1.0, (-1, 1, 1)),
+    "accelerometer -y": mapped(1.0, (1, -1, 1)),
+    "accelerometer -x -y": mapped(1.0, (-1, -1, 1)),
+}
+ROBOTS = {
+    ("nao_h21_v33", 3): (0.15, 0.0, 0.0), ("nao_h21_v33", 8): (0.0, 0.1, 0.0),
+    ("nao_v6", 4): (0.0, 0.0, 0.6), ("nao_v6", 11): (0.3, 0.0, 0.0),
+    ("bruno", 6): (0.15, 0.0, 0.0),
+}  # fmt: skip
+"""Robots and their commands."""
+SAID = ("unit g", "gravity removed", "sign", "axes x and z", "deg/s")
+QUICK = ("gyro -x", "imu 90")
+"""Distortions that are tried each time; all are slow tests."""
+
+
 @pytest.mark.parametrize(
-    ("change", "guess"),
-    [
-        (lambda w, a: (w, (a[0] / 9.81, a[1] / 9.81, a[2] / 9.81)), "unit g"),
-        (lambda w, a: (w, (a[0], a[1], a[2] - 9.81)), "gravity removed"),
-        (lambda w, a: (w, (-a[0], -a[1], -a[2])), "sign"),
-        (lambda w, a: (w, (a[2], a[1], -a[0])), "axes x and z"),
-    ],
+    "guess", [pytest.param(e, marks=() if e in SAID else pytest.mark.slow) for e in IN_THE_STAND]
 )
-def test_a_wrong_imu_keeps_the_robot_standing_and_is_named(change: Distortion, guess: str) -> None:
-    harness, errors = drive(change)
+def test_a_wrong_imu_keeps_the_robot_standing_and_is_named(guess: str) -> None:
+    harness, errors = drive(IN_THE_STAND[guess])
     assert guess in errors
     assert harness.gaits[0].controller.state is GaitState.STAND
+    assert harness.truth.torso_position[0] < 0.03, "it has not walked"
+    assert not harness.fallen
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_axes_that_do_not_fit_end_the_first_steps(name: str) -> None:
+    ends_upright(name, "nao_h21_v33", 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("urdf", "seed"), ROBOTS)
+@pytest.mark.parametrize("name", [*IN_THE_STAND, *IN_THE_FIRST_STEPS])
+def test_no_robot_walks_or_falls_with_a_wrong_imu(name: str, urdf: str, seed: int) -> None:
+    ends_upright(name, urdf, seed)
+
+
+def ends_upright(name: str, urdf: str, seed: int) -> None:
+    change = IN_THE_STAND.get(name) or IN_THE_FIRST_STEPS[name]
+    harness, errors = drive(change, 1, urdf, seed, ROBOTS[urdf, seed], seconds=6.0)
+    assert "imu/data" in errors
+    assert not harness.fallen
+    assert harness.gaits[0].controller.state is GaitState.STAND
+
+
+def test_a_yaw_gyro_with_the_wrong_sign_ends_the_first_turn() -> None:
+    wrong = mapped((1, 1, -1), 1.0)
+    harness, errors = drive(wrong, 1, "nao_v6", 4, (0.0, 0.0, 0.6), seconds=3.5)
+    assert "sign of angular_velocity.z?" in errors
     assert not harness.fallen
 
 
@@ -89,19 +197,5 @@ def test_a_wrong_imu_keeps_the_robot_standing_and_is_named(change: Distortion, g
 def test_sensors_at_another_rate_than_the_control_period_are_named(every: int) -> None:
     harness, errors = drive(lambda rate, force: (rate, force), every)
     assert f"set control_period to {0.01 * every:g}" in errors
-    assert harness.gaits[0].controller.state is GaitState.STAND
-    assert not harness.fallen
-
-
-@pytest.mark.parametrize("turn", [(0.0, 1.0), (0.0, -1.0), (-1.0, 0.0)])
-def test_an_imu_turned_about_the_vertical_ends_the_first_steps(turn: tuple[float, float]) -> None:
-    cos, sin = turn
-
-    def turned(v: Point3) -> Point3:
-        return cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]
-
-    harness, errors = drive(lambda rate, force: (turned(rate), turned(force)))
-    assert "first sway" in errors
-    harness.run(50)
     assert harness.gaits[0].controller.state is GaitState.STAND
     assert not harness.fallen
