@@ -63,8 +63,9 @@ class FakeServer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._listener.close()
-        self._thread.join(timeout=30.0)
+        with contextlib.suppress(OSError):  # its thread has closed it
+            self._listener.shutdown(socket.SHUT_RDWR)  # which wakes a thread that accepts
+        self._thread.join()
 
     def _serve(self) -> None:
         for cycles in self._cycles:

@@ -123,8 +123,8 @@ def walk(job: Job, say: Callable[[str], None], wait: Callable[[float], None] = t
     who = f"{job.team} {job.number}"
     done, falls, drops, tries = 0.0, 0, 0, 0
     with Client(job.host, job.port, job.robot, job.team, job.number) as client:
+        agent = job.agent()
         while True:
-            agent = job.agent()
             try:
                 client.connect_within(PATIENCE, wait)
             except ServerGoneError as error:
@@ -143,6 +143,8 @@ def walk(job: Job, say: Callable[[str], None], wait: Callable[[float], None] = t
             if done >= job.seconds:
                 say(f"{who}: {done:.0f} s, {falls} falls, {drops} drops")
                 return EXIT_OK
+            if client.heard:
+                agent = job.agent()
 
 
 def _cycles(
