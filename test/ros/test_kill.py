@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from robot_core.robot import load_robot
 from robot_core.ros.topics import LATCHED
@@ -35,7 +36,16 @@ def walking(
     gait = probe.start("gait", bias_wait=0.0)
     probe.start("sim_bridge", **parameters)
     driver.forward = 0.2
-    probe.wait(lambda: fast(support, truth), "a walk at speed")
+
+    def fallen() -> bool:
+        return bool(support) and support[-1].data.startswith("fallen")
+
+    probe.wait(lambda: fast(support, truth) or fallen(), "a walk at speed")
+    while fallen():  # the machine has held up a gait for which the robot did not wait
+        probe.call(Trigger, "sim_bridge/reset", Trigger.Request())
+        probe.wait(lambda: not fallen(), "a robot that stands")
+        truth.clear()
+        probe.wait(lambda: fast(support, truth) or fallen(), "a walk at speed")
     return gait, driver, truth, support, commands
 
 

@@ -76,7 +76,7 @@ def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, serve
     viewer.panel.x.value = 20.0
     shown(lambda: any(c.linear.x == 0.2 for c in commands), "the slider's command")
     shown(lambda: scene.base[0] > 0.3, "the robot walking forward in the scene")
-    assert viewer.link.state.support.startswith("walk ")
+    shown(lambda: viewer.link.state.support.startswith("walk "), "a walk")
     shown(lambda: len(scene.prints) >= 3, "footprints")
     assert scene.com.visible
     assert scene.origin.visible
@@ -119,13 +119,20 @@ def test_all_robots_of_a_scene_are_shown_and_the_chosen_one_is_driven(
 
     shown(lambda: len(viewer.robots) == 4, "the robots of the scene")
     shown(lambda: all(robot.scene for robot in viewer.robots), "their joints")
-    shown(lambda: all(robot.scene.base[0] for robot in viewer.robots), "links placed")
-    for robot, pose in zip(viewer.robots, load_scene("pitch_small").robots, strict=True):
-        assert robot.scene is not None
-        x, y, heading = pose.pose
-        assert robot.name == pose.name
-        assert robot.scene.base[:2] == pytest.approx((x, y), abs=0.05)
-        assert np.cos(robot.scene.base[2] - heading) > 0.99
+    poses = load_scene("pitch_small").robots
+    assert [robot.name for robot in viewer.robots] == [pose.name for pose in poses]
+
+    def in_place() -> bool:
+        """Until the truth has come they are drawn at the origin."""
+        return all(
+            np.hypot(robot.scene.base[0] - x, robot.scene.base[1] - y) < 0.05
+            and np.cos(robot.scene.base[2] - heading) > 0.99
+            for robot, (x, y, heading) in zip(
+                viewer.robots, (pose.pose for pose in poses), strict=True
+            )
+        )  # fmt: skip
+
+    shown(in_place, "every robot in its place")
     assert viewer.pitch is not None
     assert not viewer.panel.follow.value, "the camera shows the whole pitch"
     assert server.initial_camera.position[2] > 2.0
@@ -219,19 +226,22 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def driven(probe: Probe, server: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """A tab whose slider asks for 1 cm/s, its viewer, and a wait that keeps the viewer going."""
+    """A tab whose slider asks for a slow walk, its viewer, and a wait that keeps that going."""
     monkeypatch.syspath_prepend(ROOT / "test")
     from browser import open_tab
 
     viewer = Viewer(probe.node, server)
     commands = probe.subscribe(Twist, "cmd_vel")
 
-    def until(predicate: Any, what: str) -> None:
-        probe.wait(lambda: (viewer.step(), predicate())[1], what)
+    def until(predicate: Any, what: str, **again: Any) -> None:
+        probe.wait(lambda: (viewer.step(), predicate())[1], what, **again)
 
     with open_tab(f"http://{HOST}:{server.get_port()}") as tab:
-        push_slider(tab.page)
-        until(lambda: commands and commands[-1].linear.x == 0.01, "the command of the page")
+        # The command of a page that answers late is forgotten.
+        until(
+            lambda: commands and commands[-1].linear.x > 0.0, "the command of the page",
+            every=lambda: push_slider(tab.page), pause=30.0,
+        )  # fmt: skip
         yield tab, viewer, commands, until
 
 
@@ -333,16 +343,17 @@ def test_a_page_that_answers_drives_on(patient: None, driven: Any) -> None:
         answers.update(viewer._pages._answered.values())
         return len(answers) > 3
 
-    count = len(commands)
+    count, speed = len(commands), commands[-1].linear.x
     until(several, "several answers")
     until(lambda: len(commands) > count + 3, "more commands")
-    assert {command.linear.x for command in commands[count:]} == {0.01}
+    assert {command.linear.x for command in commands[count:]} == {speed}
 
 
 def test_a_second_tab_that_leaves_does_not_stop_the_one_that_drives(
     patient: None, driven: Any
 ) -> None:
     tab, viewer, commands, until = driven
+    speed = commands[-1].linear.x
     second = tab.page.context.browser.new_page()
     second.goto(tab.page.url)
     second.wait_for_selector("[role=slider]")
@@ -351,16 +362,17 @@ def test_a_second_tab_that_leaves_does_not_stop_the_one_that_drives(
     until(lambda: len(viewer.clients) == 1, "the second tab gone")
     count = len(commands)
     until(lambda: len(commands) > count + 3, "more commands")
-    assert {command.linear.x for command in commands[count:]} == {0.01}
+    assert {command.linear.x for command in commands[count:]} == {speed}
     third = tab.page.context.browser.new_page()
     third.goto(tab.page.url)
     push_slider(third)
-    until(lambda: commands[-1].linear.x == 0.02, "the third tab drives")
+    until(lambda: commands[-1].linear.x > speed, "the third tab drives")
+    speed = commands[-1].linear.x
     tab.page.close()
     until(lambda: len(viewer.clients) == 1, "the first tab gone")
     count = len(commands)
     until(lambda: len(commands) > count + 3, "more commands")
-    assert {command.linear.x for command in commands[count:]} == {0.02}
+    assert {command.linear.x for command in commands[count:]} == {speed}
     third.close()
     until(lambda: commands[-1].linear.x == 0.0, "the stop")
 
@@ -376,12 +388,18 @@ def test_pages_of_other_origins_do_not_get_the_socket(server: Any, origin: str |
 
     port = server.get_port()
     protocol = [Subprotocol(f"viser-v{viser.__version__}")]
-    own = f"http://{HOST}:{port}"
-    with connect(f"ws://{HOST}:{port}", origin=Origin(own), subprotocols=protocol) as socket:
+    own = Origin(f"http://{HOST}:{port}")
+
+    def open_socket(origin: Origin | None) -> Any:
+        return connect(
+            f"ws://{HOST}:{port}", origin=origin, subprotocols=protocol, open_timeout=TIMEOUT
+        )
+
+    with open_socket(own) as socket:
         assert socket.recv()
     foreign = None if origin is None else Origin(origin.format(port=port))
     with pytest.raises(InvalidStatus, match="403"):
-        connect(f"ws://{HOST}:{port}", origin=foreign, subprotocols=protocol)
+        open_socket(foreign)
 
 
 def _look(probe: Probe, address: str) -> None:
