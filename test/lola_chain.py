@@ -143,7 +143,7 @@ class ServedBody:
 
 
 class Node:
-    """The node's end of the driver's link, and a gait that walks ahead."""
+    """The node's end of the driver's link, and a gait that walks ahead while it is `driven`."""
 
     def __init__(self, settings: DriverSettings, seconds: Any) -> None:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -155,6 +155,7 @@ class Node:
         )
         self.mode = Mode.LIMP
         self.frames = 0
+        self.driven = True
         self.turned_away = False
         self.log: list[str] = []
 
@@ -190,7 +191,7 @@ class Node:
         gait = self.gait
         gait.note_motors(self.mode is Mode.ACTIVE)
         sec, nanosec = divmod(stamp, 1_000_000_000)
-        if self.frames % 8 == 0:
+        if self.driven and self.frames % 8 == 0:
             self._hear("cmd_vel", TwistInput((SPEED_AHEAD, 0.0, 0.0), (0.0, 0.0, 0.0)))
         x, y, z = found.accelerometer
         turn = tuple(found.gyroscope)

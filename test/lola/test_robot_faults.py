@@ -191,6 +191,12 @@ def killed_node(chain: Chain) -> None:
     chain.node = None
 
 
+def lost_cable(chain: Chain) -> None:
+    """Nobody commands a velocity any more."""
+    assert chain.node is not None
+    chain.node.driven = False
+
+
 def next_node(chain: Chain) -> None:
     """`kill -9` of the node, and a new one."""
     killed_node(chain)
@@ -344,6 +350,8 @@ ROWS = (
     Row("the clock is set by 50 s", once(lambda chain: setattr(chain, "wall_ahead", 50.0)), "", 0.0,
         ON, WALKS),
     # commands and processes
+    Row("the cable with `cmd_vel` is lost", once(lost_cable), "no cmd_vel", 0.55, HOLD, STANDS,
+        3.0),
     Row("the gait is silent", command(lambda *_: None), "no joint_command", SILENCE, DOWN, SITS),
     Row("the gait is silent for 0.1 s", command(lambda s, p, k, t: None if t < 0.1
         else pack_command(s, p, k)), "", 0.0, ON, WALKS),
