@@ -156,7 +156,7 @@ def time_walk(options: Options, task: Task) -> WalkTiming:
 
     walking, alone = world(_TimedWorld), world(World)
     engine = PhysicsSteps(alone, options.engine)
-    gait = _ClockedGait(Gait(robot, options.parameters))
+    gait = _ClockedGait(Gait(robot, options.parameters), time.thread_time_ns)
     recorder, timing = Recorder(), WalkTiming()
     try:
         walked = run(walking, gait, TimedCommands(task.command_at))
@@ -173,12 +173,9 @@ def time_walk(options: Options, task: Task) -> WalkTiming:
                 alone.step()
 
         ticks = round((task.start + options.window) / CONTROL_PERIOD)
-        wall = 0
         while timing.ticks < ticks:
             targets.clear()
-            began = time.perf_counter_ns()
             timing.rollout += cpu_time(walk_on, min(BLOCK, ticks - timing.ticks))
-            wall += time.perf_counter_ns() - began
             if not targets:
                 break
             timing.simulation_alone += cpu_time(repeat)
@@ -189,13 +186,11 @@ def time_walk(options: Options, task: Task) -> WalkTiming:
         walking.close()
         alone.close()
         engine.close()
-    # The wall clock gives the shares of the parts: the clock of CPU time costs a system call.
-    timing.simulation = round(timing.rollout * walking.wall / wall)
-    timing.gait = round(timing.rollout * sum(gait.spans) / wall)
+    timing.simulation, timing.gait = walking.span, sum(gait.spans)
     timing.by_itself = cpu_time(rollout, spec)
     # Ticks and control periods of the plant alternate, as on a robot.
     simulation, walker = make_pair(spec)
-    clocked = _ClockedGait(walker)
+    clocked = _ClockedGait(walker, time.perf_counter_ns)
     with simulation:
         alternating = run(simulation, clocked, TimedCommands(spec.task.command_at, ahead=False))
         for _ in islice(alternating, round(spec.task.end / CONTROL_PERIOD)):
@@ -205,9 +200,9 @@ def time_walk(options: Options, task: Task) -> WalkTiming:
 
 
 class _TimedWorld(World):
-    """Records the wall time of its steps [ns], and their targets."""
+    """Records the CPU time of its steps [ns], and their targets."""
 
-    wall = 0
+    span = 0
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -216,23 +211,23 @@ class _TimedWorld(World):
     def step(self) -> None:
         """A control period."""
         self.targets.append(self.robot.last_command)
-        began = time.perf_counter_ns()
+        began = time.thread_time_ns()
         super().step()
-        self.wall += time.perf_counter_ns() - began
+        self.span += time.thread_time_ns() - began
 
 
 class _ClockedGait:
-    """Records the wall time of every tick [ns]."""
+    """Records the time of every tick [ns] on a clock."""
 
-    def __init__(self, gait: Gait) -> None:
-        self._gait = gait
+    def __init__(self, gait: Gait, clock: Callable[[], int]) -> None:
+        self._gait, self._clock = gait, clock
         self.spans: list[int] = []
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         """A tick of the gait."""
-        began = time.perf_counter_ns()
+        began = self._clock()
         targets = self._gait.step(frame, command)
-        self.spans.append(time.perf_counter_ns() - began)
+        self.spans.append(self._clock() - began)
         return targets
 
     @property
