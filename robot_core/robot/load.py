@@ -3,6 +3,7 @@
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 from robot_core.errors import NaoGaitError
@@ -31,7 +32,8 @@ def load_robot(
 ) -> RobotDescription:
     """Load a robot.
 
-    Joints and links of the URDF that the robot file does not name are ignored.
+    Joints and links of the URDF that the robot file does not name are ignored. A shipped one is
+    loaded once in a process, and is the same object from then on.
 
     Args:
         urdf: Shipped name or path of the URDF or MJCF, or of a robot file (YAML) that names it.
@@ -45,6 +47,11 @@ def load_robot(
     Raises:
         NaoGaitError: Names the file and the joint, link or key that is missing or not allowed.
     """
+    shipped = str(urdf) in names("urdf") and (robot is None or str(robot) in names("robots"))
+    return (_shipped if shipped else _loaded)(urdf, robot)
+
+
+def _loaded(urdf: str | Path, robot: str | Path | None) -> RobotDescription:
     if robot is None and str(urdf).lower().endswith((".yaml", ".yml")):
         robot = find("robots", str(urdf))
         urdf = _urdf_of(robot)
@@ -110,6 +117,9 @@ def load_robot(
         cameras=_cameras(model, file),
         limits=limits,
     )
+
+
+_shipped = cache(_loaded)
 
 
 def _urdf_of(file: Path) -> Path | str:
