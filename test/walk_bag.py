@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -41,29 +42,8 @@ class WrittenWalk:
     metrics: Metrics
 
 
-def message_type(message: Any) -> str:
-    """`package/msg/Name`."""
-    package = type(message).__module__.split(".")[0]
-    return f"{package}/msg/{type(message).__name__}"
-
-
-class _Out:
-    def __init__(self, writer: BagWriter, without: Collection[str], prefix: str) -> None:
-        self._writer = writer
-        self._without = without
-        self._prefix = prefix
-        self._known: set[str] = set()
-
-    def write(self, topic: str, stamp: int, message: Any) -> None:
-        if topic in self._without:
-            return
-        self.write_absolute(topic if topic == "/clock" else self._prefix + topic, stamp, message)
-
-    def write_absolute(self, name: str, stamp: int, message: Any) -> None:
-        if name not in self._known:
-            self._known.add(name)
-            self._writer.add_topic(name, message_type(message))
-        self._writer.write(name, stamp, serialize_message(message))
+Message = tuple[str, int, str, bytes]
+"""Topic, time [ns], type and content of a message."""
 
 
 def write_walk(
@@ -88,49 +68,74 @@ def write_walk(
     Returns:
         The bag, and the metrics of the same walk.
     """
+    messages, metrics = _walked(spec)
+    rows = [
+        ("" if each[0] == "/clock" else prefix, each) for each in messages if each[0] not in without
+    ]
+    rows += [("", _message(*each)) for each in also]
+    known: set[str] = set()
+    with BagWriter(folder, storage) as writer:
+        for above, (topic, stamp, kind, content) in rows:
+            name = above + topic
+            if name not in known:
+                known.add(name)
+                writer.add_topic(name, kind)
+            writer.write(name, stamp, content)
+    return WrittenWalk(folder, metrics)
+
+
+def _message(topic: str, stamp: int, message: Any) -> Message:
+    package = type(message).__module__.split(".")[0]
+    kind = f"{package}/msg/{type(message).__name__}"
+    return topic, stamp, kind, serialize_message(message)
+
+
+class _Out(list[Message]):
+    """What the nodes publish."""
+
+    def write(self, topic: str, stamp: int, message: Any) -> None:
+        self.append(_message(topic, stamp, message))
+
+
+@lru_cache(maxsize=2)
+def _walked(spec: RolloutSpec) -> tuple[list[Message], Metrics]:
+    """The messages of a walk; most tests need those of the same one."""
     world, gait = make_pair(spec)
     robot, task = gait.robot, spec.task
-    recorder = Recorder()
-    try:
-        with BagWriter(folder, storage) as writer:
-            out = _Out(writer, without, prefix)
-            out.write("/robot_description", 0, String(data=robot.urdf))
-            gait_out = _GaitMessages(out, robot)
-            readings = ReadingWriter(robot, load_plant(spec.plant).sensors)
-            truths = TruthWriter(robot)
-            walker = _KeepingTargets(gait)
-            pushes = () if spec.push is None else (spec.push,)
-            policy = TimedCommands(task.command_at, pushes, ahead=False)
-            ticks = run(world, walker, policy)
-            pushed = spec.push is None
-            sent = -1
-            for tick in islice(ticks, task_ticks(task)):
-                recorder.add(tick.truth, tick.command, tick.status)
-                now = tick.truth.stamp
-                out.write("/clock", now, truths.clock(now))
-                out.write("/cmd_vel", now, _twist(tick.command))
-                out.write("/ground_truth/odom", now, truths.odometry(tick.truth))
-                out.write("/ground_truth/com", now, truths.com(tick.truth))
-                if not pushed and now * 1e-9 > spec.push.time:  # type: ignore[union-attr]
-                    pushed = True
-                    push = WrenchStamped()
-                    push.wrench.force.y = 50.0
-                    out.write("/push", now, push)
-                reading = world.robot.read()
-                if reading is None or walker.targets is None or reading.frame.stamp == sent:
-                    continue
-                assert tick.status is not None
-                sent = reading.frame.stamp
-                out.write("/imu/data", now, readings.imu(reading))
-                out.write("/joint_states", now, readings.joints(reading))
-                for side, topic in enumerate(("/l_sole/wrench", "/r_sole/wrench")):
-                    out.write(topic, now, readings.wrench(reading, side))
-                gait_out.write(now, tick.status, walker.targets)
-            for topic, stamp, message in also:
-                out.write_absolute(topic, stamp, message)
-    finally:
-        world.close()
-    return WrittenWalk(folder, measure(recorder.trace(), task.start, task.end))
+    recorder, out = Recorder(), _Out()
+    out.write("/robot_description", 0, String(data=robot.urdf))
+    gait_out = _GaitMessages(out, robot)
+    readings = ReadingWriter(robot, load_plant(spec.plant).sensors)
+    truths = TruthWriter(robot)
+    walker = _KeepingTargets(gait)
+    pushes = () if spec.push is None else (spec.push,)
+    policy = TimedCommands(task.command_at, pushes, ahead=False)
+    pushed = spec.push is None
+    sent = -1
+    with world:
+        for tick in islice(run(world, walker, policy), task_ticks(task)):
+            recorder.add(tick.truth, tick.command, tick.status)
+            now = tick.truth.stamp
+            out.write("/clock", now, truths.clock(now))
+            out.write("/cmd_vel", now, _twist(tick.command))
+            out.write("/ground_truth/odom", now, truths.odometry(tick.truth))
+            out.write("/ground_truth/com", now, truths.com(tick.truth))
+            if not pushed and now * 1e-9 > spec.push.time:  # type: ignore[union-attr]
+                pushed = True
+                push = WrenchStamped()
+                push.wrench.force.y = 50.0
+                out.write("/push", now, push)
+            reading = world.robot.read()
+            if reading is None or walker.targets is None or reading.frame.stamp == sent:
+                continue
+            assert tick.status is not None
+            sent = reading.frame.stamp
+            out.write("/imu/data", now, readings.imu(reading))
+            out.write("/joint_states", now, readings.joints(reading))
+            for side, topic in enumerate(("/l_sole/wrench", "/r_sole/wrench")):
+                out.write(topic, now, readings.wrench(reading, side))
+            gait_out.write(now, tick.status, walker.targets)
+    return out, measure(recorder.trace(), task.start, task.end)
 
 
 class _KeepingTargets:

@@ -42,6 +42,7 @@ def pushed() -> dict[str, float | None]:
     return pushed_values(TINY.but(impulses=(0.0, 0.5, 20.0)))
 
 
+@pytest.mark.xdist_group("pushed")
 def test_no_push_is_survived_by_all_and_twenty_newton_seconds_by_none(
     pushed: dict[str, float | None],
 ) -> None:
@@ -68,6 +69,7 @@ def test_push_detection_by_the_accelerometer_saves_robots() -> None:
     assert survival(False) < 100.0
 
 
+@pytest.mark.xdist_group("pushed")
 def test_the_nominal_robot_is_as_strong_on_the_left_as_on_the_right(
     pushed: dict[str, float | None],
 ) -> None:

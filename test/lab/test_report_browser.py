@@ -16,6 +16,7 @@ from sim_bridge.trials.tasks import TASKS
 from sim_bridge.trials.trial import Push
 from walk_bag import write_walk
 
+pytestmark = pytest.mark.xdist_group("report_browser")  # one browser for all
 PUSH = Push(time=4.0, impulse=12.0, direction=1.5)
 SPEC = RolloutSpec(task=TASKS["forward"].lasting(1.0), engine="mujoco", robot_seed=1, push=PUSH)
 
