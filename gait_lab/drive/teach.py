@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 POSE_TIME = 1.0
 """Default time to a pose [s]."""
-ANSWER_TIMEOUT = 10.0
+ANSWER_TIMEOUT = 30.0
 """Wall time [s] for the first message from the running nodes."""
 PLAY_FACTOR = 20.0
 """Limit of the wall time of a motion, as a multiple of its duration."""
@@ -158,18 +158,18 @@ class _RobotClient:
     """Joint states and the gait's state in, requests out."""
 
     def __init__(self, node: "Node", robot: RobotDescription) -> None:
-        from rclpy.qos import qos_profile_sensor_data
+        from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
         from sensor_msgs.msg import JointState
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
-
-        from robot_core.ros.topics import LATCHED
 
         self._node, self._robot = node, robot
         self._text, self._trigger = String, Trigger
         node.create_subscription(JointState, "joint_states", self._on_joints,
                                  qos_profile_sensor_data)  # fmt: skip
-        node.create_subscription(String, "gait/support", self._on_state, LATCHED)
+        # Not only the newest: a short motion may be over before its begin is looked at.
+        states = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        node.create_subscription(String, "gait/support", self._on_state, states)
         self._motion = node.create_publisher(String, "gait/motion", 10)
         self.position: FloatArray | None = None
         self.state: GaitState | None = None

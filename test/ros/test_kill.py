@@ -128,7 +128,8 @@ def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
     start = stamp(truth[-1])
     probe.wait(lambda: stamp(truth[-1]) > start + 3 * SECOND, "3 s more")
     bridge = next(process for process in probe.processes if process.name == "sim_bridge")
-    assert bridge.says("joint_command header.frame_id: got 'gait_.*one gait")
+    refused = "joint_command header.frame_id: got 'gait_.*one gait"
+    probe.wait(lambda: bridge.says(refused), "a refusal of the second gait")
     assert truth[-1].pose.pose.position.z > 0.25, "upright"
     assert math.isfinite(truth[-1].pose.pose.position.x)
     check(commands)
