@@ -197,6 +197,16 @@ _WRITE = {
         argument("--out", type=Path, default=Path("examples"), metavar="DIR",
                  help="a new folder (examples)"),
     )),
+    "ros2_control": Command(
+        "a robot's URDF with a ros2_control tag, and its controllers",
+        "gait_lab.generated:ros2_control", (
+            _ROBOT,
+            argument("--period", type=float, default=0.01, metavar="S",
+                     help="[s] control_period of the gait (0.01)"),
+            argument("--out", type=Path, default=Path("ros2_control"), metavar="DIR",
+                     help="where (ros2_control)"),
+        ),
+    ),
     "gallery": Command("the moving pictures of the README", "gait_lab.report.gallery:write", (
         argument("--out", type=Path, default=Path("docs/images"), metavar="DIR",
                  help="where (docs/images)"),

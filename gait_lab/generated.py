@@ -1,12 +1,15 @@
 """Files of the repository that are written from its code: `nao_gait write`."""
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+
+import yaml
 
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 from robot_core.resources import share
+from robot_core.robot import load_robot
 from robot_core.schema import Field
 
 PARAMETERS_HEAD = """\
@@ -102,6 +105,58 @@ def examples(out: Path, say: Callable[[str], None]) -> None:
     except OSError as error:
         raise NaoGaitError("--out", str(out), f"a new folder ({error.strerror})") from None
     say(f"written: {out}")
+
+
+def ros2_control(urdf: str, period: float, out: Path, say: Callable[[str], None]) -> None:
+    """A robot's URDF with the tag of ros2_control, and the file of its controllers."""
+    model = load_robot(urdf)
+    if not 0.002 <= period <= 0.05:
+        raise NaoGaitError("--period", period, "0.002 to 0.05 s")
+    if not model.urdf.rstrip().endswith("</robot>"):
+        raise NaoGaitError("--robot", urdf, "a robot whose description ends with </robot>")
+    joints = model.joint_names
+    described = model.urdf.rstrip().removesuffix("</robot>") + _control_tag(joints) + "</robot>\n"
+    controllers: dict[str, dict[str, object]] = {
+        "controller_manager": {
+            "update_rate": round(1.0 / period),
+            "joint_positions": {"type": "forward_command_controller/ForwardCommandController"},
+        },
+        # In the order of the gait's `command_interface: forward_command`.
+        "joint_positions": {"joints": list(joints), "interface_name": "position"},
+    }
+    text = yaml.safe_dump(
+        {name: {"ros__parameters": each} for name, each in controllers.items()}, sort_keys=False
+    )
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NaoGaitError("--out", str(out), f"a folder ({error.strerror})") from None
+    refresh({out / "robot.urdf": described, out / "controllers.yaml": text}, False, say)
+
+
+CONTROL_HARDWARE = """\
+    <hardware>
+      <plugin>joint_state_topic_hardware_interface/JointStateTopicSystem</plugin>
+      <param name="joint_states_topic">joint_states</param>
+      <param name="joint_commands_topic">joint_command</param>
+      <!-- Each period: a robot without commands for a while goes limp. -->
+      <param name="trigger_joint_command_threshold">-1</param>
+    </hardware>
+"""
+"""The robot behind topics: that of `sim_bridge`. A robot of one's own has a plugin of its own."""
+
+
+def _control_tag(joints: Sequence[str]) -> str:
+    interfaces = "".join(
+        f'    <joint name="{joint}">\n'
+        '      <command_interface name="position"/>\n'
+        '      <state_interface name="position"/>\n'
+        '      <state_interface name="velocity"/>\n'
+        "    </joint>\n"
+        for joint in joints
+    )
+    head = '  <ros2_control name="robot" type="system">\n'
+    return f"{head}{CONTROL_HARDWARE}{interfaces}  </ros2_control>\n"
 
 
 def _docs() -> Path:
