@@ -82,6 +82,7 @@ class Process:
         """Politely first: a killed process leaves its shared memory behind."""
         if self._process.poll() is None:
             self.signal(signal.SIGINT)
+            self.signal(signal.SIGCONT)  # one that was stopped
             try:
                 self._process.wait(60.0)
             except subprocess.TimeoutExpired:

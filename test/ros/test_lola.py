@@ -63,7 +63,15 @@ class Robot:
         process.wait()
         self.probe.processes.remove(process)
         self.truth.clear()
-        self.processes[name] = self.probe.start(name, **self._parameters[name])
+        server = self.processes["lola_server"]
+        if name == "lola_bridge":
+            # Then nothing waits: while a machine starts it slowly, minutes would be simulated.
+            self.probe.wait(lambda: len(self.truth) > 150, "a robot that sits down")
+            server.signal(signal.SIGSTOP)
+        again = self.processes[name] = self.probe.start(name, **self._parameters[name])
+        if name == "lola_bridge":
+            self.probe.wait(lambda: again.says("nao_v6 at "), "the new bridge")
+            server.signal(signal.SIGCONT)
 
     def walk(self) -> None:
         """Walk forward until the speed is right."""
