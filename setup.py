@@ -85,7 +85,8 @@ setup(
     name=NAME,
     version="0.3.0",
     description="Humanoids that walk with the CoM-observing 3D-LIPM gait of Graf and Roefer",
-    long_description=Path("README.md").read_text(encoding="utf-8"),
+    # `colcon build --symlink-install` runs this file from a folder of links without the README.
+    long_description=Path(__file__).resolve().with_name("README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     keywords=["humanoid", "walking", "robotics", "ros2", "robocup", "nao", "bipedal"],
     classifiers=[

@@ -13,6 +13,8 @@ PAGES = {
     "urdf/README.md": "robots.md",
 }
 """Page of the repository -> its name in the site."""
+_DIAGRAM = re.compile(r"^\[[^\]]*\]\((\S+\.mmd)\)$", re.MULTILINE)
+"""A line that only links to a diagram shows it in the site."""
 _LINK = re.compile(r"(\]\()([^)#\s]+)(#[^)\s]*)?(\))")
 
 
@@ -32,7 +34,12 @@ def on_files(files: Files, config: dict) -> Files:
 def on_page_markdown(markdown: str, page: object, **_: object) -> str:
     """Links of a page of docs/ as they are in the site."""
     path = ROOT / "docs" / page.file.src_uri  # type: ignore[attr-defined]
-    return _linked(markdown, path, set()) if path.is_file() else markdown
+    shown = _DIAGRAM.sub(_mermaid, markdown)
+    return _linked(shown, path, set()) if path.is_file() else shown
+
+
+def _mermaid(link: re.Match[str]) -> str:
+    return f"```mermaid\n{(ROOT / 'docs' / link[1]).read_text(encoding='utf-8')}```"
 
 
 def _moved(path: Path, linked: set[str]) -> str:

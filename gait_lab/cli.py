@@ -174,7 +174,7 @@ _VISION = {
 }  # fmt: skip
 _WRITE = {
     "parameters": Command("docs/parameters.md", "gait_lab.generated:parameters", (_CHECK,)),
-    "tree": Command("the tree of options in docs/soccer.md", "gait_lab.generated:tree", (_CHECK,)),
+    "tree": Command("docs/behavior.mmd, the tree of options", "gait_lab.generated:tree", (_CHECK,)),
     "urdf": Command("urdf/*.urdf, from the table of facts", "gait_lab.generated:urdf", (
         _CHECK, argument("--folder", type=Path, metavar="DIR", help="where (urdf/)"),
     )),

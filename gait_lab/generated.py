@@ -22,7 +22,6 @@ Lengths, times and speeds are those of a robot as large as a NAO. For a robot th
 large (`nao_gait robot check`) the gait multiplies lengths by s, times by sqrt(s) and speeds by
 sqrt(s); `feedback_delay` alone is the robot's own.
 """
-TREE_BEGIN, TREE_END = "<!-- tree -->\n", "<!-- end of tree -->"
 
 
 def refresh(texts: Mapping[Path, str], check: bool, say: Callable[[str], None]) -> int:
@@ -77,17 +76,11 @@ def _range(parameter: Field) -> str:
 
 
 def tree(check: bool, say: Callable[[str], None]) -> int:
-    """The tree of options, between its two marks in docs/soccer.md."""
+    """docs/behavior.mmd, a diagram in Mermaid."""
     from nao_soccer.behavior.option_tree import mermaid
     from nao_soccer.behavior.options import PLAYER
 
-    page = _docs() / "soccer.md"
-    if not page.is_file():
-        raise NaoGaitError("file", str(page), "a checkout with its documents")
-    before, rest = page.read_text(encoding="utf-8").split(TREE_BEGIN)
-    after = rest.split(TREE_END)[1]
-    drawn = f"{before}{TREE_BEGIN}```mermaid\n{mermaid(PLAYER)}```\n{TREE_END}{after}"
-    return refresh({page: drawn}, check, say)
+    return refresh({_docs() / "behavior.mmd": mermaid(PLAYER)}, check, say)
 
 
 def urdf(check: bool, folder: Path | None, say: Callable[[str], None]) -> int:
