@@ -33,7 +33,11 @@ class _Setup:
         self.arguments: dict = {}
         monkeypatch.setattr(setuptools, "setup", self.arguments.update)
         monkeypatch.chdir(ROOT)
-        exec(compile((ROOT / "setup.py").read_text(), "setup.py", "exec"), {"__name__": "setup"})
+        file = ROOT / "setup.py"
+        exec(
+            compile(file.read_text(), "setup.py", "exec"),
+            {"__name__": "setup", "__file__": str(file)},
+        )
 
 
 @pytest.fixture

@@ -185,7 +185,7 @@ def test_a_parameter_file_reaches_every_node_and_arguments_come_before_it(
 
 
 def test_a_match_has_all_nodes_of_its_robots_and_a_referee(packages: Path) -> None:
-    status, commands = launched_commands(14, "match", minutes="1.0")
+    status, commands = launched_commands(14, "match", minutes="1.0", engine="pybullet")
     assert status == 0
     nodes = [(Path(command[0]).name, " ".join(command)) for command in commands]
     of_robots = sorted([*["gait"] * 4, *["player"] * 4, *["vision"] * 4])
@@ -201,7 +201,7 @@ def test_a_match_has_all_nodes_of_its_robots_and_a_referee(packages: Path) -> No
 
 
 def test_a_match_needs_a_field(packages: Path, caplog: pytest.LogCaptureFixture) -> None:
-    assert launched(-1, "match", scene="floor") == (1, [])
+    assert launched(-1, "match", scene="floor", engine="pybullet") == (1, [])
     assert "scene: got 'floor'; allowed: a scene with a field and teams" in caplog.text
 
 
