@@ -203,8 +203,9 @@ def fitted(
         reference: The robot for which they were chosen.
 
     Returns:
-        The parameters with the lengths of soles and hips that the robot has, and with a lower lift
-        and shorter steps if its motors are slower.
+        The parameters with the lengths of soles and hips that the robot has, with shorter steps if
+        its motors are slower, and with a lower lift if they are or if the soles are shorter: their
+        ends reach less far down when they tilt.
     """
     own, other = proportions(robot), proportions(reference)
     p = parameters
@@ -218,8 +219,9 @@ def fitted(
     }
     pace = min(1.0, own.pace / other.pace)
     for name, share in (
-        ("swing_lift", pace), ("step_forward_max", pace), ("step_backward_max", pace),
-        ("step_side_max", pace), ("pendulum_width", stance), ("pendulum_offset_y", stance),
+        ("swing_lift", min(pace, along)), ("step_forward_max", pace),
+        ("step_backward_max", pace), ("step_side_max", pace),
+        ("pendulum_width", stance), ("pendulum_offset_y", stance),
         ("pendulum_shift_max", along), ("pendulum_shift_back_max", along),
         ("pendulum_shift_side_max", across),
     ):  # fmt: skip

@@ -14,8 +14,9 @@ from robot_core.geometry import rotate_planar
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, Point2
 
-SMOOTHING_TIME = 0.02
-"""[s] Of the velocity of the targets."""
+SMOOTHING_TIME = 0.005
+"""[s] Of the velocity of the targets. It delays the torques that accelerate the legs: with 20 ms a
+foot of a T1 overshoots by 30 mm."""
 LARGEST = 100.0
 """[rad/s^2] A faster change is a step of the plan, not a movement."""
 SHIFT_TIME = 0.06

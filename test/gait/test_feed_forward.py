@@ -7,6 +7,7 @@ import yaml
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from nao_lipm_gait.whole_body.support_torque import Load, SupportTorque
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find
@@ -93,6 +94,21 @@ def test_the_torques_move_the_links_as_asked() -> None:
     assert abs(found[3:5]).max() < 1e-6  # it neither pitches nor rolls
     pin.ccrba(model, data, q, found)
     assert data.hg.linear * 9.81 / up == pytest.approx(force * 9.81 / up - (0, 0, 9.81), abs=1e-6)
+
+
+def test_the_movement_of_the_targets_is_known_in_time() -> None:
+    """Torques that come late swing a soft leg past its target."""
+    robot, dt, rate = load_robot("booster_t1"), 0.01, 10.0
+    forward = FeedForward(robot)
+    angle = rate * dt * np.arange(100)
+    moves = [forward._moves(np.full(len(robot.joint_names), np.sin(a)), dt) for a in angle]
+    velocity, acceleration = (np.array([each[k][0] for each in moves[50:]]) for k in (0, 1))
+    waves = np.stack((np.sin(angle[50:]), np.cos(angle[50:])), axis=1)
+    late, along = np.linalg.lstsq(waves, velocity, rcond=None)[0]
+    assert np.arctan2(late, along) / rate < dt
+    along, late = np.linalg.lstsq(waves, acceleration, rcond=None)[0]
+    assert np.arctan2(late, -along) / rate < 1.5 * dt
+    assert np.hypot(late, along) == pytest.approx(rate**2, rel=0.03)
 
 
 def test_only_a_robot_with_soft_motors_gets_a_lead() -> None:
