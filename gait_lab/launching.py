@@ -40,6 +40,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.motion.library import library_of
 from robot_core.resources import share
 from robot_core.robot import load_robot
+from robot_core.ros.parameters import URDF
 from robot_core.schema import Field, Number, Switch, read_yaml
 from sim_bridge.engines.registry import installed
 from sim_bridge.plant import load_plant
@@ -212,9 +213,7 @@ class _Launch:
             try:
                 usable = loaders.get(field.name, bool)(text)
             except NaoGaitError as error:
-                if error.field == field.name:
-                    raise
-                path = f"{field.name}: {error.field}"
+                path = field.name if error.value == text else f"{field.name}: {error.field}"
                 raise NaoGaitError(path, error.value, error.allowed) from error
             if field.name == "engine" and not usable:
                 raise NaoGaitError("engine", text, "an engine that is installed")
@@ -225,7 +224,7 @@ class _Launch:
         namespace, asked = self._text["namespace"], self._text["scene"]
         if asked in ("", FLOOR):
             named = self._text["robot"] or self._text["urdf"]
-            return None, [Robot(namespace, named or bridge.URDF.default)]
+            return None, [Robot(namespace, named or URDF.default)]
         scene = load_scene(asked)
         for argument in OF_THE_FLOOR:
             if self._text[argument]:

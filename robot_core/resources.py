@@ -20,6 +20,8 @@ _KINDS = {
     "vision": (("config", "vision"), (".yaml", ".yml")),
     "kicks": (("config", "kicks"), (".yaml", ".yml")),
 }
+_FIELDS = {"urdf": "robot", "gait": "preset", "vision": "colors"}
+"""What users call a kind; the others are the singular of its key."""
 
 
 def _candidates(module: Path, prefixes: tuple[Path, ...]) -> Iterator[Path]:
@@ -97,7 +99,7 @@ def find(kind: str, name_or_path: str | Path) -> Path:
     """
     shipped = names(kind)
     folder, suffixes = _KINDS[kind]
-    text, field = str(name_or_path), kind.removesuffix("s")
+    text, field = str(name_or_path), _FIELDS.get(kind, kind.removesuffix("s"))
     if text in shipped:
         return share(*folder, f"{text}{suffixes[0]}")
     allowed = f"a shipped name ({', '.join(shipped) or 'none'}) or the path of a {suffixes[0]} file"

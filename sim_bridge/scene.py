@@ -110,7 +110,8 @@ class Scene(Settings):
                 try:
                     loaded[robot.urdf] = load_robot(robot.urdf)
                 except NaoGaitError as error:
-                    where = f"scene {self.name}: {robot.name}: {error.field}"
+                    field = "urdf" if error.field == "robot" else error.field
+                    where = f"scene {self.name}: {robot.name}: {field}"
                     raise NaoGaitError(where, error.value, error.allowed) from error
             specs.append(
                 RobotSpec(

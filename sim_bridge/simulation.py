@@ -100,7 +100,12 @@ class Simulation:
         self.world = self._make_world()
 
     def _make_world(self) -> World:
-        return make_world(self._spec, plant=self._plant, ball=self._ball)
+        try:
+            return make_world(self._spec, plant=self._plant, ball=self._ball)
+        except NaoGaitError as error:
+            if error.field == "robot_seed":
+                raise NaoGaitError("seed", error.value, error.allowed) from None
+            raise
 
     def reset(self, seed: int | None = None) -> Observation:
         """Begin anew at time 0, with the same noise: the same targets give the same run.

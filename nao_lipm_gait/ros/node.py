@@ -49,6 +49,8 @@ from robot_core.robot import load_robot
 from robot_core.ros.messages import diagnostic_array
 from robot_core.ros.parameters import (
     FRAME_PREFIX,
+    ROBOT,
+    URDF,
     accepted,
     as_mapping,
     declare,
@@ -72,8 +74,6 @@ from robot_core.ros.topics import (
 )
 from robot_core.types import BUSY, GaitStatus, Pose6
 
-URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
-ROBOT = node_parameter("robot", "", "the same as urdf; empty = that")
 PRESET = node_parameter(
     "preset", "default", "gait parameters: a shipped name (default: the robot's own) or a YAML file"
 )

@@ -29,8 +29,11 @@ from robot_core.robot import load_robot
 from robot_core.ros.messages import to_time, with_prefix
 from robot_core.ros.parameters import (
     FRAME_PREFIX,
+    ROBOT,
+    URDF,
     declare,
     load_parameter_file,
+    load_robot_parameter,
     node_parameter,
     of_type,
     warn_of_unknown_overrides,
@@ -38,7 +41,6 @@ from robot_core.ros.parameters import (
 from robot_core.ros.topics import LATCHED, Inputs, transform_broadcaster, watch_senders
 from robot_core.types import DOWN, GETTING_UP, Pose2, state_of
 
-URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 SCENE = node_parameter("scene", "pitch", "field and goals: a shipped scene or a YAML file")
 START = node_parameter(
     "start", "", "pose at the start in the field of the own team, as x y yaw; empty = not known"
@@ -59,7 +61,7 @@ TEAM_PORT = node_parameter(
 CONTROL = node_parameter("control_port", CONTROL_PORT, "UDP port of the referee", "", 1024, 65535)
 RETURN = node_parameter("return_port", RETURN_PORT, "UDP port of return messages", "", 1024, 65535)
 NODE_PARAMETERS = (
-    URDF, SCENE, START, SEED, FRAME_PREFIX,
+    URDF, ROBOT, SCENE, START, SEED, FRAME_PREFIX,
     TEAM, NUMBER, PLAYERS, TEAM_NUMBER, REFEREE, ROLES, ADDRESS, TEAM_PORT, CONTROL, RETURN,
 )  # fmt: skip
 
@@ -78,7 +80,7 @@ class PlayerNode(Node):
 
     def __init__(self) -> None:
         super().__init__("player", automatically_declare_parameters_from_overrides=True)
-        robot = load_parameter_file(self, URDF, load_robot)
+        robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
         scene = load_parameter_file(self, SCENE, settings_of_scene)
         start = load_parameter_file(self, START, _pose)
         seed = of_type(declare(self, SEED), int)

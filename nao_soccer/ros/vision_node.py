@@ -19,8 +19,11 @@ from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.messages import stamp_in, with_prefix
 from robot_core.ros.parameters import (
     FRAME_PREFIX,
+    ROBOT,
+    URDF,
     declare,
     load_parameter_file,
+    load_robot_parameter,
     node_parameter,
     of_type,
     warn_of_unknown_overrides,
@@ -28,14 +31,13 @@ from robot_core.ros.parameters import (
 from robot_core.ros.topics import Inputs, watch_senders
 
 RAW = "image_raw"
-URDF = node_parameter("urdf", "nao_h21_v33", "robot model: a shipped name or a URDF file")
 SCENE = node_parameter("scene", "pitch", "field, goals and ball: a shipped scene or a YAML file")
 COLORS = node_parameter("colors", "pitch", "colour classes: a shipped table or a YAML file")
 CAMERAS = node_parameter("cameras", "", "names of the cameras, with commas; empty = all")
 IMAGES = node_parameter(
     "images", RAW, "topic of the images below each camera: of rectified ones image_rect"
 )
-NODE_PARAMETERS = (URDF, SCENE, COLORS, CAMERAS, IMAGES, FRAME_PREFIX)
+NODE_PARAMETERS = (URDF, ROBOT, SCENE, COLORS, CAMERAS, IMAGES, FRAME_PREFIX)
 
 
 class VisionNode(Node):
@@ -44,7 +46,7 @@ class VisionNode(Node):
     def __init__(self) -> None:
         super().__init__("vision", automatically_declare_parameters_from_overrides=True)
         text = partial(of_type, kind=str)
-        robot = load_parameter_file(self, URDF, load_robot)
+        robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
         settings = load_parameter_file(self, SCENE, settings_of_scene)
         table = load_parameter_file(self, COLORS, load_color_table)
         names = tuple(name.strip() for name in text(declare(self, CAMERAS)).split(",") if name)

@@ -56,6 +56,8 @@ def node_parameter(
     return Field(name, default, kind, meaning)
 
 
+URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
+ROBOT = node_parameter("robot", "", "the same as urdf; empty = that")
 FRAME_PREFIX = node_parameter(
     "frame_prefix", "", "before the names of all frames, as of robot_state_publisher: robot1/"
 )
@@ -159,7 +161,9 @@ def load_from(field: Field, load: Callable[[str], Loaded], value: str) -> Loaded
     try:
         return load(value)
     except NaoGaitError as error:
-        path = f"parameter {field.name}: {error.field}"
+        path = f"parameter {field.name}"
+        if error.value != value:  # of something in the file
+            path += f": {error.field}"
         raise NaoGaitError(path, error.value, error.allowed) from error
 
 

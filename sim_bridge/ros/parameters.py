@@ -1,6 +1,6 @@
 """Parameters of the node `sim_bridge`."""
 
-from robot_core.ros.parameters import node_parameter
+from robot_core.ros.parameters import ROBOT, URDF, node_parameter
 from sim_bridge.engines.registry import ENGINES
 from sim_bridge.robot import START_STATES
 from sim_bridge.scene import FLOOR
@@ -8,8 +8,6 @@ from sim_bridge.scene import FLOOR
 SCENE = node_parameter(
     "scene", FLOOR, "floor = one robot on an endless floor; or a shipped scene or a YAML file"
 )
-URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
-ROBOT = node_parameter("robot", "", "the same as urdf; empty = that")
 ENGINE = node_parameter(
     "engine", "pybullet", "physics engine; default: mujoco for a robot whose motors give way",
     choices=ENGINES,

@@ -46,7 +46,7 @@ def test_share_finds_files_and_folders() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "field"),
-    [("urdf", "urdf"), ("plants", "plant"), ("gait", "gait"), ("robots", "robot")],
+    [("urdf", "robot"), ("plants", "plant"), ("gait", "preset"), ("robots", "robot")],
 )
 def test_an_unknown_name_lists_what_there_is(kind: str, field: str) -> None:
     with pytest.raises(NaoGaitError) as refused:

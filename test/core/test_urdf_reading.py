@@ -74,7 +74,7 @@ def test_what_is_no_urdf_is_refused(tmp_path: Path, content: bytes, said: str) -
 def test_missing_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(NaoGaitError, match=r"none\.urdf.*nao_h21_v33"):
         load_robot(tmp_path / "none.urdf")
-    with pytest.raises(NaoGaitError, match=r"urdf: got 'nao_h25'.*nao_h21_v33"):
+    with pytest.raises(NaoGaitError, match=r"robot: got 'nao_h25'.*nao_h21_v33"):
         load_robot("nao_h25")
     with pytest.raises(NaoGaitError, match=r"robot: got 'nao_h25'.*nao_h21"):
         load_robot(robot="nao_h25")
