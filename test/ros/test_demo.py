@@ -56,7 +56,7 @@ def wait_until(predicate: object) -> bool:
 
 def test_short_tour_is_walked_recorded_and_drawn(tmp_path: Path) -> None:
     process = start(tmp_path / "demo", "--tour", "short")
-    text, _ = process.communicate(timeout=TIMEOUT)
+    text, _ = process.communicate(timeout=3.0 * TIMEOUT)
     assert process.returncode == 0, text
     assert "The tour was completed upright." in text
     result = json.loads((tmp_path / "demo" / "result.json").read_text())
