@@ -476,7 +476,7 @@ def record(
                 wanted.add("/clock")
             lockstep = LockstepPartner(node)
             say(f"recording to {out}; Ctrl-C ends")
-            choice = _ClockChoice(node, simulated_time)
+            choice = ClockChoice(node, simulated_time)
             joined = records = False
             end = math.inf
             search = 0.0
@@ -518,7 +518,7 @@ def record(
     return total
 
 
-class _ClockChoice:
+class ClockChoice:
     """Chooses simulated time if /clock is published; it may be discovered after other topics."""
 
     def __init__(self, node: "Node", simulated: bool | None) -> None:

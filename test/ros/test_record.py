@@ -6,7 +6,10 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +20,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 
 from gait_lab.analysis.bag import open_bag
-from gait_lab.record.recorder import StampGaps
+from gait_lab.record.recorder import ClockChoice, StampGaps
 from robot_core.errors import NaoGaitError
 from robot_core.ros.lockstep import UNTIL
 from ros_probe import ROOT, TIMEOUT, Probe, nanoseconds, stamp
@@ -151,6 +154,35 @@ def test_lockstep_at_full_speed_loses_nothing_from_the_first_message_on(
         assert sampled[0] == begin - 40_000_000, "sensors are 40 ms old"
         # The gait answers the robot first: the next tick may overtake the rest of its messages.
         assert begin <= messages[0][0] <= begin + 10_000_000, topic
+
+
+def simulator(answer: list[bool] | None) -> Any:
+    """A node that sees one publisher of /clock, and what that answers about lockstep."""
+    values = [SimpleNamespace(bool_value=each) for each in answer or ()]
+    future = SimpleNamespace(
+        done=lambda: answer is not None, result=lambda: SimpleNamespace(values=values)
+    )
+    return SimpleNamespace(
+        count_publishers=lambda topic: 1,
+        get_publishers_info_by_topic=lambda topic: [
+            SimpleNamespace(node_namespace="/", node_name="simulator")
+        ],
+        create_client=lambda kind, service: SimpleNamespace(
+            service_is_ready=lambda: True, call_async=lambda request: future
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("answer", "subscribes"), [([True], False), ([False], True), ([], True), (None, False)]
+)
+def test_a_recorder_does_not_begin_before_a_simulator_in_lockstep_can_wait_for_it(
+    answer: list[bool] | None, subscribes: bool
+) -> None:
+    choice, now = ClockChoice(simulator(answer), None), time.monotonic()
+    assert choice.update(now)
+    assert not choice.may_subscribe(now), "it has only asked"
+    assert choice.may_subscribe(now + 1.0) is subscribes
 
 
 def test_missing_messages_are_counted_by_their_stamps() -> None:
