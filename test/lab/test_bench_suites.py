@@ -84,7 +84,7 @@ TINY: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
              ("ball_position_error_median", "ball_velocity_error_median", "ball_known_share")),
 }  # fmt: skip
 """Suite -> its smallest form, and its main metrics."""
-LIKE_SPEED = {"error", "start", "delay", "robust", "plant", "paper", "posture"}
+LIKE_SPEED = {"error", "start", "delay", "robust", "plant", "paper", "posture", "limits"}
 """Suites that score walks as `speed` does; for repetition one of them stands for all."""
 
 

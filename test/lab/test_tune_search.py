@@ -1,7 +1,5 @@
 """The search: one worker repeats itself to the bit, a resumed study too; what dies begins again."""
 
-import os
-import signal
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
@@ -15,27 +13,17 @@ pytest.importorskip("cmaes")
 pytest.importorskip("sklearn")
 pytest.importorskip("mujoco")
 
-from deadly_jobs import square
+from deadly_jobs import bowl, kills_its_process_in_a_corner, square
 from optuna.trial import TrialState
 from test_tune_study import GOOD
 
-from gait_lab.tune.protocols import Measures
 from gait_lab.tune.search import Kept, best_of, leading, search
-from gait_lab.tune.study import METHODS, Place, Study, parse_study
+from gait_lab.tune.study import METHODS, parse_study
 from gait_lab.tune.workers import ATTEMPTS, Outcome, Workers
-from nao_lipm_gait.parameters import GaitParameters
 from robot_core.errors import NaoGaitError
 
 STUDY = parse_study({**GOOD, "trials": 9})
 ABOUT = {"study": "a"}
-
-
-def bowl(
-    study: Study, parameters: GaitParameters, robots: tuple[int, ...], place: Place
-) -> list[Measures]:
-    """Instead of a walk: best in the middle of the ranges."""
-    off = (parameters.step_forward_max - 0.05) / 0.06, (parameters.swing_lift - 0.02) / 0.02
-    return [Measures(robots[0], {"distance": -(off[0] ** 2) - off[1] ** 2}, fell=False)]
 
 
 class InProcess:
@@ -159,15 +147,6 @@ def test_jobs_left_over_by_an_error_give_no_result_to_the_next_caller() -> None:
         with pytest.raises(NaoGaitError, match="no square"):
             list(workers.map(square, [(6, ""), (5, ""), (7, "")]))
         assert list(workers.map(square, [(2, ""), (1, "")])) == [4, 1]
-
-
-def kills_its_process_in_a_corner(
-    study: Study, parameters: GaitParameters, robots: tuple[int, ...], place: Place
-) -> list[Measures]:
-    """A walk that takes its process with it where the stride is long."""
-    if parameters.step_forward_max > 0.03:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return bowl(study, parameters, robots, place)
 
 
 def test_a_trial_that_kills_every_process_scores_as_a_fall(tmp_path: Path) -> None:
