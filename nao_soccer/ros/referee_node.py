@@ -120,8 +120,8 @@ class RefereeNode(Node):
         first = of_type(declare(self, TEAM_PORT), int)
         self._teams_heard = {}
         for index, (team, team_number) in enumerate(TEAM_NUMBERS.items()):
-            port = first + index if first else PORT_BASE + team_number
-            self._teams_heard[team] = UdpLink(port, address if address == LOCAL else "0.0.0.0")
+            team_port = first + index if first else PORT_BASE + team_number
+            self._teams_heard[team] = UdpLink(team_port, address if address == LOCAL else "0.0.0.0")
         self._robots: dict[str, RobotPlace] = {}
         self._heights: dict[str, float] = {}
         self._roll_call = RollCall((TEAM_NUMBERS[team], each) for team, each in players.values())
