@@ -15,12 +15,11 @@ from robot_core.schema import Field
 PARAMETERS_HEAD = """\
 # Parameters of the gait
 
-Written by `nao_gait write parameters` from `nao_lipm_gait/parameters.py`, the
-one place where a parameter is defined. Each is a ROS parameter of the node `gait` and a
-key of a preset file (`preset:=my.yaml`); what a preset does not name keeps its default.
-Lengths, times and speeds are those of a robot as large as a NAO. For a robot that is s times as
-large (`nao_gait robot check`) the gait multiplies lengths by s, times by sqrt(s) and speeds by
-sqrt(s); `feedback_delay` alone is the robot's own.
+Written by `nao_gait write parameters` from the parameters' definitions. Each is a ROS parameter of
+`gait` and a key of a preset file (`preset:=my.yaml`); what a preset does not name keeps its default.
+Lengths, times and speeds are those of a robot as large as a NAO. For one that is s times as large
+(`nao_gait robot check`) the gait multiplies lengths by s, times and speeds by sqrt(s);
+`feedback_delay` alone is the robot's own.
 """
 
 
@@ -53,9 +52,10 @@ def parameters_text() -> str:
     for parameter in PARAMETERS:
         if parameter.section:
             lines += ["", f"## {parameter.section}", ""]
-            lines += ["| name | default | range | unit | meaning |", "|---|---|---|---|---|"]
+            lines += ["| name | default | range | meaning |", "|---|---|---|---|"]
         cells = (
-            f"`{parameter.name}`", _value(parameter.default), _range(parameter), parameter.unit,
+            f"`{parameter.name}`", _value(parameter.default),
+            f"{_range(parameter)} {parameter.unit}".strip(),
             parameter.meaning.replace("|", "\\|"),
         )  # fmt: skip
         lines.append(f"| {' | '.join(cells)} |")
@@ -71,7 +71,7 @@ def _value(value: float | bool | str) -> str:
 
 def _range(parameter: Field) -> str:
     if parameter.is_number:
-        return f"{parameter.minimum:g} to {parameter.maximum:g}"
+        return f"{parameter.minimum:g}..{parameter.maximum:g}"
     return ", ".join(parameter.choices or ("true", "false"))
 
 
