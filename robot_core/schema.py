@@ -12,6 +12,7 @@ Every field is checked however the group is made: in code, from a mapping or fro
 refusal is one NaoGaitError with the path of the field, its value and what is allowed.
 """
 
+import difflib
 import math
 import os
 import re
@@ -394,6 +395,8 @@ class Settings:
             raise NaoGaitError(where.rstrip(": ") or cls.__name__, values, f"a mapping of {names}")
         for key, value in values.items():
             if key not in known:
+                near = difflib.get_close_matches(str(key), known, 1)
+                names = ", ".join(dict.fromkeys((*near, *known)))
                 raise NaoGaitError(join(where, str(key)), value, f"one of the keys {names}")
         checked = {}
         for name, field in known.items():

@@ -73,7 +73,7 @@ def test_values_get_their_own_types_and_defaults() -> None:
         ({"front": {"radius": 10**400}}, "cart.front.radius", "a number from 0.1 to 1 m"),
         ({"front": {"radius": 10**5000}}, "cart.front.radius", "a number from 0.1 to 1 m"),
         ({"front": {"radius": 0.5, "spokes": 2.5}}, "cart.front.spokes", "a whole number"),
-        ({"front": {"radius": 0.5, "spikes": 2}}, "cart.front.spikes", "keys radius, spokes"),
+        ({"front": {"radius": 0.5, "spikes": 2}}, "cart.front.spikes", "keys spokes, radius"),
         ({"colour": "green"}, "cart.colour", "one of red, blue"),
         ({"colour": ["red"]}, "cart.colour", "one of red, blue"),
         ({"brake": 0}, "cart.brake", "true or false"),
