@@ -15,9 +15,9 @@ from robot_core.schema import Field
 PARAMETERS_HEAD = """\
 # Parameters of the gait
 
-Written by `nao_gait write parameters` from the parameters' definitions. Each is a ROS parameter of
-`gait` and a key of a preset file (`preset:=my.yaml`); what a preset does not name keeps its default.
-Lengths, times and speeds are those of a robot as large as a NAO. For one that is s times as large
+Written by `nao_gait write parameters` from their definitions. Each is a ROS parameter of `gait` and
+a key of a preset file (`preset:=my.yaml`); what a preset does not name keeps its default. Lengths,
+times and speeds are those of a robot as large as a NAO. For one that is s times as large
 (`nao_gait robot check`) the gait multiplies lengths by s, times and speeds by sqrt(s);
 `feedback_delay` alone is the robot's own.
 """
