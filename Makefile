@@ -12,6 +12,8 @@ ARGS ?=
 # A sourced ROS, or another virtual environment with ROS wheels, would lend its libraries to ours.
 unexport PYTHONPATH PYTHONHOME LD_LIBRARY_PATH AMENT_PREFIX_PATH RMW_IMPLEMENTATION
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE VIRTUAL_ENV
+# Without bytecode on disk, each node and each tool would compile its sources again.
+unexport PYTHONDONTWRITEBYTECODE
 # The nodes talk to nobody outside this machine.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
