@@ -1,6 +1,6 @@
 """Pictures of the robot: poses put into a PyBullet scene and drawn by its software renderer."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,7 +13,6 @@ from robot_core.types import FloatArray
 from sim_bridge.body import Body
 from sim_bridge.engines.simulation_urdf import simulation_urdf
 from sim_bridge.individual import Individual
-from sim_bridge.terrain import Prism
 
 Image = NDArray[np.uint8]
 """(height, width, 3) red, green, blue."""
@@ -100,12 +99,6 @@ class Renderer:
             for column in range(row % 2, count, 2):
                 at = (column + 0.5) * size - half, (row + 0.5) * size - half
                 self._floor.append(self._plate(tile, x + at[0], y + at[1], -0.01))
-
-    def lay_terrain(self, ground: Iterable[Prism]) -> None:
-        """Add what lies on the floor."""
-        from sim_bridge.engines.pybullet.scene import add_terrain
-
-        add_terrain(self._client, ground, collides=False, visible=True)
 
     def _plate(self, shape: int, x: float, y: float, z: float) -> int:
         body: int = self._bullet.createMultiBody(

@@ -42,10 +42,6 @@ class Step(Enum):
     JUMP = "jump"
 
 
-NEW_TIME = (Step.BACKWARDS, Step.JUMP)
-"""The stamps continue on another time base."""
-
-
 class StampMonitor:
     """Compares each stamp with those before it and counts the frames that are missing.
 
