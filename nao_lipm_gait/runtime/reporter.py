@@ -192,7 +192,9 @@ class Reporter:
         for topic, (group, level, text) in _MORE_PUBLISHERS.items():
             self._check_publishers(topic, getattr(counts, topic), group, level, text)
         if counts.mismatched:
-            self.say.begin(COMMANDS, Level.ERROR, "inputs", counts.mismatched)
+            # The name of a sender may be discovered later than its publisher.
+            text = counts.mismatched
+            self.say.begin(COMMANDS, Level.ERROR, "inputs", text, kind=text)
         else:
             self.say.end("inputs", "every sender of an input is received")
 

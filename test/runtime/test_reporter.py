@@ -56,6 +56,14 @@ def test_a_sender_of_another_message_type_is_logged_once() -> None:
     ]  # fmt: skip
 
 
+def test_a_sender_is_named_as_soon_as_its_name_is_discovered() -> None:
+    senders = [f"imu/data: got best effort from {name}" for name in ("_UNKNOWN_", "driver")]
+    counts = (PublisherCounts(mismatched=sender) for sender in senders)
+    assert watched(*counts, PublisherCounts(), seconds=3) == [
+        *senders, "every sender of an input is received",
+    ]  # fmt: skip
+
+
 def test_the_log_says_once_that_the_soles_are_known() -> None:
     known = Calibration(sole_pitch=math.radians(1.25), sole_roll=math.radians(-0.5))
     for calibration, lines in ((known, 1), (NOT_CALIBRATED, 0)):
