@@ -70,5 +70,7 @@ class OdometryCovariance:
             )
             self._slipped = max(abs(x), abs(after[0])), max(abs(y), abs(after[1]))
             return
-        self._slipped = 0.0, 0.0
+        if (x, y) != (0.0, 0.0):  # that way is counted
+            self._before.clear()
+            self._slipped = 0.0, 0.0
         self._before.append(base_footprint)

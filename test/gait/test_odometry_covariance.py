@@ -51,3 +51,17 @@ def test_a_robot_that_stands_is_no_less_certain() -> None:
     before = covariance.pose
     covariance.step((1.0, 0.0, 0.0), 0.04)
     assert covariance.pose == pytest.approx(before)
+
+
+def test_the_way_on_slipping_soles_counts_once() -> None:
+    """Soles that slip again after one step add the way since then alone."""
+    covariance = OdometryCovariance()
+    slips = [False] * 10 + [True] * 10 + [False] + [True] * 2
+    variances = []
+    for number, slipping in enumerate(slips, start=1):
+        covariance.step((number * STEP, 0.0, 0.0), 1e-6, slipping=slipping)
+        variances.append(covariance.pose.xx)
+    way = WAY_NOISE**2 * STEP
+    added = np.diff(variances) - way
+    assert sum(added[9:19]) == pytest.approx((13 * STEP) ** 2), "three steps unseen and ten seen"
+    assert added[19:] == pytest.approx([0.0, STEP**2, 3 * STEP**2])
