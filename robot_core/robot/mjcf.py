@@ -8,8 +8,14 @@ from typing import Any
 import numpy as np
 
 from robot_core.errors import NaoGaitError
+from robot_core.robot.urdf_model import LARGEST_URDF, MOST_LINKS, limited_xml
+from robot_core.schema import read_text
 from robot_core.types import FloatArray
 
+GROWING = {"replicate", "composite", "flexcomp", "hfield", "skin"}
+"""Elements that stand for any number of bodies, vertices or heights."""
+LARGEST_SIDE, MOST_FILES = 4096, 50
+"""[px] of a texture; files of a model."""
 SPEED = 10.0
 """[rad/s] Speed limit of the joints: an MJCF has none. The `motors` of a robot file know better."""
 
@@ -30,9 +36,10 @@ def urdf_of_mjcf(path: Path) -> str:
         import mujoco
     except ImportError as error:
         raise NaoGaitError(f"MJCF {path}", "no MuJoCo", "pip install mujoco, or a URDF") from error
+    _check_parts(path, path.parent, set())
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
+    except (ValueError, RuntimeError, MemoryError) as error:
         allowed = "a model that MuJoCo can read"
         raise NaoGaitError(f"MJCF {path}", str(error), allowed) from error
     for number in range(model.neq):
@@ -54,6 +61,36 @@ def urdf_of_mjcf(path: Path) -> str:
             if body != root:
                 _add_joint(robot, model, body, parent, path)
     return ET.tostring(robot, encoding="unicode")
+
+
+def _check_parts(path: Path, folder: Path, seen: set[Path]) -> None:
+    """Limit a file and those that it includes before MuJoCo reads them.
+
+    Args:
+        path: The file.
+        folder: That of the first one, where included files are.
+        seen: The files so far; this one is added.
+    """
+    where = f"MJCF {path}"
+    seen.add(path)
+    if len(seen) > MOST_FILES:
+        raise NaoGaitError(where, f"{len(seen)} files", f"at most {MOST_FILES} included files")
+    bodies = 0
+    for element in limited_xml(read_text(path, "MJCF", LARGEST_URDF), where).iter():
+        bodies += element.tag == "body"
+        if element.tag in GROWING:
+            raise NaoGaitError(where, f"<{element.tag}>", "bodies that are written out")
+        if element.tag == "texture":
+            for side in ("width", "height"):
+                pixels = element.get(side, "0").strip()
+                if not (pixels.isascii() and pixels.isdigit() and int(pixels[:9]) <= LARGEST_SIDE):
+                    raise NaoGaitError(f"texture in {path}", pixels, f"at most {LARGEST_SIDE}")
+        if element.tag == "include":
+            inner = folder / element.get("file", "")
+            if inner not in seen:
+                _check_parts(inner, folder, seen)
+    if bodies > MOST_LINKS:
+        raise NaoGaitError(where, f"{bodies} bodies", f"at most {MOST_LINKS}")
 
 
 def _hinge(model: Any, body: int) -> int | None:
@@ -80,9 +117,8 @@ def _add_link(robot: ET.Element, model: Any, body: int) -> None:
         ET.SubElement(
             inertial, "inertia", ixx=repr(x), iyy=repr(y), izz=repr(z), ixy="0", ixz="0", iyz="0"
         )
-    for geom in range(model.ngeom):
-        if model.geom_bodyid[geom] != body:
-            continue
+    first = int(model.body_geomadr[body])
+    for geom in range(first, first + int(model.body_geomnum[body])):
         paired = geom in model.pair_geom1 or geom in model.pair_geom2
         meets = paired or bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
         for tag in ("visual", "collision") if meets else ("visual",):

@@ -14,6 +14,26 @@ MOST_TAGS, DEEPEST, MOST_LINKS = 40_000, 32, 1_000
 """Tags of a URDF, levels of its elements, and its links and joints of each."""
 
 
+def limited_xml(text: str, where: str) -> ET.Element:
+    """The root of an XML text that is not too large, checked before it is parsed.
+
+    Raises:
+        NaoGaitError: It is no XML, has a document type, or is beyond one of the limits.
+    """
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:  # entities could fill the memory
+        raise NaoGaitError(where, "a document type declaration", "plain XML without one")
+    size, tags = len(text), text.count("<")
+    if size > LARGEST_URDF or tags > MOST_TAGS:
+        allowed = f"at most {LARGEST_URDF} characters and {MOST_TAGS} tags"
+        raise NaoGaitError(where, f"{size} characters with {tags} tags", allowed)
+    try:
+        root = ET.fromstring(text)
+    except (ET.ParseError, ValueError) as error:
+        raise NaoGaitError(where, str(error), "well-formed XML") from error
+    _check_extent(root, where)
+    return root
+
+
 class UrdfModel:
     """Links and joints of one URDF; a missing or invalid one is refused by name.
 
@@ -37,17 +57,7 @@ class UrdfModel:
             NaoGaitError: It is no XML, no robot, or has a joint twice.
         """
         where = f"URDF {path}"
-        if "<!DOCTYPE" in text or "<!ENTITY" in text:  # entities could fill the memory
-            raise NaoGaitError(where, "a document type declaration", "plain XML without one")
-        size, tags = len(text), text.count("<")
-        if size > LARGEST_URDF or tags > MOST_TAGS:  # before it is parsed
-            allowed = f"at most {LARGEST_URDF} characters and {MOST_TAGS} tags"
-            raise NaoGaitError(where, f"{size} characters with {tags} tags", allowed)
-        try:
-            root = ET.fromstring(text)
-        except (ET.ParseError, ValueError) as error:
-            raise NaoGaitError(where, str(error), "well-formed XML") from error
-        _check_extent(root, where)
+        root = limited_xml(text, where)
         if root.tag != "robot":
             raise NaoGaitError(where, f"<{root.tag}>", "a <robot> element")
         links = {link.get("name", "") for link in root.findall("link")}

@@ -87,7 +87,8 @@ def test_roles_and_soles_are_found(walker: RobotDescription) -> None:
     ("text", "said"),
     [
         ("<mujoco><worldbody/></mujoco>", "no body"),
-        ("<mujoco><worldbody>", "MuJoCo can read"),
+        ("<mujoco><worldbody>", "well-formed XML"),
+        ("<mujoco><worldbody><bodi/></worldbody></mujoco>", "MuJoCo can read"),
         (model('<body name="a"><joint name="x"/><joint name="y"/><geom size="1"/></body>'),
          "joints x, y"),
         (model('<body name="a"><joint name="x" type="slide"/><geom size="1"/></body>'), "no hinge"),

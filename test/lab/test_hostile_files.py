@@ -126,6 +126,30 @@ def urdf_texts() -> Iterator[tuple[str, str]]:
     yield "no XML", "\x00\x01"
 
 
+def mjcf_texts(folder: Path) -> Iterator[tuple[str, str]]:
+    body = "<body name='a'><freejoint/><geom size='1'/></body>"
+    geom, end = "<geom size='1'/>", "</worldbody></mujoco>"
+
+    def with_body(more: str = "", beside: str = "") -> str:
+        return f"<mujoco>{beside}<worldbody>{body}{more}{end}"
+
+    yield "copies", with_body(f"<replicate count='100000000' offset='0 0 1'>{geom}</replicate>")
+    yield "a grid", with_body("<flexcomp name='f' type='grid' count='2000 2000 200' dim='3'/>")
+    heights = "<hfield name='h' nrow='60000' ncol='60000' size='1 1 1 1'/>"
+    yield "heights", with_body(beside=f"<asset>{heights}</asset>")
+    picture = "<texture name='t' type='2d' builtin='flat' width='60000' height='60000'/>"
+    yield "a picture", with_body(beside=f"<asset>{picture}</asset>")
+    yield "many bodies", with_body(f"<body>{geom}</body>" * 9_000)
+    yield "many geoms", with_body((f"<body>{geom * 20}</body>") * 800)
+    yield "deep bodies", with_body(f"<body>{geom}" * 9_000 + "</body>" * 9_000)
+    yield "entities in MJCF", f"<!DOCTYPE a [<!ENTITY a 'x'>]>{with_body('&a;')}"
+    yield "an endless part", with_body(beside="<include file='/dev/zero'/>")
+    yield "itself", with_body(beside=f"<include file='{folder / 'robot.xml'}'/>")
+    yield "no part", with_body(beside="<include file='nothing.xml'/>")
+    yield "no number", with_body("<body><geom size='x'/></body>")
+    yield "no robot in MJCF", with_body()
+
+
 def hostile(folder: Path) -> Iterator[tuple[str, Callable[[], object]]]:
     """Names and readers of hostile files, each of which is written when it is its turn."""
     for kind, read in YAML_READERS.items():
@@ -142,6 +166,10 @@ def hostile(folder: Path) -> Iterator[tuple[str, Callable[[], object]]]:
     for name, text in urdf_texts():
         path.write_text(text)
         yield f"URDF, {name}", partial(load_robot, str(path))
+    path = folder / "robot.xml"
+    for name, text in mjcf_texts(folder):
+        path.write_text(text)
+        yield f"MJCF, {name}", partial(load_robot, str(path))
     for name, target in (("device", "/dev/zero"), ("process", "/proc/self/mem"), ("folder", "/")):
         path = folder / "link.yaml"
         path.unlink(missing_ok=True)
