@@ -25,7 +25,7 @@ AS_PYTHON = (
 )
 """Modules of the gait's root that stay Python: off the tick, pickled, or made by attrs."""
 OF_CORE = ("geometry.py", "joint_limits.py", "rate_limiter.py", "types.py")
-SHARED = ("config", "launch", "urdf")
+SHARED = ("config", "launch", "package.xml", "urdf")
 LINES_SHOWN = 15
 
 

@@ -94,7 +94,7 @@ def _loaded(urdf: str | Path, robot: str | Path | None) -> RobotDescription:
         shoulder_roll=file.shoulder_roll,
         waist_pitch=file.waist_pitch,
         size=file.size if file.size is not None else relative_size(values, element, urdf_path),
-        preset=file.preset,
+        preset=file.preset and _beside(file_path or urdf_path, file.preset),
         gyro_axes=file.gyro_axes,
         encoder_bits=file.encoder_bits,
         command_lag=file.command_lag,
@@ -122,13 +122,18 @@ def _loaded(urdf: str | Path, robot: str | Path | None) -> RobotDescription:
 _shipped = cache(_loaded)
 
 
-def _urdf_of(file: Path) -> Path | str:
+def _urdf_of(file: Path) -> str:
     """The URDF that a robot file names: beside it, or a shipped one."""
     name = read_robot_file(file).get("urdf")
     if not isinstance(name, str):
         allowed = "the name of a URDF beside the file, or a shipped one"
         raise NaoGaitError(f"robot file {file}: urdf", name, allowed)
-    return file.parent / name if (file.parent / name).is_file() else name
+    return _beside(file, name)
+
+
+def _beside(file: Path, name: str) -> str:
+    """The path of a file that a robot file names, if it is beside it; else the name."""
+    return str(file.parent / name) if (file.parent / name).is_file() else name
 
 
 def _fitting(model: UrdfModel, path: Path) -> Path | None:

@@ -6,7 +6,11 @@ import pytest
 import yaml
 
 from gait_lab.cli import main
+from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.presets import preset_for
+from nao_lipm_gait.similarity import fitted
 from robot_core.resources import find
+from robot_core.robot import load_robot
 
 
 def test_a_shipped_robot_stands_and_is_drawn(
@@ -14,7 +18,7 @@ def test_a_shipped_robot_stands_and_is_drawn(
 ) -> None:
     assert main(["robot", "check", "booster_t1", "-o", str(tmp_path / "t1.png")]) == 0
     said = capsys.readouterr().out
-    for words in ("31.61 kg", "Waist", "numeric", "fitted to its soles", "stands", "hardest"):
+    for words in ("31.61 kg", "Waist", "numeric", "stands", "hardest"):
         assert words in said
     assert (tmp_path / "t1.png").read_bytes().startswith(b"\x89PNG")
 
@@ -26,6 +30,20 @@ def changed(tmp_path: Path, **keys: object) -> str:
     path = tmp_path / "changed.yaml"
     path.write_text(yaml.safe_dump(values))
     return str(path)
+
+
+def test_a_robot_file_names_a_preset_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "walk.yaml").write_text("swing_lift: 0.011\n")
+    robot = load_robot(changed(tmp_path, preset="walk.yaml"))
+    assert preset_for(robot, "default").swing_lift == 0.011
+
+
+def test_the_preset_of_t1_is_the_fitted_walk_with_more_lean() -> None:
+    own, robot = load_preset("booster_t1").as_dict(), load_robot("booster_t1")
+    rule = fitted(load_preset("default"), robot, load_robot()).as_dict()
+    assert own.pop("torso_pitch") > rule.pop("torso_pitch")
+    assert {**own, "swing_lift": 0.0} == pytest.approx({**rule, "swing_lift": 0.0}, abs=1e-4)
+    assert own["swing_lift"] == pytest.approx(rule["swing_lift"], abs=1e-3)
 
 
 def test_a_motor_that_is_too_weak_to_stand_is_named(
