@@ -129,8 +129,9 @@ def head_angles(
     """
     if robot.head is None:
         raise NaoGaitError("~/head", ", ".join(names), f"nothing: {robot.name} has no head")
-    if sorted(names) != sorted(robot.head) or len(position) != 2:
-        got = f"{', '.join(names)} with {len(position)} positions"
+    if len(names) > len(robot.head) or sorted(names) != sorted(robot.head) or len(position) != 2:
+        shown = ", ".join(name[:100] for name in names[:3])
+        got = f"{len(names)} names ({shown}) with {len(position)} positions"
         raise NaoGaitError("~/head", got, f"{' and '.join(robot.head)} with a position each")
     found = dict(zip(names, position, strict=True))
     angles = []

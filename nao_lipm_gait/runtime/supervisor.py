@@ -37,6 +37,8 @@ from robot_core.types import (
     VelocityCommand,
 )
 
+LONGEST_NAME = 1000
+"""[characters] of a motion's name or path."""
 HELD_MAX = 5
 """Ticks in a row without usable targets, after which the gait restarts."""
 LOAD_ABSURD = 1e5
@@ -299,6 +301,11 @@ class Supervisor:
         Raises:
             NaoGaitError: For a motion that is unknown or cannot begin here.
         """
+        if len(name) > LONGEST_NAME or not name.isprintable():
+            allowed = f"at most {LONGEST_NAME} printable characters"
+            error = NaoGaitError("motion", name[:LONGEST_NAME], allowed)
+            self._results.append(f"motion: refused, {error}")
+            raise error
         self._forget_file(f"replaced by {name}")
         if name.endswith(".yaml"):
             self._files.request(name)

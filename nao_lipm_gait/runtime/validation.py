@@ -27,6 +27,8 @@ from robot_core.message_checks import read_vector, repeated, some, stamp_of
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, JointTargets
 
+MOST_JOINTS = 1000
+"""Names in a message."""
 JOINT_MARGIN = 0.5
 """[rad] A position further beyond the joint limits than this is a broken reading."""
 ACCELERATION_ABSURD = 1000.0
@@ -108,6 +110,8 @@ class JointReader:
     def _indices_of(self, names: Sequence[str]) -> np.ndarray:
         if names == self._names:  # the usual case: the same sender as before
             return self._indices
+        if len(names) > MOST_JOINTS:
+            raise NaoGaitError("joint_states name", f"{len(names)} names", f"{MOST_JOINTS} at most")
         place = {name: index for index, name in enumerate(names)}
         if len(place) != len(names):
             twice = f"{repeated(names)} more than once"
