@@ -68,10 +68,8 @@ def look_for_ball(s: Situation) -> Action:
 
 
 def turn_around(s: Situation) -> Action:
-    """Turn on the spot, first to where the ball was seen last."""
-    last = s.world.ball
-    side = 1.0 if last is None or last.position[1] >= 0.0 else -1.0
-    return Action(turn_by(side * SEARCH_TURN, s.limits), head=HeadMode.SCAN)
+    """Turn on the spot to the right: the sweep of the head before went to the left."""
+    return Action(turn_by(-SEARCH_TURN, s.limits), head=HeadMode.SCAN)
 
 
 def walk_to_middle(s: Situation) -> Action:

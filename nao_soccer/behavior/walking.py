@@ -91,7 +91,7 @@ def walk_to(
     near, beyond = facing
     share = min(max((far - near) / (beyond - near), 0.0), 1.0)
     turn = yaw + share * math.remainder(direction - yaw, math.tau)
-    turn = math.remainder(turn, math.tau)
+    turn = TURN_GAIN * math.remainder(turn, math.tau)
     size = DISTANCE_GAIN * far
     if share > 0.0:  # a robot that looks elsewhere turns first
         size *= 1.0 - share + share * max(0.0, math.cos(direction)) ** 2
@@ -100,7 +100,11 @@ def walk_to(
         # The ellipsoid keeps the direction; a far target asks for all the speed there is.
         size = min(size, 2.0 * limits.forward)
     vx, vy = (size * way[0] / top, size * way[1] / top) if top else (0.0, 0.0)
-    command = limits.command(vx, vy, TURN_GAIN * turn)
+    # Far away the turn comes first, instead of side steps.
+    first = min(max((far - beyond) / (beyond - near), 0.0), 1.0)
+    vx, vy, _ = limits.command(vx, (1.0 - first) * vy, 0.0)
+    left = 1.0 - first + first * math.sqrt(1.0 - min(1.0, abs(turn) / limits.turn) ** 2)
+    command = limits.command(left * vx, left * vy, turn)
     return VelocityCommand(*(speed * each for each in command)) if speed < 1.0 else command
 
 

@@ -356,6 +356,27 @@ def test_a_ball_that_nobody_knows_is_searched() -> None:
     assert list(dict.fromkeys(seen)) == ["look", "turn", "walk"]
 
 
+def test_who_turns_to_search_turns_on_past_the_place_where_the_ball_was() -> None:
+    mind, turned = new_mind(), []
+    for i in range(90):
+        state = world((0.0, 0.0, -0.06 * i), (1.0, 0.3), time=0.1 * i)
+        lost = replace(state.ball, age=9.0, seen_recently=False)
+        decision = mind.update(replace(state, ball=lost), Body(GaitState.WALK))
+        if decision.path[-1].state == "turn":
+            turned.append(decision.action.walk.yaw)
+    assert len(turned) > 60
+    assert max(turned) < -0.5
+
+
+def test_towards_a_far_place_beside_it_the_robot_turns_and_walks_no_side_steps() -> None:
+    walk = walk_to((1.5, 1.5, 0.0), LIMITS)
+    assert walk.yaw > 0.6
+    assert walk.x > 0.15
+    assert walk.y == pytest.approx(0.0, abs=1e-6)
+    near = walk_to((0.2, 0.2, 0.0), LIMITS)
+    assert near.y > 0.1
+
+
 def test_of_two_who_see_the_ball_one_goes_on_and_the_other_steps_back() -> None:
     """Fig. 11 of Friedmann et al.: striker and supporter, both near the ball."""
     ball = (0.5, 0.1)

@@ -33,9 +33,9 @@ DIRECTIONS = {"ahead": 0.0, "left": 0.5 * math.pi, "right": -0.5 * math.pi, "bac
 REST, AFTER = 1.0, 2.0
 """[s] of standing before the walk, and after it."""
 GAP = 0.6
-"""[m] between the middles at the start."""
+"""[m] between the middles at the start, for robots of a NAO's size."""
 MEET = 0.2
-"""[m] between the middles when the first parts touch, about."""
+"""[m] between the middles when the first parts touch, about; likewise."""
 OTHER = 1000
 """Number of the other robot after that of the one that bumps."""
 POST = 0.1
@@ -71,7 +71,9 @@ def bump_once(spec: BumpSpec) -> BumpResult:
     """Run one bump."""
     bearing = DIRECTIONS[spec.direction]
     ux, uy = math.cos(bearing), math.sin(bearing)
-    arrival = REST + (GAP - MEET) / (spec.speed * (2.0 if spec.into == "walking" else 1.0))
+    robot = loaded_robot(spec.urdf)
+    gap, meet = robot.size * GAP, robot.size * MEET
+    arrival = REST + (gap - meet) / (spec.speed * (2.0 if spec.into == "walking" else 1.0))
     end = arrival + spec.hold
 
     def walk_at(forward: float, left: float) -> Policy:
@@ -83,8 +85,7 @@ def bump_once(spec: BumpSpec) -> BumpResult:
     policies = [walk_at(ux, uy)]
     if spec.into != "post":
         policies.append(walk_at(1.0, 0.0) if spec.into == "walking" else Policy())
-    with _world(spec, (GAP * ux, GAP * uy), bearing) as world:
-        robot = loaded_robot(spec.urdf)
+    with _world(spec, (gap * ux, gap * uy), bearing) as world:
         gaits = [Gait(robot, spec.parameters) for _ in policies]
         if spec.into == "lying":
             gaits[1].request_relax()
