@@ -153,7 +153,7 @@ def test_there_are_ten_examples_and_the_page_names_each() -> None:
 
 @pytest.mark.parametrize(
     ("command", "field"),
-    [("drive.py --robot hans", "urdf"), ("own_plant.py --quick --plant moon", "plant"),
+    [("drive.py --robot hans", "robot"), ("own_plant.py --quick --plant moon", "plant"),
      ("kick.py --kick dance", "motion"), ("play_match.py --scene moon", "scene"),
      ("plot_bag.py nowhere", "bag")],
 )  # fmt: skip

@@ -198,7 +198,7 @@ def test_reset_of_one_robot_and_of_the_world(pitch: Pitch) -> None:
 @pytest.mark.parametrize(
     ("parameters", "reason"),
     [
-        ({"scene": "stadium"}, "scene: got 'stadium'; allowed: a shipped name .*pitch_small"),
+        ({"scene": "stadium"}, "got 'stadium'; allowed: a shipped name .*pitch_small"),
         ({"scene": "pitch", "robot_seed": 3}, "robot_seed: got 3; .* scene pitch"),
         ({"scene": "pitch", "ball": True}, "ball: got True; .* scene pitch"),
         ({"scene": "pitch", "plant": "worn"}, "worn: motor.* with engine pybullet"),
