@@ -126,11 +126,16 @@ def message_class(message_type: str) -> Any:
         raise ImportError(f"no message {message_type}") from error
 
 
-def stamp_of(message: bytes) -> int:
-    """[ns] at the begin of a serialised message: a rosgraph_msgs/Clock, or one with a header."""
+def stamp_of(message: bytes) -> int | None:
+    """[ns] at the begin of a serialised message: a rosgraph_msgs/Clock, or one with a header.
+
+    None if it is too short to have one, or before 1970: anyone may send that.
+    """
+    if len(message) < 12:
+        return None
     order = "<" if message[1] & 1 else ">"
     seconds, nanoseconds = struct.unpack_from(f"{order}iI", message, 4)
-    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+    return int(seconds) * 1_000_000_000 + int(nanoseconds) if seconds >= 0 else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,8 +318,13 @@ class TopicRecorder:
         return refused
 
     def _handler(self, name: str, is_clock: bool) -> Callable[[bytes, Any], None]:
+        def tick(data: bytes, info: Any) -> None:
+            stamp = stamp_of(data)
+            if stamp is not None:
+                self._order.tick(name, _arrival(info), stamp, data)
+
         if is_clock and self._simulated is not False:
-            return lambda data, info: self._order.tick(name, _arrival(info), stamp_of(data), data)
+            return tick
         return lambda data, info: self._order.message(name, _arrival(info), data)
 
     def _counting(
@@ -323,7 +333,9 @@ class TopicRecorder:
         """The handler of messages that begin with a stamp, counting those that are missing."""
 
         def handle(data: bytes, info: Any) -> None:
-            self._gaps.add(name, stamp_of(data))
+            stamp = stamp_of(data)
+            if stamp is not None:
+                self._gaps.add(name, stamp)
             handler(data, info)
 
         return handle

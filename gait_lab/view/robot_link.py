@@ -8,6 +8,8 @@ import numpy as np
 
 from gait_lab.analysis.body import pose_of
 from gait_lab.ros_session import VelocityPublisher
+from robot_core.geometry import yaw_of_quaternion
+from robot_core.message_checks import finite, read_vector
 from robot_core.types import STANDSTILL, FloatArray, VelocityCommand
 
 if TYPE_CHECKING:
@@ -17,6 +19,10 @@ HISTORY = 100
 """Number of stamps kept, to match delayed sensors with the ground truth of the same stamp."""
 COMMAND_PERIOD = 0.1
 """Wall time between two velocity commands [s]."""
+MARKERS = ("com", "pendulum origin")
+"""Those of `gait/footsteps` that are shown."""
+FAR, FAST = 1e4, 1e3
+"""[m] and [m/s, rad/s] beyond which nothing is shown."""
 STOP_COMMANDS = 10
 """Number of standstill commands before the viewer stops publishing on cmd_vel."""
 
@@ -67,8 +73,9 @@ class RobotLink:
         from std_msgs.msg import String
         from visualization_msgs.msg import MarkerArray
 
-        from robot_core.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED, RELIABLE, Inputs
 
+        inputs = Inputs(node, name, burst=1)
         below = f"{name}/" if name else ""
         self.state = RobotState()
         self._order: dict[str, deque[int]] = {"truth": deque(), "odometry": deque()}
@@ -80,11 +87,11 @@ class RobotLink:
             (JointState, "joint_states", self._on_joints, qos_profile_sensor_data),
             (Odometry, "ground_truth/odom", self._on_truth, qos_profile_sensor_data),
             (Odometry, "odom", self._on_odometry, qos_profile_sensor_data),
-            (MarkerArray, "gait/footsteps", self._on_footsteps, 10),
+            (MarkerArray, "gait/footsteps", self._on_footsteps, RELIABLE),
             (String, "gait/support", self._on_support, LATCHED),
             (String, "robot_description", self._on_description, LATCHED),
         ):
-            node.create_subscription(kind, below + topic, callback, qos)
+            inputs.subscribe(kind, below + topic, callback, qos)
 
     # -- in ----------------------------------------------------------------------------------------
 
@@ -95,16 +102,18 @@ class RobotLink:
         state.count += 1
 
     def _on_truth(self, message: Any) -> None:
-        p, q = message.pose.pose.position, message.pose.pose.orientation
-        pose = pose_of(np.array([[p.x, p.y, p.z]]), np.array([[q.x, q.y, q.z, q.w]]))[0]
+        place, turn = _pose(message.pose.pose, "ground_truth/odom")
+        pose = pose_of(place[None], turn[None])[0]
         self._remember("truth", self.state.truth, _stamp(message), pose)
 
     def _on_odometry(self, message: Any) -> None:
-        p, q = message.pose.pose.position, message.pose.pose.orientation
-        yaw = float(np.arctan2(2 * (q.x * q.y + q.z * q.w), 1 - 2 * (q.y * q.y + q.z * q.z)))
-        self._remember("odometry", self.state.odometry, _stamp(message), (p.x, p.y, yaw))
+        (x, y, _), turn = _pose(message.pose.pose, "odom")
         v = message.twist.twist
-        self.state.speed = v.linear.x, v.linear.y, v.angular.z
+        speed = v.linear.x, v.linear.y, v.angular.z
+        read_vector(speed, "odom twist", FAST, "m/s, rad/s")
+        pose = float(x), float(y), yaw_of_quaternion(*turn.tolist())
+        self._remember("odometry", self.state.odometry, _stamp(message), pose)
+        self.state.speed = speed
 
     def _remember(self, kind: str, values: dict[int, Any], stamp: int, value: Any) -> None:
         order = self._order[kind]
@@ -118,7 +127,10 @@ class RobotLink:
             values.pop(order.popleft(), None)
 
     def _on_footsteps(self, message: Any) -> None:
-        self.state.markers = {marker.ns: marker.pose for marker in message.markers}
+        shown = [marker for marker in message.markers if marker.ns in MARKERS]
+        for marker in shown:
+            _pose(marker.pose, f"gait/footsteps {marker.ns}")
+        self.state.markers = {marker.ns: marker.pose for marker in shown}
 
     def _on_support(self, message: Any) -> None:
         self.state.support = message.data
@@ -144,6 +156,15 @@ class RobotLink:
         message.header.frame_id = "world"
         message.wrench.force.x, message.wrench.force.y = force
         self._pushes.publish(message)
+
+
+def _pose(pose: Any, topic: str) -> tuple[FloatArray, FloatArray]:
+    """Place (3,) [m] and quaternion (4,) xyzw of a pose; NaoGaitError if one cannot be drawn."""
+    p, q = pose.position, pose.orientation
+    turn = q.x, q.y, q.z, q.w
+    for value in turn:
+        finite(value, f"{topic} orientation", 1.1, "of a unit quaternion")
+    return read_vector((p.x, p.y, p.z), f"{topic} position", FAR, "m"), np.array(turn)
 
 
 def _stamp(message: Any) -> int:

@@ -14,7 +14,7 @@ from gait_lab.analysis.body import (
     shapes_of,
     torso_over_soles,
 )
-from gait_lab.view.robot_link import RobotState
+from gait_lab.view.robot_link import MARKERS, RobotState
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray
 from sim_bridge.shapes import Color
@@ -204,7 +204,7 @@ class RobotScene:
 
     def _show_pendulum(self, state: RobotState, odom: FloatArray) -> None:
         points = {}
-        for name, handle in (("com", self.com), ("pendulum origin", self.origin)):
+        for name, handle in zip(MARKERS, (self.com, self.origin), strict=True):
             pose = state.markers.get(name)
             handle.visible = pose is not None
             if pose is not None:

@@ -14,11 +14,12 @@ from unittest.mock import patch
 
 from gait_lab.ros_session import ros_node
 from gait_lab.view.pitch import PitchScene
-from gait_lab.view.robot_link import COMMAND_PERIOD, RobotLink, RobotState
+from gait_lab.view.robot_link import COMMAND_PERIOD, FAR, RobotLink, RobotState
 from gait_lab.view.scene import RobotScene
 from gait_lab.view.world_scene import WorldScene
 from robot_core.errors import NaoGaitError
 from robot_core.field import COLORS
+from robot_core.message_checks import read_vector
 from robot_core.robot import load_robot
 from robot_core.ros.process import stop_on_signal
 from robot_core.types import VelocityCommand
@@ -265,7 +266,7 @@ class Viewer:
         from rclpy.qos import qos_profile_sensor_data
         from std_msgs.msg import String
 
-        from robot_core.ros.topics import LATCHED
+        from robot_core.ros.topics import LATCHED, Inputs
 
         self.panel = Panel(server)
         self.robots = [ShownRobot(node, server, stamped=stamped)]
@@ -279,10 +280,9 @@ class Viewer:
         self._pages = Pages(server)
         server.initial_camera.position = CAMERA
         server.initial_camera.look_at = (0.0, 0.0, 0.25)
-        node.create_subscription(String, "scene_description", self._on_scene, LATCHED)
-        node.create_subscription(
-            PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data
-        )
+        inputs = Inputs(node, burst=1)
+        inputs.subscribe(String, "scene_description", self._on_scene, LATCHED)
+        inputs.subscribe(PointStamped, "ground_truth/ball", self._on_ball, qos_profile_sensor_data)
 
     @property
     def chosen(self) -> ShownRobot:
@@ -353,11 +353,7 @@ class Viewer:
         """Show the robots of a scene in place of the only one."""
         if message.data == self._description:
             return  # the bridge has started again
-        try:
-            scene = parse_scene(message.data)
-        except NaoGaitError as error:
-            self._node.get_logger().warning(f"{error}; message ignored")
-            return
+        scene = parse_scene(message.data)
         self._description = message.data
         self._server.scene.reset()
         self._server.scene.set_up_direction("+z")
@@ -388,7 +384,9 @@ class Viewer:
 
     def _on_ball(self, message: Any) -> None:
         if self.pitch is not None:
-            self.pitch.put_ball((message.point.x, message.point.y, message.point.z))
+            p = message.point
+            place = read_vector((p.x, p.y, p.z), "ground_truth/ball", FAR, "m")
+            self.pitch.put_ball(place.tolist())
 
     def _follow(self, base: tuple[float, float, float]) -> None:
         """Move every camera as far as the robot has moved, or to the one that is newly chosen.

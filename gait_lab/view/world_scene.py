@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gait_lab.view.robot_link import FAR
+from robot_core.errors import NaoGaitError
 from robot_core.field import SIDES, TEAMS
+from robot_core.message_checks import read_vector
 from robot_core.types import FloatArray
 
 if TYPE_CHECKING:
@@ -15,6 +18,7 @@ HEIGHT = 0.01
 """[m] at which everything is drawn."""
 ARROW = 0.06
 """[m] Length of a particle."""
+MOST_PARTICLES = 10_000
 DEVIATIONS = 2.0
 """Size of the ellipse of the pose, in standard deviations."""
 CORNERS = 32
@@ -38,6 +42,9 @@ class WorldScene:
         from nav_msgs.msg import Odometry
         from std_msgs.msg import Bool
 
+        from robot_core.ros.topics import RELIABLE, Inputs
+
+        inputs = Inputs(node, name, burst=1)
         self._scene = server.scene
         self._root = f"/{name}/belief" if name else "/belief"
         self._side = -SIDES[TEAMS.index(team)]
@@ -51,7 +58,7 @@ class WorldScene:
             (PoseArray, "particles", self._on_particles),
             (Odometry, "ball", self._on_ball),
         ):
-            node.create_subscription(kind, below + topic, receive, 2)
+            inputs.subscribe(kind, below + topic, receive, RELIABLE)
         self.lines: dict[str, Any] = {}
         self.ball: Any = None
 
@@ -88,6 +95,9 @@ class WorldScene:
         self._changed["pose"] = self._placed(segments)
 
     def _on_particles(self, message: Any) -> None:
+        if len(message.poses) > MOST_PARTICLES:
+            allowed = f"at most {MOST_PARTICLES}"
+            raise NaoGaitError("particles", f"{len(message.poses)} poses", allowed)
         poses = np.array(
             [
                 (p.position.x, p.position.y, 2.0 * math.atan2(p.orientation.z, p.orientation.w))
@@ -99,10 +109,17 @@ class WorldScene:
 
     def _on_ball(self, message: Any) -> None:
         place = message.pose.pose.position
-        self._ball = self._side * place.x, self._side * place.y, max(0.02, place.z)
+        x, y, radius = read_vector((place.x, place.y, place.z), "ball", FAR, "m").tolist()
+        self._ball = self._side * x, self._side * y, max(0.02, radius)
 
     def _placed(self, segments: FloatArray) -> FloatArray:
-        """Segments (n, 2, 2) of the player's field as (n, 2, 3) of the world."""
+        """Segments (n, 2, 2) of the player's field as (n, 2, 3) of the world.
+
+        Raises:
+            NaoGaitError: A corner is too far away to be drawn, or not finite.
+        """
+        if not (np.abs(segments) <= FAR).all():  # false for NaN as well
+            raise NaoGaitError("pose or particles", "a place too far away", f"up to {FAR:g} m")
         result: FloatArray = np.concatenate(
             (self._side * segments, np.full((*segments.shape[:2], 1), HEIGHT)), axis=2
         )

@@ -92,7 +92,7 @@ class Procedure:
         """Take the state of the gait, as in `gait/support`."""
         state = state_of(text)
         if state is None:
-            raise CalibrationError(f"gait/support says {text!r}: no state of the gait")
+            raise CalibrationError(f"gait/support says {text[:60]!r}: no state of the gait")
         self._state = state
         if self._state is GaitState.FALLEN:
             raise CalibrationError("the robot has fallen")

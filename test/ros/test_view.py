@@ -164,7 +164,9 @@ class Subscriptions:
     def __init__(self) -> None:
         self.receive: dict[str, Any] = {}
 
-    def create_subscription(self, kind: type, topic: str, callback: Any, qos: Any) -> None:
+    def create_subscription(
+        self, kind: type, topic: str, callback: Any, qos: Any, **_: Any
+    ) -> None:
         self.receive[topic] = callback
 
 
