@@ -38,6 +38,7 @@ TEST = ["filterpy>=1.4.5", "hypothesis>=6.100", "pytest>=8", "pytest-xdist>=3.6"
 EXTRAS = {
     "mujoco": ["mujoco>=4,<5"],  # the second physics engine; 4 changed what joint.damping is
     "gym": ["gymnasium>=1,<2", "mujoco>=4,<5"],  # gymnasium.make("nao_lipm_gait/Walk-v0")
+    "policy": ["mujoco>=4,<5", "onnxruntime>=1.20,<2"],  # bench peers --policy
     "vision": ["opencv-python-headless>=4.10.0.84,<6"],
     "lab": [
         "hypothesis>=6.100",  # bench fuzz
@@ -66,7 +67,15 @@ EXTRAS = {
     "docs": ["mkdocs-material>=9.5,<10"],
     "video": ["imageio-ffmpeg>=0.5", "mujoco>=4,<5", "pillow>=10.1"],  # nao_gait match --video
     "view": ["rosbags>=0.11,<0.12", "viser>=1.1,<2"],
-    "dev": [*TEST, "mypy>=1.10", "ruff>=0.6", "types-PyYAML", "types-tabulate"],
+    "dev": [
+        *TEST,
+        "mypy>=1.10",
+        "onnx>=1.17",  # its tests write networks
+        "onnxruntime>=1.20,<2",
+        "ruff>=0.6",
+        "types-PyYAML",
+        "types-tabulate",
+    ],
 }
 
 

@@ -102,6 +102,7 @@ class PushSeries:
         text: The task as `name` or `name=speed`.
         closed_loop: Whether the gait has its feedback.
         variant: What differs from the options.
+        only_falls: A push is survived without a fall, however the robot moves then.
         unpushed: The rollouts without a push, one per robot.
         cells: Direction and impulse [N s] -> results.
         detection: Fall detection over all pushes.
@@ -110,6 +111,7 @@ class PushSeries:
     text: str
     closed_loop: bool = True
     variant: Variant = field(default_factory=Variant)
+    only_falls: bool = False
     unpushed: list[Unpushed] = field(default_factory=list)
     cells: dict[tuple[str, float], Cell] = field(default_factory=dict)
     detection: FallDetection = field(default_factory=FallDetection)
@@ -244,7 +246,8 @@ def push_all(
     for (series, cell, alone), result in zip(owners, results, strict=True):
         cell.pushed += 1
         cell.fell += result.metrics.fell
-        cell.survived += survives(result, alone.metrics)
+        stood = not result.metrics.fell
+        cell.survived += stood if series.only_falls else survives(result, alone.metrics)
         series.detection.add(result.metrics)
 
 
@@ -268,24 +271,27 @@ def survives(result: RolloutResult, unpushed: Metrics) -> bool:
 
 
 def search_largest(
-    series: Sequence[PushSeries], directions: Sequence[str], options: Options
+    series: Sequence[PushSeries],
+    directions: Sequence[str],
+    options: Options,
+    ladder: Sequence[float] = LADDER,
 ) -> None:
-    """Bisect the ladder in every direction, all directions in the same rounds."""
+    """Bisect the ladder [N s] in every direction, all directions in the same rounds."""
     # Index of the largest impulse that passes and of the smallest that does not.
-    spans = {(index, direction): (-1, len(LADDER)) for index in range(len(series))
+    spans = {(index, direction): (-1, len(ladder)) for index in range(len(series))
              for direction in directions}  # fmt: skip
     while True:
         asked = {key: (low + high) // 2 for key, (low, high) in spans.items() if high - low > 1}
         if not asked:
             return
         push_until_lost(
-            [(series[index], direction, LADDER[step])
+            [(series[index], direction, ladder[step])
              for (index, direction), step in asked.items()],
             options,
         )  # fmt: skip
         for (index, direction), step in asked.items():
             low, high = spans[index, direction]
-            passes = series[index].cells[direction, LADDER[step]].passes
+            passes = series[index].cells[direction, ladder[step]].passes
             spans[index, direction] = (step, high) if passes else (low, step)
 
 

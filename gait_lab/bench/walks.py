@@ -39,6 +39,7 @@ class Variant:
         parameters: Replaced parameters of the gait.
         plant: Replaced options of the plant.
         urdf_effort: See `RolloutSpec`.
+        gains: See `RolloutSpec`.
         walker: See `RolloutSpec`.
     """
 
@@ -46,6 +47,7 @@ class Variant:
     parameters: Mapping[str, float | bool | str] = field(default_factory=dict)
     plant: tuple[PlantOption, ...] = ()
     urdf_effort: bool = False
+    gains: tuple[tuple[str, float, float], ...] = ()
     walker: Callable[[RobotDescription, Task, float], Walker] | None = None
 
     def of(self, base: GaitParameters) -> GaitParameters:
@@ -61,7 +63,7 @@ class Variant:
             parameters=changed.replace(feedback=changed.feedback and closed),
             plant=options.plant, plant_options=(*options.plant_options, *self.plant),
             urdf=options.urdf, engine=options.engine, calibrated=options.calibrated,
-            urdf_effort=self.urdf_effort, walker=self.walker,
+            urdf_effort=self.urdf_effort, gains=self.gains, walker=self.walker,
         )  # fmt: skip
 
     def plant_title(self, options: Options) -> str | None:

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robot_core.geometry import as_point
 from robot_core.robot import RobotDescription
 from robot_core.types import (
     FloatArray,
     GaitState,
     GaitStatus,
     JointTargets,
+    Point3,
     SensorFrame,
     VelocityCommand,
 )
@@ -20,7 +22,7 @@ BLEND_TIME = 0.8
 LAG = 0.06
 """[s] from a planned pose to its measurement; the expected CoM is that of so long ago."""
 NOWHERE = (0.0, 0.0, 0.0)
-NOT_MEASURED = (math.nan, math.nan, math.nan)
+NOT_MEASURED: Point3 = (math.nan, math.nan, math.nan)
 _SUPPORT = {1: "left", -1: "right", 0: "double"}
 
 
@@ -77,29 +79,9 @@ class PeerPlayback:
         support = int(self._plan.support[tick])
         self._steps += support not in (0, self._last_support)
         self._last_support = support or self._last_support
-        x, y, z = self._plan.com[tick].tolist()
-        sole = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        return GaitStatus(
-            stamp=stamp,
-            state=GaitState.WALK if support else GaitState.STAND,
-            support=_SUPPORT[support],
-            com_expected_in_q=(x, y, z),
-            com_measured_in_q=NOT_MEASURED,
-            com_estimated_in_q=NOT_MEASURED,
-            pendulum_origin_in_q=(math.nan, math.nan),
-            step_size=NOWHERE,
-            step_count=self._steps,
-            time_to_support_change=0.0,
-            q_in_odom=NOWHERE,
-            base_footprint_in_odom=NOT_MEASURED,
-            velocity=NOT_MEASURED,
-            left_sole_in_odom=sole,
-            right_sole_in_odom=sole,
-            torso_roll=math.nan,
-            torso_pitch=math.nan,
-            ik_residual=0.0,
-            clipped_joints=0,
-        )
+        state = GaitState.WALK if support else GaitState.STAND
+        com = as_point(self._plan.com[tick])
+        return peer_status(stamp, state, _SUPPORT[support], self._steps, com)
 
     @property
     def status(self) -> GaitStatus:
@@ -107,3 +89,31 @@ class PeerPlayback:
         if self._status is None:
             raise RuntimeError("no frame has been answered yet")
         return self._status
+
+
+def peer_status(
+    stamp: int, state: GaitState, support: str, step_count: int, com: Point3 = NOT_MEASURED
+) -> GaitStatus:
+    """The status of a walk that knows no more than these; `com` [m] is the expected one in Q."""
+    sole = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return GaitStatus(
+        stamp=stamp,
+        state=state,
+        support=support,
+        com_expected_in_q=com,
+        com_measured_in_q=NOT_MEASURED,
+        com_estimated_in_q=NOT_MEASURED,
+        pendulum_origin_in_q=(math.nan, math.nan),
+        step_size=NOWHERE,
+        step_count=step_count,
+        time_to_support_change=0.0,
+        q_in_odom=NOWHERE,
+        base_footprint_in_odom=NOT_MEASURED,
+        velocity=NOT_MEASURED,
+        left_sole_in_odom=sole,
+        right_sole_in_odom=sole,
+        torso_roll=math.nan,
+        torso_pitch=math.nan,
+        ik_residual=0.0,
+        clipped_joints=0,
+    )

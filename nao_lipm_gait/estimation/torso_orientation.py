@@ -55,9 +55,14 @@ class TorsoOrientation:
         """Angle [rad] between the torso's z axis and the vertical."""
         return acos(min(1.0, max(-1.0, self.up_in_torso[2])))
 
-    def reset(self, specific_force: Point3) -> None:
-        """Begin with the accelerometer alone, as at rest; upright if it measures no force."""
-        self._age = 0.0
+    def reset(self, specific_force: Point3, age: float = 0.0) -> None:
+        """Begin with the accelerometer alone, as at rest; upright if it measures no force.
+
+        Args:
+            specific_force: Accelerometer [m/s^2] in the torso frame.
+            age: Time [s] for which this has been its mean.
+        """
+        self._age = age
         length = sqrt(dot(specific_force, specific_force))
         if length > 1.0:
             x, y, z = specific_force

@@ -22,6 +22,7 @@ from sim_bridge.trials.trace import Recorder, Trace
 from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     Push,
+    SeesTruth,
     TimedCommands,
     TrialSpec,
     Walker,
@@ -108,12 +109,16 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
         if spec.walker is not None:
             walker = spec.walker(loaded_robot(spec.urdf), task, spec.control_period)
         pushes = () if spec.push is None else (spec.push,)
-        # A motion is requested between two ticks.
-        policy = TimedCommands(task.command_at, pushes, ahead=not task.motions)
+        sees = walker if isinstance(walker, SeesTruth) else None
+        # A motion is requested, and the truth seen, between two ticks.
+        ahead = not task.motions and sees is None
+        policy = TimedCommands(task.command_at, pushes, ahead=ahead)
         for tick in islice(
             run(world, walker, policy), task_ticks(task, spec.control_period)
         ):
             recorder.add(tick.truth, tick.command, tick.status)
+            if sees is not None:
+                sees.see(tick.truth)
             if task.motions:
                 watch.tick()
     trace = recorder.trace()

@@ -35,7 +35,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
@@ -73,6 +73,7 @@ class TrialSpec:
         urdf: Name or file of the robot.
         engine: `pybullet` or `mujoco`.
         urdf_effort: Use the effort limits of the URDF as stall torques, not the motors' own.
+        gains: Joint, stiffness [N m/rad] and damping [N m s/rad] of servos, not the robot's own.
         control_period: [s] between two ticks of the gait.
     """
 
@@ -85,6 +86,7 @@ class TrialSpec:
     urdf: str = "nao_h21_v33"
     engine: str = "pybullet"
     urdf_effort: bool = False
+    gains: tuple[tuple[str, float, float], ...] = ()
     control_period: float = CONTROL_PERIOD
 
 
@@ -111,7 +113,7 @@ def make_world(
     """
     robot = loaded_robot(spec.urdf)
     return World.single(
-        _with_urdf_effort(robot) if spec.urdf_effort else robot,
+        _with_gains(_with_urdf_effort(robot) if spec.urdf_effort else robot, spec.gains),
         with_options(load_plant(spec.plant), spec.plant_options) if plant is None else plant,
         robot_seed=spec.robot_seed,
         noise_seed=spec.noise_seed,
@@ -163,6 +165,16 @@ def _with_urdf_effort(robot: RobotDescription) -> RobotDescription:
     return replace(robot, motors=motors)
 
 
+def _with_gains(
+    robot: RobotDescription, gains: Sequence[tuple[str, float, float]]
+) -> RobotDescription:
+    motors = {
+        joint: robot.motors[joint].replace(stiffness=stiffness, damping=damping)
+        for joint, stiffness, damping in gains
+    }
+    return replace(robot, motors={**robot.motors, **motors}) if motors else robot
+
+
 class Walker(Protocol):
     """The gait, or what walks in its place."""
 
@@ -173,6 +185,15 @@ class Walker(Protocol):
     @property
     def status(self) -> GaitStatus:
         """As of the last step."""
+        ...
+
+
+@runtime_checkable
+class SeesTruth(Protocol):
+    """A walker that is told more than sensors measure: never the gait."""
+
+    def see(self, truth: GroundTruth) -> None:
+        """Take the truth at the end of a control period, before the next one."""
         ...
 
 

@@ -33,6 +33,7 @@ from sim_bridge.trials.trace import Recorder
 from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     TimedCommands,
+    Walker,
     make_gaits,
     make_scene_world,
     run,
@@ -156,7 +157,7 @@ def time_walk(options: Options, task: Task) -> WalkTiming:
 
     walking, alone = world(_TimedWorld), world(World)
     engine = PhysicsSteps(alone, options.engine)
-    gait = _ClockedGait(Gait(robot, options.parameters), time.thread_time_ns)
+    gait = ClockedWalker(Gait(robot, options.parameters), time.thread_time_ns)
     recorder, timing = Recorder(), WalkTiming()
     try:
         walked = run(walking, gait, TimedCommands(task.command_at))
@@ -190,7 +191,7 @@ def time_walk(options: Options, task: Task) -> WalkTiming:
     timing.by_itself = cpu_time(rollout, spec)
     # Ticks and control periods of the plant alternate, as on a robot.
     simulation, walker = make_pair(spec)
-    clocked = _ClockedGait(walker, time.perf_counter_ns)
+    clocked = ClockedWalker(walker, time.perf_counter_ns)
     with simulation:
         alternating = run(simulation, clocked, TimedCommands(spec.task.command_at, ahead=False))
         for _ in islice(alternating, round(spec.task.end / CONTROL_PERIOD)):
@@ -216,24 +217,24 @@ class _TimedWorld(World):
         self.span += time.thread_time_ns() - began
 
 
-class _ClockedGait:
+class ClockedWalker:
     """Records the time of every tick [ns] on a clock."""
 
-    def __init__(self, gait: Gait, clock: Callable[[], int]) -> None:
-        self._gait, self._clock = gait, clock
+    def __init__(self, walker: Walker, clock: Callable[[], int]) -> None:
+        self._walker, self._clock = walker, clock
         self.spans: list[int] = []
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
-        """A tick of the gait."""
+        """A tick of the walker."""
         began = self._clock()
-        targets = self._gait.step(frame, command)
+        targets = self._walker.step(frame, command)
         self.spans.append(self._clock() - began)
         return targets
 
     @property
     def status(self) -> GaitStatus:
-        """Of the gait."""
-        return self._gait.status
+        """Of the walker."""
+        return self._walker.status
 
 
 class PhysicsSteps:
