@@ -42,7 +42,7 @@ from robot_core.resources import share
 from robot_core.robot import load_robot
 from robot_core.ros.parameters import URDF
 from robot_core.schema import Field, Number, Switch, read_yaml
-from sim_bridge.engines.registry import installed
+from sim_bridge.engines.registry import check_installed
 from sim_bridge.plant import load_plant
 from sim_bridge.ros import parameters as bridge
 from sim_bridge.scene import FLOOR, Scene, load_scene
@@ -199,7 +199,7 @@ class _Launch:
             "robot": load_robot,
             "plant": load_plant,
             "colors": load_color_table,
-            "engine": installed,
+            "engine": check_installed,
             "preset": partial(_for_each, preset_for, self._robots),
             "motions": partial(_for_each, library_of, self._robots),
             "calibration": partial(_for_each, calibration_of, self._robots),
@@ -211,12 +211,10 @@ class _Launch:
                 continue
             value = field.check(_parsed(field.kind, field.name, text))
             try:
-                usable = loaders.get(field.name, bool)(text)
+                loaders.get(field.name, bool)(text)
             except NaoGaitError as error:
                 path = field.name if error.value == text else f"{field.name}: {error.field}"
                 raise NaoGaitError(path, error.value, error.allowed) from error
-            if field.name == "engine" and not usable:
-                raise NaoGaitError("engine", text, "an engine that is installed")
             found[field.name] = value
         return found
 

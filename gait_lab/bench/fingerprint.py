@@ -1,17 +1,17 @@
 """Hashes of reference rollouts: the same hashes, the same walk to the bit.
 
-Every preset walks a short course of commands with a push, the default one also sideways, and every
-motion of a robot that begins from a stand, the front or the back runs once, in each engine; in
-MuJoCo, every fault of the gait disturbs one walk, and four players play without a referee, and with
-one. Hashed are the motion itself
-(joints, torso, motor torques) and the gait's own estimates (odometry, CoM), so that a refactoring
-can show that it changed nothing, and a figure can say which walk it was measured on.
+Every preset walks a short course of commands with a push, the default one also sideways and fast on
+a stiff floor, where it sways; every motion of a robot that begins from a stand, the front or the
+back runs once, in each engine. In MuJoCo, every fault of the gait disturbs one walk, and four
+players play without a referee, and with one. Hashed are the motion itself (joints, torso, motor
+torques) and the gait's own estimates (odometry, CoM), so that a refactoring can show that it
+changed nothing, and a figure can say which walk it was measured on.
 """
 
 import hashlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 from typing import Any
 
@@ -87,6 +87,10 @@ SIDE_COURSE = (
 )
 COURSE_TIME = 8.5
 """[s]"""
+SWAY_COURSE = ((1.0, STANDSTILL), (4.0, VelocityCommand(0.47, 0.0, 0.0)))
+STIFF_FLOOR = (("contact.stiffness", 4.0e4), ("variation.stiffness_scale", None))
+SWAYING = 0
+"""Robot that sways there: its strides become shorter from the first second at speed on."""
 PUSH = Push(time=3.0, impulse=0.6, direction=math.radians(100.0))
 STARTS = {
     Posture.STANDING: "stand",
@@ -111,8 +115,8 @@ class Case:
     Attributes:
         engine: `mujoco` or `pybullet`.
         robot: Name of the URDF.
-        name: `walk/PRESET`, `side/PRESET`, `motion/ROBOT/MOTION`, `fault/FAULT`, `soccer/play` or
-            `soccer/match`.
+        name: `walk/PRESET`, `side/PRESET`, `sway/PRESET`, `motion/ROBOT/MOTION`, `fault/FAULT`,
+            `soccer/play` or `soccer/match`.
     """
 
     engine: str
@@ -163,6 +167,7 @@ def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
                 continue  # motors without any lag are PyBullet's alone
             yield Case(engine, robot, f"walk/{preset}")
         yield Case(engine, "nao_h21_v33", "side/default")
+        yield Case(engine, "nao_h21_v33", "sway/default")
         for robot in ("nao_h21_v33", "bruno"):
             for name, motion in shipped_library(loaded_robot(robot)).motions.items():
                 if any(map(motion.begins_from, STARTS)):
@@ -179,7 +184,8 @@ def fingerprint(case: Case) -> Fingerprint:
     kind, _, name = case.name.partition("/")
     run: Callable[[Case, str], Iterator[Moment]]
     run = {
-        "walk": _walk, "side": _sideways, "motion": _motion, "fault": _fault, "soccer": _soccer,
+        "walk": _walk, "side": _sideways, "sway": _swaying, "motion": _motion, "fault": _fault,
+        "soccer": _soccer,
     }[kind]  # fmt: skip
     whole = hashlib.sha256()
     states: Sequence[State] = ()
@@ -246,10 +252,18 @@ def _sideways(case: Case, preset: str) -> Iterator[Moment]:
     return _walk(case, preset, SIDE_COURSE)
 
 
+def _swaying(case: Case, preset: str) -> Iterator[Moment]:
+    spec = replace(_spec(case, preset, plant_options=STIFF_FLOOR), robot_seed=SWAYING)
+    return _follow(spec, TimedCommands(lambda time: _command_at(SWAY_COURSE, time, 1.0)))
+
+
 def _walk(case: Case, preset: str, course: Knots = COURSE) -> Iterator[Moment]:
     _, plant, options, share = PRESETS[preset]
     spec = _spec(case, preset, plant=plant, plant_options=options)
-    policy = TimedCommands(lambda time: _command_at(course, time, share), (PUSH,))
+    return _follow(spec, TimedCommands(lambda time: _command_at(course, time, share), (PUSH,)))
+
+
+def _follow(spec: TrialSpec, policy: Policy) -> Iterator[Moment]:
     with make_world(spec) as world:
         ticks = run(world, make_gait(spec), policy)
         for tick in islice(ticks, round(COURSE_TIME / CONTROL_PERIOD)):

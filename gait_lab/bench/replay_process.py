@@ -25,11 +25,12 @@ from gait_lab.bench.wake_up import Sleeper, sleep_until
 from gait_lab.faults.channel import Message
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from robot_core.ros.messages import to_time
+from robot_core.ros.patience import START
 from robot_core.ros.process import stay_local
 from robot_core.ros.topics import publisher, subscription
 
-FIND_TIME, SETTLE_TIME, LAST_TIME = 300.0, 1.0, 10.0
-"""[s] to find the gait at most, to wait after that, and to wait at most for the last answers."""
+SETTLE_TIME, LAST_TIME = 1.0, 10.0
+"""[s] to wait after the gait was found, and at most for the last answers."""
 GUARD = 0.001
 """[s] before the next tick, in which this process only sleeps."""
 INPUTS = {ImuInput: Imu, JointInput: JointState, TwistInput: Twist, LoadInput: WrenchStamped}
@@ -117,7 +118,7 @@ def replay(period: float, script: list[list[Message]]) -> ReplayTimes:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     ticks = [[(node.sending(each), _stamp(each)) for each in messages] for messages in script]
-    deadline = time.monotonic() + FIND_TIME
+    deadline = time.monotonic() + START
     while not node.connected:
         if time.monotonic() > deadline:
             raise SystemExit("the gait was not found")

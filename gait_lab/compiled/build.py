@@ -5,7 +5,9 @@ build/compiled/robot_core/         what it stands on, likewise
 build/compiled/config, urdf, ...   links to the shared files, which the packages look up there
 """
 
+import contextlib
 import hashlib
+import os
 import platform
 import shutil
 import subprocess
@@ -63,11 +65,23 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
         for name in SHARED:
             (library / name).symlink_to(share(name).resolve())
         (library / MADE_OF).write_text(made_of, encoding="utf-8")
-        if folder.exists():
-            folder.rmdir()
         folder.parent.mkdir(parents=True, exist_ok=True)
-        shutil.move(library, folder)
+        _put(library, folder)
     say(f"to use this gait, set PYTHONPATH={folder}${{PYTHONPATH:+:$PYTHONPATH}}")
+
+
+def _put(library: Path, folder: Path) -> None:
+    """Move the library to its place in one step, where another process may put the same one."""
+    beside = folder.with_name(f"{folder.name}.{os.getpid()}")
+    shutil.move(library, beside)  # from another file system this copies
+    with contextlib.suppress(OSError):
+        folder.rmdir()  # empty
+    try:
+        beside.rename(folder)
+    except OSError as error:
+        shutil.rmtree(beside)
+        if not (folder / MADE_OF).is_file():
+            raise NaoGaitError("folder", str(folder), "a folder that nobody else fills") from error
 
 
 def _compiler() -> str:

@@ -11,17 +11,13 @@ from gait_lab.demo.tour import TourPhase, duration, phase_at
 from gait_lab.record.recorder import TopicRecorder
 from gait_lab.ros_session import VelocityPublisher
 from robot_core.ros.lockstep import LockstepPartner
+from robot_core.ros.patience import STALL, START
 from robot_core.ros.process import StopRequest
 from robot_core.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-START_TIMEOUT = 300.0
-"""Wall time [s] for both nodes to start and for the robot to stand; a busy machine takes a minute,
-and a node that ends is noticed at once."""
-STALL_TIMEOUT = 60.0
-"""Wall time [s] without a message on `/clock` after which the demo gives up."""
 COMMAND_PERIOD = 0.05
 """Simulated time [s] between two velocity commands, up to which lockstep runs on; less than fills
 the queue of a publisher, so that the recorder loses nothing."""
@@ -102,7 +98,7 @@ class TourDriver:
         shown = 0.0
         with _progress_bar(total) as bar:
             while (elapsed := self._now - self.tour_began) < total:
-                self._spin(STALL_TIMEOUT)
+                self._spin(STALL)
                 if time.monotonic() >= shown + SHOW_PERIOD:
                     shown = time.monotonic()
                     phase = phase_at(self._tour, elapsed)
@@ -115,7 +111,7 @@ class TourDriver:
             bar.refresh()
         # On a busy machine the recorder lags behind the clock.
         while self._recorder.now < self.tour_began + total + EXTRA_TIME:
-            self._spin(STALL_TIMEOUT)
+            self._spin(STALL)
 
     def close(self) -> None:
         """Close the recorder, and let time run on."""
@@ -124,12 +120,12 @@ class TourDriver:
         self._recorder.close()
 
     def _wait_for_stand(self) -> None:
-        deadline = time.monotonic() + START_TIMEOUT
+        deadline = time.monotonic() + START
         while self.tour_began is None:
             self._recorder.add_new_topics()
             self._spin(max(1.0, deadline - time.monotonic()))
             if time.monotonic() > deadline:
-                raise TourError(f"the nodes did not start within {START_TIMEOUT:.0f} s")
+                raise TourError(f"the nodes did not start within {START:.0f} s")
 
     def _spin(self, stall: float) -> None:
         self._executor.spin_once(timeout_sec=0.1)

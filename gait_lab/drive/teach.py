@@ -23,6 +23,7 @@ from robot_core.motion.keyframes import Interpolation, Posture
 from robot_core.motion.library import shipped_library
 from robot_core.motion.motion_file import STAND, load_motions
 from robot_core.robot import RobotDescription, load_robot
+from robot_core.ros.patience import ANSWER
 from robot_core.ros.process import stop_on_signal
 from robot_core.schema import is_name
 from robot_core.types import IN_MOTION, FloatArray, GaitState, state_of
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 POSE_TIME = 1.0
 """Default time to a pose [s]."""
-ANSWER_TIMEOUT = 30.0
-"""Wall time [s] for the first message from the running nodes."""
 PLAY_FACTOR = 20.0
 """Limit of the wall time of a motion, as a multiple of its duration."""
 HELP = """\
@@ -201,14 +200,14 @@ class _RobotClient:
     def relax(self) -> None:
         """Take the torque off the joints."""
         client = self._node.create_client(self._trigger, "gait/relax")
-        if not self.spin_until(client.service_is_ready, ANSWER_TIMEOUT):
+        if not self.spin_until(client.service_is_ready, ANSWER):
             raise NaoGaitError("gait/relax", "no answer", "a running gait")
         future = client.call_async(self._trigger.Request())
-        self.spin_until(future.done, ANSWER_TIMEOUT)
+        self.spin_until(future.done, ANSWER)
 
     def ask_for(self, motion: str) -> None:
         """Request a motion by name or file."""
-        if not self.spin_until(lambda: self._motion.get_subscription_count() > 0, ANSWER_TIMEOUT):
+        if not self.spin_until(lambda: self._motion.get_subscription_count() > 0, ANSWER):
             raise NaoGaitError("gait/motion", "no subscriber", "a running gait")
         self._motion.publish(self._text(data=motion))
 
@@ -252,7 +251,7 @@ def record(
     with ros_node("nao_gait_teach", namespace) as node:
         client = _RobotClient(node, load_robot(urdf))
         lesson = Lesson(load_robot(urdf), with_head=head)
-        if not client.spin_until(lambda: client.position is not None, ANSWER_TIMEOUT):
+        if not client.spin_until(lambda: client.position is not None, ANSWER):
             raise NaoGaitError("joint_states", "none", f"all joints of {lesson.robot.name}")
         if not stiff:
             client.relax()
@@ -296,7 +295,7 @@ def play(
     motion = load_motions(path, load_robot(urdf))[0]
     with ros_node("nao_gait_teach", namespace) as node:
         client = _RobotClient(node, load_robot(urdf))
-        if not client.spin_until(lambda: bool(client.state), ANSWER_TIMEOUT):
+        if not client.spin_until(lambda: bool(client.state), ANSWER):
             raise NaoGaitError("gait/support", "nothing", "a running gait with sensors")
         client.states.clear()
         client.ask_for(str(path.resolve()))
@@ -304,7 +303,7 @@ def play(
         def began() -> bool:
             return any(state in IN_MOTION for state in client.states)
 
-        if not client.spin_until(began, ANSWER_TIMEOUT):
+        if not client.spin_until(began, ANSWER):
             raise NaoGaitError(
                 "motion", motion.name, f"one that starts {motion.starts} (the gait is in "
                 f"{client.state}; its log says why)",
@@ -315,7 +314,7 @@ def play(
         def over() -> bool:
             return client.state not in IN_MOTION
 
-        limit = motion.time if held else PLAY_FACTOR * motion.time + ANSWER_TIMEOUT
+        limit = motion.time if held else PLAY_FACTOR * motion.time + ANSWER
         ended = client.spin_until(over, limit)
         if not (ended or held):
             raise NaoGaitError("motion", motion.name, "a motion that ends within its time limit")

@@ -26,6 +26,7 @@ from std_msgs.msg import String
 from gait_lab.demo.node_processes import NodeProcesses, may_run_in_real_time, real_time_priority
 from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, NodeOutcome, Rig
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
+from robot_core.ros.patience import STALL
 from robot_core.ros.process import DomainClaim
 from robot_core.ros.topics import LATCHED, publisher, subscription
 from robot_core.types import BUSY, GaitState, state_of
@@ -36,8 +37,6 @@ FACTORS = {Rig.MATCH: 0.25, Rig.LOLA: 1.0}
 deadlines are of the wall clock, so that rig runs with a real-time priority where it may."""
 PATIENCE = 1.0
 """[s] without a new time on `/clock`, after which time goes on by the wall clock."""
-STALL = 90.0
-"""[s] without a new time on `/clock`, after which a run is given up."""
 LOOK = 8.0
 """[s] before the end, in which a robot that went on walks, kicks, gets up or obeys the referee."""
 WALK_SPEED = 0.1

@@ -34,6 +34,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
 from robot_core.geometry import yaw_of_quaternion
 from robot_core.robot import load_robot
+from robot_core.ros.patience import STALL
 from robot_core.ros.process import (
     DomainClaim,
     StopRequest,
@@ -52,8 +53,6 @@ BIAS_WAIT = 5.0
 """Longest stand [s] for the gyro: players see where they are, so their heading is corrected."""
 REFEREE_TIMEOUT = 20.0
 """[s] of simulated time after which the referee has to be heard."""
-STALL_TIMEOUT = 120.0
-"""[s] without a new time on `/clock`, after which a match is given up."""
 FRAME_PERIOD = 0.2
 """[s] between two frames of the replay."""
 
@@ -256,8 +255,8 @@ class _Watcher:
                 raise KeyboardInterrupt
             if (ended := self._nodes.ended()) is not None:
                 raise _MatchError(ended)
-            if time.monotonic() - self._moved > STALL_TIMEOUT:
-                raise _MatchError(f"no new time on /clock for {STALL_TIMEOUT:.0f} s")
+            if time.monotonic() - self._moved > STALL:
+                raise _MatchError(f"no new time on /clock for {STALL:.0f} s")
             if not self._game and self._now * 1e-9 > 2.0 * START + REFEREE_TIMEOUT:
                 raise _MatchError("the referee is not heard")
 

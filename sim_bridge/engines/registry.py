@@ -21,6 +21,14 @@ def installed(engine: str) -> bool:
     return find_spec(engine) is not None
 
 
+def check_installed(engine: str) -> None:
+    """Raise NaoGaitError, which says how to get it, if an engine of `ENGINES` is not installed."""
+    if not installed(engine):
+        others = [f"engine:={name}, which is installed" for name in ENGINES if installed(name)]
+        allowed = "; or ".join((*others, f"pip install '{_INSTALL[engine]}'"))
+        raise NaoGaitError("engine", engine, allowed)
+
+
 def why_not_pybullet(robots: Iterable[RobotDescription]) -> str:
     """Why PyBullet cannot simulate these robots; empty if it can."""
     for robot in robots:
@@ -58,13 +66,7 @@ def make_backend(
     """
     if engine not in ENGINES:
         raise NaoGaitError("engine", engine, ", ".join(ENGINES))
-    if not installed(engine):
-        others = [name for name in ENGINES if installed(name)]
-        raise NaoGaitError(
-            "engine",
-            f"{engine}, which is not installed",
-            ", ".join(others) + f"; or pip install '{_INSTALL[engine]}'",
-        )
+    check_installed(engine)
     if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         # Without a display the engines end the process.
         raise NaoGaitError("gui", gui, "false, because DISPLAY is not set")

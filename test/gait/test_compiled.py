@@ -136,3 +136,15 @@ def test_a_failure_shows_the_output_of_the_compiler(
 def test_the_tests_use_the_source() -> None:
     assert not compiled.is_compiled()
     compiled.check_fresh()
+
+
+def test_a_folder_that_another_process_has_just_filled_is_kept(tmp_path: Path) -> None:
+    folder = tmp_path / "compiled"
+    for name in ("first", "second"):
+        library = tmp_path / "temporary" / name
+        library.mkdir(parents=True)
+        (library / build.MADE_OF).write_text(name, encoding="utf-8")
+        build._put(library, folder)
+    assert [each.name for each in folder.iterdir()] == [build.MADE_OF]
+    assert (folder / build.MADE_OF).read_text(encoding="utf-8") == "first"
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["compiled", "temporary"]
