@@ -30,7 +30,7 @@ from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
 from nao_lipm_gait.whole_body.stand_blend import StandBlend
-from nao_lipm_gait.whole_body.step_kick import StepKick
+from nao_lipm_gait.whole_body.step_kick import BALL, StepKick
 from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
 from robot_core.errors import NaoGaitError, is_number
 from robot_core.geometry import ORIGIN, compose
@@ -418,6 +418,7 @@ class Gait:
             # A motion that kept its feet ends in the stand; after a get-up the robot must settle.
             in_place = motion is not None and not motion.gets_up
             self._begin_stand(frame.late, start, joint_groups(self.robot)[BODY] if in_place else ())
+            self._feed_forward.begin()
 
     def _begin_stand(self, late: int, start: FloatArray, watched: Sequence[int] = ()) -> None:
         """Begin to stand up from joint angles (n,) [rad].
@@ -623,22 +624,23 @@ class Gait:
             self._lift_share = float(share)
             self.set_parameters(self.parameters)
 
-    def request_kick(self, ball: Point2, direction: float) -> None:
+    def request_kick(self, ball: Point2, direction: float, radius: float = BALL) -> None:
         """Kick a ball in the walk, with the next foot whose way it lies on; see `StepKick`.
 
         Args:
             ball: x, y [m] in base_footprint of the last frame. Ask anew for each new percept: a
                 request waits 0.5 s for a step that fits, and is then forgotten.
             direction: Where it shall go [rad], counter-clockwise from straight ahead.
+            radius: Of the ball [m].
 
         Raises:
             NaoGaitError: A number is not finite.
         """
-        if not all(map(is_number, (*ball, direction))):
+        if not all(map(is_number, (*ball, direction, radius))):
             raise NaoGaitError("kick", (*ball, direction), "finite x, y [m] and direction [rad]")
-        x, y = (each / self._size.length for each in ball)
+        x, y, radius = (each / self._size.length for each in (*ball, radius))
         base = self._estimator.odometry.base_footprint_in_odom
-        self._step_kick.ask(compose(base, (x, y, direction)))
+        self._step_kick.ask(compose(base, (x, y, direction)), radius)
 
     # -- status ------------------------------------------------------------------------------------
 

@@ -56,7 +56,7 @@ class Agent:
         exact: bool = False,
     ) -> None:
         robot = load_robot(server_robot.robot)
-        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY, **SERVER)
+        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY, get_up=True, **SERVER)
         self.landing = Landing(robot)
         self.percepts: Percepts | None = None
         self.falls = 0

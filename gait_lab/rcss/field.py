@@ -13,6 +13,8 @@ from robot_core.types import Point2, Pose2
 
 FIELD = "fifa7vs7"
 """The server's usual field: 55 x 36 m."""
+BALL = 0.11
+"""[m] radius of the server's ball."""
 BORDER = 3.0
 """[m] of ground around the lines; robots come onto the field from its edge."""
 _SIDE_NAMES = {-1.0: ("l", "l"), 1.0: ("r", "u")}

@@ -10,7 +10,7 @@ from dataclasses import replace
 import attrs
 
 from gait_lab.rcss.eyes import ServerEyes
-from gait_lab.rcss.field import ServerField
+from gait_lab.rcss.field import BALL, ServerField
 from gait_lab.rcss.game import GOAL, Mode, game_state, mode_of
 from gait_lab.rcss.speech import pack, unpack
 from nao_lipm_gait.gait import Gait
@@ -175,6 +175,9 @@ class ServerPlayer:
                 self._gait.request_motion(action.motion)
         self._motion = action.motion
         self._gait.request_lift(action.lift)
+        if action.kick is not None:
+            x, y, direction = action.kick
+            self._gait.request_kick((self._size * x, self._size * y), direction, BALL)
         self._gait.request_look(self._scaled(player.look(decision)))
         data = player.team_message(time)
         if data is not None:

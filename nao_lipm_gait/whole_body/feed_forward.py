@@ -21,6 +21,8 @@ LARGEST = 100.0
 """[rad/s^2] A faster change is a step of the plan, not a movement."""
 SHIFT_TIME = 0.06
 """[s] in which the weight goes from one sole to the other."""
+RISE_TIME = 0.3
+"""[s] in which the torques rise after a motion, which has none: all at once they kick a robot."""
 
 
 class FeedForward:
@@ -44,6 +46,11 @@ class FeedForward:
         self._damping = np.array(dampings)
         self._velocity = np.zeros(len(stiffness))
         self._last: FloatArray | None = None
+        self._rise = 1.0
+
+    def begin(self) -> None:
+        """A stand begins in another pose than the last one, without these torques."""
+        self._last, self._velocity[:], self._rise = None, 0.0, 0.0
 
     def lead(
         self, position: FloatArray, targets: BodyTargets, support: int, origin: Point2, dt: float
@@ -84,7 +91,11 @@ class FeedForward:
             position, targets.torso_roll, targets.torso_pitch,
             (load(self._left, left, 1), load(1.0 - self._left, right, -1)), acceleration,
         )  # fmt: skip
-        return np.asarray(self._yield * (torque + self._damping * velocity))
+        lead = self._yield * (torque + self._damping * velocity)
+        if self._rise < 1.0:
+            self._rise = min(1.0, self._rise + dt / RISE_TIME)
+            lead *= self._rise
+        return np.asarray(lead)
 
     def _moves(self, position: FloatArray, dt: float) -> tuple[FloatArray, FloatArray]:
         """Velocity (n,) [rad/s] and acceleration (n,) [rad/s^2] of the targets."""

@@ -17,7 +17,7 @@ REACH = 0.08
 BEGIN, END = 0.3, 0.95
 """Shares of the step between which it does so: the foot is up, and fast where it meets the ball."""
 BALL = 0.05
-"""[m] Radius of a ball, about."""
+"""[m] Radius of a ball that the request does not give, about."""
 BEFORE, BEYOND = 0.05, 0.075
 """[m] from a ball that touches the foot to the nearest and the farthest one that it hits."""
 BESIDE = 0.035
@@ -38,13 +38,14 @@ class StepKick:
     def __init__(self, outline: Sequence[Point2]) -> None:
         self._outline = outline
         self._goal: Pose2 | None = None
+        self._radius = BALL
         self._waited = 0.0
         self._way: Point2 = (0.0, 0.0)
         self._phase = 1.0
 
-    def ask(self, ball: Pose2) -> None:
-        """Kick a ball; its place [m] and the direction of its way [rad] are in odom."""
-        self._goal, self._waited = ball, 0.0
+    def ask(self, ball: Pose2, radius: float) -> None:
+        """Kick a ball; place and radius [m], direction of its way [rad] are those of the image."""
+        self._goal, self._radius, self._waited = ball, radius, 0.0
 
     def begin_step(self, foot: int, base_footprint_in_odom: Pose2, spacing: float) -> None:
         """A foot, LEFT or RIGHT, begins to swing: kick, if the ball lies on its way.
@@ -59,7 +60,7 @@ class StepKick:
         y, outwards = side * y - 0.5 * spacing, side * remainder(direction, tau)
         outwards = min(max(outwards, -INWARDS), OUTWARDS)
         ux, uy = cos(outwards), sin(outwards)
-        touching = BALL + max(ux * px + uy * py for px, py in self._outline)
+        touching = self._radius + max(ux * px + uy * py for px, py in self._outline)
         along, across = x * ux + y * uy - touching, x * uy - y * ux
         if -BEFORE < along < BEYOND and abs(across) < BESIDE:
             self._goal, self._way = None, (REACH * ux, side * REACH * uy)

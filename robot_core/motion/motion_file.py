@@ -25,7 +25,7 @@ LIKE = "like"
 BASE = "base"
 """Key of a file that names another one in its folder: what it lacks is as in that one."""
 MOST_KEYFRAMES = 200
-LEFT = ("L", "l_", "L_", "left_", "Left_")
+LEFT = ("L", "l_", "L_", "left_", "Left_", "ALeft_")
 """What the names of the left joints of robots begin with."""
 _SUPPORTS = {"both": 0, "left": 1, "right": -1}
 _ANGLE = Number(-math.tau, math.tau, "rad")

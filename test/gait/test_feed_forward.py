@@ -6,6 +6,7 @@ import pytest
 import yaml
 
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from nao_lipm_gait.whole_body.support_torque import Load, SupportTorque
@@ -109,6 +110,24 @@ def test_the_movement_of_the_targets_is_known_in_time() -> None:
     along, late = np.linalg.lstsq(waves, acceleration, rcond=None)[0]
     assert np.arctan2(late, -along) / rate < 1.5 * dt
     assert np.hypot(late, along) == pytest.approx(rate**2, rel=0.03)
+
+
+def test_after_a_motion_the_torques_rise_from_none() -> None:
+    """A stand after a get-up begins in another pose than the last one; no kick may come of it."""
+    robot, dt = load_robot("booster_k1"), 0.01
+    forward, stand = FeedForward(robot), np.array(robot.stand_pose)
+    origin = (0.0, 0.0)
+    left, right = SoleTarget(0.0, 0.05, 0.0, 0.0), SoleTarget(0.0, -0.05, 0.0, 0.0)
+    body = BodyTargets((0.0, 0.0, 0.25), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
+
+    def lead(pose: np.ndarray) -> np.ndarray:
+        return forward.lead(pose, body, 0, origin, dt)
+
+    lead(stand + 0.5)
+    forward.begin()
+    leads = np.array([lead(stand) for _ in range(60)])
+    assert np.abs(leads[-1]).max() > 0.01
+    assert np.abs(np.diff(leads, axis=0, prepend=0.0)).max() < 0.05 * np.abs(leads[-1]).max()
 
 
 def test_only_a_robot_with_soft_motors_gets_a_lead() -> None:

@@ -1,4 +1,4 @@
-"""The kicks of the OP3 send the ball where it is meant to go."""
+"""Motions of the OP3 and of Booster's robots: kicks that go where they are meant to, get-ups."""
 
 import math
 
@@ -8,6 +8,7 @@ from nao_lipm_gait.presets import preset_for
 from robot_core.motion.library import shipped_library
 from robot_core.robot import load_robot
 from sim_bridge.individual import NOMINAL
+from sim_bridge.trials.get_up import GetUpSpec, get_up
 from sim_bridge.trials.kick import KickSpec, kick
 
 
@@ -30,3 +31,22 @@ def test_the_ball_rolls_where_it_is_meant_to(motion: str) -> None:
 @pytest.mark.parametrize("name", ["booster_k1", "booster_t1", "op3"])
 def test_every_robot_has_its_stand(name: str) -> None:
     assert shipped_library(load_robot(name)).find("stand").keyframes
+
+
+@pytest.mark.parametrize(
+    ("name", "side", "seed"),
+    [
+        ("booster_k1", "front", 40),
+        pytest.param("booster_k1", "back", 41, marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.usefixtures("mujoco_only")
+def test_it_gets_up_and_walks(name: str, side: str, seed: int) -> None:
+    spec = GetUpSpec(
+        side=side, robot_seed=seed, urdf=name, engine="mujoco",
+        parameters=preset_for(load_robot(name), "default"),
+    )  # fmt: skip
+    result = get_up(spec)
+    assert result.walked
+    assert result.time is not None
+    assert result.time < 15.0  # the referee of RoboCup's simulator waits no longer
