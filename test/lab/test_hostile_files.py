@@ -18,6 +18,7 @@ from random import Random
 import pytest
 
 from gait_lab.analysis.bag import BagWriter, open_bag
+from gait_lab.peers.policy_file import load_policy
 from gait_lab.tune.study import load_study
 from nao_lipm_gait.calibration_file import load_calibration
 from nao_lipm_gait.parameters import load_preset
@@ -98,6 +99,7 @@ YAML_READERS: dict[str, Callable[[Path], object]] = {
     "colours": load_color_table,
     "kicks": lambda path: load_kicks(path),
     "robot": load_robot_file,
+    "policy": lambda path: load_policy(path, load_robot()),
 }
 """A file of each kind that the tools and nodes read."""
 HARMLESS = ("preset, empty", "preset, nothing")
