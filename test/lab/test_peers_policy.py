@@ -9,13 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from scores import metrics, options
 
-from gait_lab.bench import suite
-from gait_lab.peers.policy_walk import HOW_TO_GET_IT, PolicyWalk, PolicyWalker
+from gait_lab.bench import pushes, suite
+from gait_lab.bench.pushes import Cell, PushSeries
+from gait_lab.bench.suites import peers
+from gait_lab.bench.walks import Variant
+from gait_lab.peers.policy_walk import HOW_TO_GET_IT, PolicyWalk, PolicyWalker, TruePolicyWalker
+from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, GaitState, SensorFrame, VelocityCommand
-from sim_bridge.trials.rollout import RolloutSpec, rollout
+from sim_bridge.trials.rollout import RolloutResult, RolloutSpec, rollout
 from sim_bridge.trials.tasks import find_task
 from sim_bridge.trials.trial import make_world
 
@@ -158,7 +163,8 @@ def test_the_velocity_is_that_over_the_standing_sole_or_the_true_one(tmp_path: P
     assert 0.6 * rate * height < ahead < rate * height, "the ankle is above the sole"
     assert aside == pytest.approx(0.0, abs=1e-3)
     told = walker(path, true_velocity=True)
-    told.see(truth._replace(torso_linear_velocity_in_torso=np.array((0.4, 0.3, 0.2))))  # type: ignore[attr-defined]
+    assert isinstance(told, TruePolicyWalker)
+    told.see(truth._replace(torso_linear_velocity_in_torso=np.array((0.4, 0.3, 0.2))))
     assert seen(told) == pytest.approx((0.4, 0.3, 0.2), abs=1e-6)
 
 
@@ -248,14 +254,12 @@ def test_the_gait_and_a_policy_with_and_without_the_true_velocity(tmp_path: Path
 
 def test_a_policy_walks_with_the_gains_of_its_file(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
-    from gait_lab.bench.suites.peers import policies
-
     t1 = load_robot("booster_t1")
     gains = {"Hip": [200.0, 5.0], "Left": [50.0, 3.0]}
     weights = np.zeros((len(t1.joint_names), 9))
     path = write(tmp_path, weights, pose={}, observations=TERMS[:3], gains=gains)
     (run,) = suite.plan("peers", {"policy": (path,), "urdf": "booster_t1"})
-    (variant,) = policies(run.options).values()
+    (variant,) = peers.policies(run.options).values()
     spec = variant.spec(run.options, True, find_task("spot"), 0)
     with make_world(spec) as world:
         motors = world.robot.description.motors
@@ -264,3 +268,37 @@ def test_a_policy_walks_with_the_gains_of_its_file(tmp_path: Path) -> None:
     assert found["Left_Knee_Pitch"] == (50.0, 3.0)
     own = t1.motors["Right_Knee_Pitch"]
     assert found["Right_Knee_Pitch"] == (own.stiffness, own.damping)
+
+
+# -- pushes ----------------------------------------------------------------------------------------
+
+
+def test_impulses_are_those_of_a_kilogram(monkeypatch: pytest.MonkeyPatch) -> None:
+    mass = BodyModel(NAO).total_mass
+    edges = {"forward": 0.45, "left": 1.25, "back": 0.05}
+
+    def push_all(wanted: Any, options: Any, *_: object) -> None:
+        for each, direction, impulse in wanted:
+            each.cells[direction, impulse] = Cell(int(impulse <= mass * edges[direction]), 1)
+
+    monkeypatch.setattr(peers, "walk_unpushed", lambda series, options: None)
+    monkeypatch.setattr(pushes, "push_all", push_all)
+    rows = peers.largest_pushes(options("peers", robots=1), {"classical": Variant()})
+    found = {row.metric: (row.value, row.unit) for row in rows}
+    assert found["classical_push_forward_max"] == (pytest.approx(0.4), "N s/kg")
+    assert found["classical_push_left_max"] == (pytest.approx(1.2), "N s/kg")
+    assert found["classical_push_back_max"] == (None, "N s/kg")
+
+
+@pytest.mark.parametrize("only_falls", [False, True])
+def test_who_drifts_after_a_push_has_not_fallen(
+    monkeypatch: pytest.MonkeyPatch, only_falls: bool
+) -> None:
+    drifting = metrics(speed_x=0.3, support_changes=9)
+    monkeypatch.setattr(
+        pushes, "run_all", lambda specs, **_: [RolloutResult(each, drifting) for each in specs]
+    )
+    series = PushSeries("spot", only_falls=only_falls)
+    series.unpushed = [pushes.Unpushed((6.0,), metrics())]
+    pushes.push_all([(series, "left", 1.0)], options("peers", robots=1))
+    assert series.cells["left", 1.0].survived == int(only_falls)
