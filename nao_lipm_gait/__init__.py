@@ -2,7 +2,7 @@
 
     from nao_lipm_gait import Gait, Simulation, Velocity
 
-    gait = Gait("nao_h21_v33", swing_lift=0.03)
+    gait = Gait("nao_h21_v33", swing_lift=0.025)
     with Simulation("nao_h21_v33", engine="mujoco", seed=40) as sim:
         obs, targets = sim.reset(), None
         for tick in range(500):

@@ -28,7 +28,7 @@ def make_status(
         walk: The walk, also while it stands.
         estimator: State of the robot.
         targets: Targets of the last tick that had some; None before.
-        com_height: Height [m] of the pendulum's mass.
+        com_height: Height [m] of the pendulum's mass, as the parameters say.
         ik_residual: Largest distance [m] of a sole from its target.
         clipped_joints: Number of targets that were clipped at a joint limit.
         motion: Name of the running motion, or empty.

@@ -144,9 +144,7 @@ class Simulation:
             NaoGaitError: The targets are not usable (nothing moves), the simulation is closed or
                 was not reset, or it has become unstable.
         """
-        self._check_open("step")
-        if self._ticks is None:
-            raise NaoGaitError("step", "no reset before it", "step after reset")
+        ticks = self._begun("step")
         if targets is not None and not isinstance(targets, JointTargets):
             targets = JointTargets(0, targets)  # type: ignore[arg-type]
         try:
@@ -157,7 +155,7 @@ class Simulation:
             allowed = "JointTargets, joint angles (n,) [rad] or None"
             raise NaoGaitError("targets", targets, allowed) from None
         self._given.targets = targets
-        tick = next(self._ticks, None)
+        tick = next(ticks, None)
         if tick is None:
             raise NaoGaitError("step", "a simulation that has become unstable", "step after reset")
         return self._observe(tick)
@@ -170,14 +168,14 @@ class Simulation:
             direction: [rad] in the world, counter-clockwise from x.
 
         Raises:
-            NaoGaitError: A number is not finite, or the simulation is closed.
+            NaoGaitError: A number is not finite, or the simulation is closed or was not reset.
         """
-        self._check_open("push")
-        for field, value in (("impulse", impulse), ("direction", direction)):
+        self._begun("push")
+        for field, value, unit in (("impulse", impulse, "N s"), ("direction", direction, "rad")):
             if not is_number(value):
-                raise NaoGaitError(field, value, "a finite number")
-        unit = np.array((np.cos(direction), np.sin(direction), 0.0))
-        self.world.robot.push(impulse / PUSH_DURATION * unit, PUSH_DURATION)
+                raise NaoGaitError(field, value, f"a finite number [{unit}]")
+        towards = np.array((np.cos(direction), np.sin(direction), 0.0))
+        self.world.robot.push(impulse / PUSH_DURATION * towards, PUSH_DURATION)
 
     def close(self) -> None:
         """Free the engine; may be called more than once."""
@@ -191,6 +189,12 @@ class Simulation:
     def _check_open(self, method: str) -> None:
         if self._closed:
             raise NaoGaitError(method, "a closed simulation", f"{method} before close")
+
+    def _begun(self, method: str) -> Iterator[Tick]:
+        self._check_open(method)
+        if self._ticks is None:
+            raise NaoGaitError(method, "no reset before it", f"{method} after reset")
+        return self._ticks
 
     def __enter__(self) -> Self:
         return self

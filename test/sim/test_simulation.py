@@ -59,7 +59,7 @@ def frame(gait: Gait) -> SensorFrame:
 def test_the_ten_lines_end_where_the_trial_loop_ends(engine: str) -> None:
     spec = TrialSpec(robot_seed=40, engine=engine, urdf=ROBOT)
     walker = make_gait(spec)
-    walker.set_parameters(Gait(ROBOT, swing_lift=0.03).parameters)
+    walker.set_parameters(Gait(ROBOT, swing_lift=0.025).parameters)
 
     def command_at(time: float) -> Velocity:
         return Velocity(0.2 if round(time / 0.01) > STAND_TICKS else 0.0)
@@ -237,3 +237,9 @@ def test_a_push_must_be_a_number(sim: Simulation) -> None:
     sim.reset()
     with pytest.raises(NaoGaitError, match="impulse: got nan"):
         sim.push(math.nan)
+
+
+def test_a_push_waits_for_the_reset() -> None:
+    refused = pytest.raises(NaoGaitError, match="push: got 'no reset before it'")
+    with Simulation(ROBOT) as sim, refused:
+        sim.push(1.0)

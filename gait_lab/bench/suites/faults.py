@@ -62,8 +62,10 @@ def check_faults(options: Options) -> None:
     "every class of faults of sensors, messages and processes, in a walk or in a match",
     options={
         "scope": Option("gait", "what fails", "SCOPE", choices=tuple(SCOPES)),
-        "runs": Option(0, "runs with a fault each; 0 = the usual number of the scope", "N",
-                       minimum=0, maximum=10_000_000),
+        "runs": Option(
+            0, "runs in all, shared among the classes; 0 = the usual number of the scope", "N",
+            minimum=0, maximum=10_000_000,
+        ),
         "faults": Option((), "only this class, e.g. imu_outage", "NAME", ("--fault",)),
         "resume": ...,
     },

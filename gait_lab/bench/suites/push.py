@@ -37,8 +37,10 @@ def check(options: Options) -> None:
             (), "this impulse in N s instead of a search for the largest that is survived", "NS",
             ("--impulse",), float, minimum=0.0, maximum=100.0,
         ),
-        "directions": Option((), "only in this direction, e.g. left, back_right", "NAME",
-                             ("--direction",)),
+        "directions": Option(
+            (), "only pushes towards this side of the robot, e.g. left, back_right", "NAME",
+            ("--direction",),
+        ),
     },
     quick=(
         {"robots": 2, "phases": 4, "tasks": ("spot",)},
@@ -77,5 +79,6 @@ def push(options: Options) -> Iterator[Row | str]:
         f"stepping, within {100 * SPEED_BOUND:g} cm/s and {math.degrees(TURN_BOUND):g} deg/s of "
         "the robot's motion without a push (spot, stand: of none). Force for "
         f"{PUSH_DURATION:g} s at the torso. Max: survived by at least {SURVIVAL:.0%} of the pushes "
-        "(phases x robots), as is every smaller one that was tried."
+        "(phases x robots), as is every smaller one that was tried; tried in steps of 0.25 N s, "
+        "--impulse tries others."
     )
