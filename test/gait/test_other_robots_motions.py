@@ -38,6 +38,9 @@ def test_every_robot_has_its_stand(name: str) -> None:
     [
         ("booster_k1", "front", 40),
         pytest.param("booster_k1", "back", 41, marks=pytest.mark.slow),
+        pytest.param("op3", "front", 42, marks=pytest.mark.slow),
+        pytest.param("op3", "back", 43, marks=pytest.mark.slow),
+        pytest.param("op3", "left", 0, marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.usefixtures("mujoco_only")
