@@ -264,6 +264,8 @@ COMMANDS = {
                          "gait_lab.drive.calibrate:command", (
         argument("-o", "--out", type=Path, default=Path("out/calibration.yaml"), metavar="FILE",
                  help="file to write (out/calibration.yaml)"),
+        argument("--zeros", action="store_true",
+                 help="look for a leg joint with a wrong zero, in four poses (75 s)"),
         _NAMESPACE,
     )),
     "vision": Command("the robots' vision: colour tables, what it finds", parts=_VISION),

@@ -1,13 +1,34 @@
 """Constant errors of one robot's sensors, and their correction."""
 
+from typing import Any
+
 import attrs
 import numpy as np
 
 from robot_core.geometry import as_point, float_view, rotate, rotation_from_rpy
 from robot_core.motion.joints import joint_signs
 from robot_core.robot import RobotDescription
-from robot_core.schema import Settings, number
+from robot_core.schema import Kind, Number, Settings, Table, field, number
 from robot_core.types import FloatArray, SensorFrame
+
+Zeros = tuple[tuple[str, float], ...]
+"""Joints with their zeros [rad]: true minus measured angle."""
+
+_TABLE = Table(Number(-0.35, 0.35, "rad"))
+
+
+@attrs.frozen
+class _ZerosKind(Kind):
+    """A mapping of joints to zeros, held as pairs, so that a calibration can be hashed."""
+
+    @property
+    def allowed(self) -> str:
+        return _TABLE.allowed
+
+    def check(self, where: str, value: Any) -> Zeros:
+        pairs = isinstance(value, tuple) and all(isinstance(each, tuple) for each in value)
+        given = dict(value) if pairs else value
+        return tuple(sorted(_TABLE.check(where, given).items()))
 
 
 @attrs.frozen
@@ -35,6 +56,9 @@ class Calibration(Settings):
     gyro_bias_x: float = number(0.0, -0.5, 0.5, "rad/s", "Gyro about x at rest.")
     gyro_bias_y: float = number(0.0, -0.5, 0.5, "rad/s", "Gyro about y at rest.")
     gyro_bias_z: float = number(0.0, -0.5, 0.5, "rad/s", "Gyro about z at rest.")
+    joint_zero: Zeros = field(
+        _ZerosKind(), (), "Wrong zeros of single joints; the other values are what they leave."
+    )
 
 
 NOT_CALIBRATED = Calibration()
@@ -55,8 +79,13 @@ class SensorCorrection:
         self._pitch = robot.index(left.ankle_pitch), robot.index(right.ankle_pitch)
         self._roll = robot.index(left.ankle_roll), robot.index(right.ankle_roll)
         self._signs = joint_signs(robot)
-        self._offset = np.zeros(len(robot.joint_names))
         c = calibration
+        self._zeros = np.zeros(len(robot.joint_names))
+        for joint, zero in c.joint_zero:
+            self._zeros[robot.index(joint)] = zero
+        for leader, follower in robot.coupled_joints:
+            self._zeros[robot.index(follower)] = self._zeros[robot.index(leader)]
+        self._offset = self._zeros.copy()
         self._imu = None
         if (c.imu_roll, c.imu_pitch, c.gyro_bias_x, c.gyro_bias_y, c.gyro_bias_z) != (0.0,) * 5:
             self._imu = rotation_from_rpy(c.imu_roll, c.imu_pitch, 0.0)
@@ -69,10 +98,10 @@ class SensorCorrection:
         if (pitch, roll) == self._soles:
             return
         self._soles = pitch, roll
-        offset = float_view(self._offset)
+        offset, zeros = float_view(self._offset), float_view(self._zeros)
         for (left, right), tilt in ((self._pitch, pitch), (self._roll, roll)):
-            offset[left] = 0.5 * self._signs[left] * tilt
-            offset[right] = -0.5 * self._signs[right] * tilt
+            offset[left] = zeros[left] + 0.5 * self._signs[left] * tilt
+            offset[right] = zeros[right] - 0.5 * self._signs[right] * tilt
 
     def sensed(self, frame: SensorFrame) -> SensorFrame:
         """The frame without the constant errors."""

@@ -1,6 +1,7 @@
 """Calibration files: written by `nao_gait calibrate`, read by the gait (`calibration`)."""
 
 from pathlib import Path
+from typing import Any
 
 import attrs
 import yaml
@@ -43,8 +44,12 @@ class CalibrationFile(Settings):
         return _HEADER + yaml.safe_dump(document, sort_keys=False)
 
 
-def _rounded(values: Settings) -> dict[str, float]:
-    return {name: round(value, DIGITS) for name, value in values.as_dict().items()}
+def _rounded(values: Settings) -> dict[str, Any]:
+    return {
+        name: round(value, DIGITS) if isinstance(value, float)
+        else {joint: round(zero, DIGITS) for joint, zero in value}
+        for name, value in values.as_dict().items()
+    }  # fmt: skip
 
 
 def load_calibration(path: str | Path, robot: RobotDescription) -> Calibration:
@@ -65,6 +70,10 @@ def load_calibration(path: str | Path, robot: RobotDescription) -> Calibration:
     file = CalibrationFile.from_mapping(read_yaml(Path(path), "calibration"), f"{where}: ")
     if file.robot != robot.name:
         raise NaoGaitError(f"{where}: robot", file.robot, f"{robot.name}, the robot of this gait")
+    for joint, zero in file.calibration.joint_zero:
+        if joint not in robot.joint_names:
+            allowed = f"a joint of {robot.name}"
+            raise NaoGaitError(f"{where}: calibration.joint_zero.{joint}", zero, allowed)
     return file.calibration
 
 

@@ -686,6 +686,7 @@ class Gait:
             gyro_bias_x=c.gyro_bias_x + gyro[0],
             gyro_bias_y=c.gyro_bias_y + gyro[1],
             gyro_bias_z=c.gyro_bias_z + gyro[2],
+            joint_zero=c.joint_zero,
         )
 
     @property

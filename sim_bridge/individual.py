@@ -74,17 +74,23 @@ def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individ
     def uniform(name: str, span: tuple[float, float] | None, otherwise: float) -> float:
         return otherwise if nominal or span is None else float(stream(seed, name).uniform(*span))
 
+    if variation.wrong_joint and variation.wrong_joint not in robot.joint_names:
+        allowed = f"a joint of {robot.name}: {', '.join(robot.joint_names)}"
+        raise NaoGaitError("variation.wrong_joint", variation.wrong_joint, allowed)
     zero = {
         joint: float(normal(f"joint_zero/{joint}", variation.joint_zero_std, 1)[0])
         for joint in robot.joint_names
     }
+    wrong = {variation.wrong_joint: variation.wrong_zero}
     for leader, follower in robot.coupled_joints:  # one motor has one encoder and one offset
         zero[follower] = zero[leader]
+        wrong[follower] = wrong.get(leader, 0.0)
     joint_zero = np.clip(
         [zero[joint] for joint in robot.joint_names],
         -variation.joint_zero_cut,
         variation.joint_zero_cut,
     )
+    joint_zero += [wrong.get(joint, 0.0) for joint in robot.joint_names]
     def spread(name: str, largest: float) -> FloatArray:
         size = (2, 4)
         return np.zeros(size) if nominal else stream(seed, name).uniform(-largest, largest, size)

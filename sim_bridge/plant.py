@@ -16,7 +16,7 @@ from robot_core import schema
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find
 from robot_core.robot import RobotDescription
-from robot_core.schema import Interval, Number, Settings, choice, group, number, switch
+from robot_core.schema import Interval, Number, Settings, choice, group, number, switch, text
 
 
 def _range(minimum: float, maximum: float, meaning: str) -> Any:
@@ -211,6 +211,8 @@ class Variation(Settings):
     motor_strength: tuple[float, float] | None = _range(
         0.01, 2.0, "Factor on the torque of every motor, uniform."
     )
+    wrong_joint: str = text("", "Joint whose zero is off by `wrong_zero` more, as after a repair.")
+    wrong_zero: float = number(0.0, -0.35, 0.35, "rad", "See `wrong_joint`.")
 
 
 @attrs.frozen

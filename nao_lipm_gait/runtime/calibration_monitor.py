@@ -13,7 +13,7 @@ from nao_lipm_gait.calibration import Calibration
 from nao_lipm_gait.gait import Gait
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level, Report
-from robot_core.schema import Field, fields, number, switch
+from robot_core.schema import Field, fields, number, parse_yaml, switch
 
 CALIBRATION = "calibration"
 """Name of the report."""
@@ -22,6 +22,10 @@ DEVIATION_KNOWN = 0.006
 0.003, because it depends on the softness of the ground."""
 NOT_APPLIED_MAX = 0.001
 """Learned tilt [rad] that need not be applied yet where the soles count as level."""
+
+
+_ZEROS = "joint zero"
+"""Label of the wrong zeros, whose text is a mapping in YAML."""
 
 
 @attrs.frozen
@@ -60,7 +64,9 @@ class Measurement(Calibration):
 
     def values(self) -> dict[str, str]:
         """Text by label, exact."""
-        return {_label(each): repr(getattr(self, each.name)) for each in fields(type(self))}
+        values = {_label(each): repr(getattr(self, each.name)) for each in fields(type(self))}
+        zeros = ", ".join(f"{joint}: {zero:.6f}" for joint, zero in self.joint_zero)
+        return {**values, _ZEROS: f"{{{zeros}}}"}
 
     @property
     def calibration(self) -> Calibration:
@@ -96,6 +102,8 @@ def _label(field: Field) -> str:
 
 
 def _parsed(field: Field, text: str) -> object:
+    if _label(field) == _ZEROS:
+        return parse_yaml(text, _ZEROS)
     if field.is_switch:
         return {"True": True, "False": False}.get(text, text)
     try:

@@ -1,7 +1,7 @@
 """Before the first walk: does the torso of the robot that stands lean as its joints say?
 
 A leg joint with a wrong zero, an IMU that is mounted askew and a floor that slopes look the same
-here, so the robot may walk; `nao_gait calibrate` tells a wrong zero from the others.
+here, so the robot may walk; `nao_gait calibrate --zeros` tells them apart, in several poses.
 """
 
 from math import acos, degrees
@@ -60,8 +60,8 @@ class StandCheck:
             self.warning = (
                 f"the robot stands {degrees(lean):.1f} deg askew by its IMU; allowed: "
                 f"{degrees(LEAN_MAX):.1f} deg from upright by its joints; does the floor slope, is "
-                "the IMU mounted askew, or the zero of a leg joint wrong? `nao_gait calibrate` "
-                "tells"
+                "the IMU mounted askew, or the zero of a leg joint wrong? `nao_gait calibrate "
+                "--zeros` tells"
             )
 
     def _vertical(self, position: FloatArray) -> FloatArray:

@@ -7,13 +7,19 @@ from itertools import islice
 from typing import NamedTuple
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
+from nao_lipm_gait.estimation.joint_zeros import Zero
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.robot import SimulatedRobot
-from sim_bridge.trials.calibration_procedure import CalibrationError, Phase, Procedure
+from sim_bridge.trials.calibration_procedure import (
+    CalibrationError,
+    Phase,
+    Procedure,
+    calibration_poses,
+)
 from sim_bridge.trials.tasks import STAND_TIME
 from sim_bridge.trials.trial import (
     Action,
@@ -31,12 +37,17 @@ MEASUREMENT_PERIOD = 0.5
 """[s] between two looks at what the gait has measured."""
 
 
-class _Calibrating(Policy):
-    """Carries out the procedure with a gait; raises `CalibrationError` if it fails."""
+class Calibrating(Policy):
+    """Carries out the procedure with a gait; raises `CalibrationError` if it fails.
 
-    def __init__(self, gait: Gait) -> None:
-        self._gait = gait
-        self._procedure = Procedure()
+    With a robot it looks for wrong zeros, in several poses.
+    """
+
+    def __init__(self, gait: Gait, robot: SimulatedRobot | None = None) -> None:
+        self._gait, self._robot = gait, robot
+        parameters = gait.parameters.as_dict()
+        poses = () if robot is None else calibration_poses(parameters)
+        self.procedure = Procedure(poses)
         self._next_look = 0.0
 
     def command(self, time: float, tick: Tick | None) -> Action:
@@ -44,15 +55,41 @@ class _Calibrating(Policy):
         status = None if tick is None else tick.status
         if status is not None:
             x, y, _ = status.base_footprint_in_odom
-            self._procedure.see_odometry(time, x, y)
-            self._procedure.see_state(status.state.value)
+            self.procedure.see_odometry(time, x, y)
+            self.procedure.see_state(status.state.value)
             if time >= self._next_look:
                 self._next_look = time + MEASUREMENT_PERIOD
                 measured = Measurement.of(self._gait, steps_measure=True)
-                self._procedure.see_measurement(time, measured)
-        if self._procedure.phase is Phase.DONE:
+                self.procedure.see_measurement(time, measured)
+            self._pose()
+        if self.procedure.phase is Phase.DONE:
             return None
-        return self._procedure.command or STANDSTILL
+        return self.procedure.command or STANDSTILL
+
+
+    def _pose(self) -> None:
+        """Let the procedure have the sensors, and the gait its parameters."""
+        frame = None if self._robot is None else self._robot.sense()
+        if frame is not None:
+            self.procedure.see_sensors(frame.joint_position, frame.linear_acceleration)
+        wanted = self.procedure.parameters
+        if any(getattr(self._gait.parameters, name) != value for name, value in wanted.items()):
+            self._gait.set_parameters(self._gait.parameters.replace(**wanted))
+
+
+def find_zeros(spec: TrialSpec) -> tuple[list[Zero], Calibration]:
+    """What `nao_gait calibrate --zeros` finds on a robot that was not calibrated.
+
+    Raises:
+        CalibrationError: The calibration failed.
+    """
+    gait = make_gait(replace(spec, calibration=NOT_CALIBRATED))
+    with make_world(spec) as world:
+        policy = Calibrating(gait, world.robot)
+        for tick in run(world, gait, policy):
+            if tick.fallen:
+                raise CalibrationError("the robot has fallen")
+    return policy.procedure.result(gait.robot)
 
 
 def calibrate(spec: TrialSpec) -> Calibration | None:
@@ -70,7 +107,7 @@ def _calibrate(spec: TrialSpec) -> Calibration | None:
     fallen = False
     try:
         with make_world(spec) as world:
-            for tick in run(world, gait, _Calibrating(gait)):
+            for tick in run(world, gait, Calibrating(gait)):
                 fallen = tick.fallen
     except (CalibrationError, NaoGaitError):
         return None

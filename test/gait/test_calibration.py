@@ -20,6 +20,7 @@ from nao_lipm_gait.calibration_file import (
 from nao_lipm_gait.estimation.stand_alignment import SETTLING_TIME, StandAlignment
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.runtime.calibration_monitor import Measurement
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
@@ -248,4 +249,31 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 def test_every_number_of_a_calibration_is_in_the_file() -> None:
     text = CalibrationFile(ROBOT.name, CALIBRATION).as_yaml()
     for field in attrs.fields(Calibration):
-        assert f"  {field.name}: {getattr(CALIBRATION, field.name)}\n" in text
+        if field.name != "joint_zero":
+            assert f"  {field.name}: {getattr(CALIBRATION, field.name)}\n" in text
+
+
+def test_wrong_zeros_come_back_from_the_file_and_from_diagnostics(tmp_path: Path) -> None:
+    zeros = (("LKneePitch", 0.05), ("RHipRoll", -0.02))
+    calibration = attrs.evolve(CALIBRATION, joint_zero=zeros)
+    file = tmp_path / "calibration.yaml"
+    file.write_text(CalibrationFile(ROBOT.name, calibration).as_yaml())
+    assert load_calibration(file, ROBOT) == calibration
+    gait = Gait(ROBOT, GaitParameters(), calibration=calibration)
+    assert gait.calibration.joint_zero == zeros
+    measured = Measurement.of(gait, steps_measure=True)
+    assert Measurement.read(measured.values()) == measured
+
+
+@pytest.mark.parametrize(("joint", "zero", "reason"), [
+    ("LElbow", 0.05, "joint_zero.LElbow: got 0.05; allowed: a joint of nao"),
+    ("LKneePitch", 0.5, "joint_zero.LKneePitch: got 0.5; allowed: a number"),
+])  # fmt: skip
+def test_a_wrong_zero_of_no_joint_or_too_large_is_refused(
+    tmp_path: Path, joint: str, zero: float, reason: str
+) -> None:
+    file = tmp_path / "calibration.yaml"
+    file.write_text(f"robot: {ROBOT.name}\ncalibration: {{joint_zero: {{{joint}: {zero}}}}}\n")
+    with pytest.raises(NaoGaitError) as refused:
+        load_calibration(file, ROBOT)
+    assert reason in str(refused.value)

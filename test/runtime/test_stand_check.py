@@ -8,7 +8,7 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.presets import preset_for
 from robot_core.robot import load_robot
 from robot_core.types import GaitState, VelocityCommand
-from sim_bridge.trials.calibration import _Calibrating
+from sim_bridge.trials.calibration import Calibrating
 from sim_bridge.trials.calibration_procedure import CalibrationError
 from sim_bridge.trials.rollout import RolloutSpec, make_pair
 from sim_bridge.trials.tasks import TASKS
@@ -68,4 +68,4 @@ def test_a_calibration_says_what_kind_of_joint_has_a_wrong_zero(joint: str) -> N
     with make_world(spec) as world:
         turn_zero(world, joint, -0.12)
         with pytest.raises(CalibrationError, match=r"pitched.*hip pitch, knee or ankle pitch"):
-            list(run(world, gait, _Calibrating(gait)))
+            list(run(world, gait, Calibrating(gait)))

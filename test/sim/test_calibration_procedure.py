@@ -4,16 +4,25 @@ from collections.abc import Callable
 from pathlib import Path
 
 import attrs
+import numpy as np
 import pytest
 
 from gait_lab import cli
 from nao_lipm_gait.estimation.sole_levelling import TILT_MAX
+from nao_lipm_gait.parameters import BY_NAME, GaitParameters
+from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.calibration_monitor import Measurement
 from robot_core.errors import NaoGaitError
+from robot_core.robot import load_robot
 from robot_core.types import STANDSTILL, VelocityCommand
+from sim_bridge.trials.calibration import find_zeros
 from sim_bridge.trials.calibration_procedure import (
+    LONGEST_STEP_TIME,
     PHASE_LIMIT,
     PLACE,
+    POSE_REST_TIME,
+    POSE_STEP_TIME,
+    POSED,
     REST_TIME,
     STAND_TIME,
     STEADY_TIME,
@@ -22,7 +31,9 @@ from sim_bridge.trials.calibration_procedure import (
     CalibrationError,
     Phase,
     Procedure,
+    calibration_poses,
 )
+from sim_bridge.trials.trial import TrialSpec
 
 UNKNOWN = Measurement(sole_pitch_deviation=0.02, sole_roll_deviation=0.02, steps_measure=True)
 LEVEL = Measurement(
@@ -216,6 +227,80 @@ def test_a_tilt_that_still_rises_is_no_result(robot: Robot) -> None:
         tilt = 0.002 * step
         robot.measure(LEVEL, sole_pitch=tilt, sole_pitch_applied=tilt)
         assert robot.procedure.phase is Phase.STEP
+
+
+USUAL = {name: BY_NAME[name].default for name in POSED}
+
+
+def test_the_poses_differ_from_that_of_the_walk_within_the_ranges() -> None:
+    poses = calibration_poses(USUAL)
+    assert poses[0] == USUAL
+    assert len({tuple(pose.values()) for pose in poses}) == len(poses) == 4
+    for wide in (USUAL, {**USUAL, "torso_pitch": 0.28, "foot_spacing": 0.19}):
+        for pose in calibration_poses(wide):
+            GaitParameters().replace(**pose)  # refuses what is out of range
+
+
+def test_with_poses_it_steps_and_stands_in_each_of_them() -> None:
+    robot = Robot()
+    poses = calibration_poses(USUAL)
+    robot.procedure = Procedure(poses)
+    robot.procedure.see_state("stand both")
+    robot.procedure.see_odometry(robot.time, 0.0, 0.0)
+    see = robot.procedure.see_sensors
+
+    def sense(seconds: float, number: float) -> None:
+        for _ in range(round(seconds / 0.1)):
+            robot.wait(0.1)
+            see(np.array((number, 0.0)), np.array((0.0, 0.0, 9.81)))
+
+    robot.wait(3.0)
+    robot.measure(UNKNOWN, stand_time=10.0)  # it has stood for long, but was not watched
+    assert robot.phase is Phase.STAND
+    sense(STAND_TIME, 7.0)
+    robot.measure(UNKNOWN, stand_time=12.0)
+    assert robot.phase is Phase.STEP
+    taken = []
+    for number, pose in enumerate(poses):
+        assert robot.phase is Phase.STEP
+        taken.append(robot.procedure.parameters)
+        robot.procedure.see_state("walk left")
+        sense(LONGEST_STEP_TIME + 0.5 if number == 0 else POSE_STEP_TIME + 0.5, float(number))
+        robot.measure(UNKNOWN, sole_pitch=-TILT_MAX)
+        assert robot.phase is Phase.REST, "also if the soles cannot be levelled"
+        assert robot.procedure.parameters == pose
+        robot.procedure.see_state("stand both")
+        sense(0.5, 50.0)  # it still moves
+        robot.measure(UNKNOWN, sole_pitch=-TILT_MAX, stand_time=0.1, imu_roll=0.01 * number)
+        sense(REST_TIME, 10.0 + number)
+        enough = REST_TIME if number == 0 else POSE_REST_TIME
+        robot.measure(UNKNOWN, sole_pitch=-TILT_MAX, stand_time=enough, imu_roll=0.01 * number)
+    assert robot.phase is Phase.DONE
+    assert taken == poses
+    first, *seen = robot.procedure.seen
+    assert first.stand is not None
+    assert first.steps is None
+    assert first.stand.position[0] == pytest.approx(7.0)
+    for number, pose in enumerate(seen):
+        assert pose.steps is not None
+        assert pose.stand is not None
+        assert pose.steps.position[0] == pytest.approx(number)
+        assert pose.stand.position[0] == pytest.approx(10.0 + number)
+        assert pose.tilt == (-TILT_MAX, 0.0)
+    assert robot.procedure.level is not None
+    assert robot.procedure.level.imu_roll == 0.0, "the first pose is that of the walk"
+
+
+def test_a_simulated_robot_names_its_wrong_knee_and_corrects_it() -> None:
+    pytest.importorskip("mujoco")
+    wrong = (("variation.wrong_joint", "RKneePitch"), ("variation.wrong_zero", 0.07))
+    spec = TrialSpec(robot_seed=44, urdf="nao_v6", engine="mujoco", plant_options=wrong,
+                     parameters=preset_for(load_robot("nao_v6"), "default"))  # fmt: skip
+    found, calibration = find_zeros(spec)
+    assert found[0].joint == "RKneePitch"
+    ((joint, zero),) = calibration.joint_zero
+    assert joint == "RKneePitch"
+    assert zero == pytest.approx(0.07, abs=0.03)
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_robot_moves(
