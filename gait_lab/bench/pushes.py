@@ -41,8 +41,10 @@ RAMP_TIME = 1.0
 """[s] from stepping to the commanded speed."""
 WARM_UP = 2.5
 """[s] of walking before the cycle with the push."""
-CYCLE_MAX = 1.2
-"""[s] in which a cycle has to begin and end."""
+LATEST = 1.2
+"""[s] after the warm-up up to which, and `WATCH`, a walk without a push goes on."""
+CYCLE_MAX = 2.5
+"""[s] in which a cycle has to begin and end; one of a T1 takes 0.8."""
 STAND_CYCLE = 0.5
 """[s] over which the pushes are spread where there is no cycle."""
 WATCH, WINDOW = 5.0, 2.0
@@ -124,12 +126,12 @@ class PushSeries:
 
     @property
     def task(self) -> Task:
-        """The task up to `WATCH` after the last push, measured where survival is decided."""
+        """The task without a push, measured where the survival of one is decided."""
         task = find_task(self.text)
         knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + RAMP_TIME, task.command))
         begin = STAND_TIME + WARM_UP
         return Task(
-            task.name, knots, begin + WATCH - WINDOW, begin + CYCLE_MAX + WATCH, task.axis
+            task.name, knots, begin + WATCH - WINDOW, begin + LATEST + WATCH, task.axis
         )
 
     def of(self, direction: str) -> dict[float, Cell]:

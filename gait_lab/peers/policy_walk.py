@@ -15,7 +15,6 @@ import numpy as np
 
 from gait_lab.peers.player import peer_status
 from gait_lab.peers.policy_file import VELOCITY, Policy, load_policy
-from nao_lipm_gait.estimation.state_estimator import ACCELEROMETER_TIME
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.errors import NaoGaitError
@@ -35,6 +34,9 @@ from sim_bridge.robot import GroundTruth
 from sim_bridge.trials.tasks import Task
 
 HOW_TO_GET_IT = "pip install 'nao_lipm_gait[policy]'"
+GRAVITY_TIME = 1.0
+"""[s] of the correction of gravity by the accelerometer: less than the gait's, which has measured
+the bias of its gyro."""
 VELOCITY_TIME = 0.02
 """[s] Smoothing of the velocity over the lower sole; more of it comes too late."""
 LOWER = 0.01
@@ -95,7 +97,7 @@ class PolicyWalker:
             for each in policy.observations
         ]
         self._body = BodyModel(robot)
-        self._orientation = TorsoOrientation(ACCELEROMETER_TIME, 1.0, STANCE_TILT_MAX)
+        self._orientation = TorsoOrientation(GRAVITY_TIME, 1.0, STANCE_TILT_MAX)
         self._last = np.zeros(count)
         self._joint_velocity = np.zeros(count)
         self._velocity = np.zeros(3)
@@ -128,7 +130,7 @@ class PolicyWalker:
         force = as_point(frame.linear_acceleration)
         if self._soles is None:
             # It may move at once: its accelerations are not gravity.
-            self._orientation.reset(force, ACCELEROMETER_TIME)
+            self._orientation.reset(force, GRAVITY_TIME)
             self._last = position
         self._orientation.update(as_point(gyro), force, None, self._dt)
         self._joint_velocity = (position - self._last) / self._dt

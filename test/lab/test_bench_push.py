@@ -85,11 +85,13 @@ def test_a_push_points_where_the_robot_looks() -> None:
     assert ahead.force(math.radians(180.0)) == pytest.approx((-20.0, 0.0, 0.0))
 
 
-def test_the_phases_cover_one_cycle_of_two_steps() -> None:
-    support = np.where(np.arange(1000) // 20 % 2, LEFT, 2)
-    begin, end = cycle_after(walk(support=support), 3.5)  # type: ignore[misc]
-    assert end - begin == pytest.approx(0.4)
-    assert 3.5 <= begin < 3.9
+@pytest.mark.parametrize("step", [20, 40])
+@pytest.mark.parametrize("after", [3.5, 3.7])
+def test_the_phases_cover_one_cycle_of_two_steps(step: int, after: float) -> None:
+    support = np.where(np.arange(1000) // step % 2, LEFT, 2)
+    begin, end = cycle_after(walk(support=support), after)  # type: ignore[misc]
+    assert end - begin == pytest.approx(0.02 * step)
+    assert after <= begin < after + 0.02 * step
     assert cycle_after(walk(), 3.5) is None
 
 
