@@ -742,4 +742,5 @@ class Gait:
             ik_residual=self._residual,
             clipped_joints=self._clipped,
             motion="" if running is None else running.name,
+            blocked=self._estimator.blocked is not None,
         ))  # fmt: skip

@@ -19,6 +19,7 @@ def make_status(
     ik_residual: float,
     clipped_joints: int,
     motion: str,
+    blocked: bool,
 ) -> GaitStatus:
     """The status after a tick.
 
@@ -32,6 +33,7 @@ def make_status(
         ik_residual: Largest distance [m] of a sole from its target.
         clipped_joints: Number of targets that were clipped at a joint limit.
         motion: Name of the running motion, or empty.
+        blocked: The robot walks against something.
     """
     expected, estimated, odometry = walk.expected, walk.estimated, estimator.odometry
     # The walk only knows its Qs relative to each other; the odometry places them in odom.
@@ -66,7 +68,7 @@ def make_status(
         motion=motion,
         pose_covariance=estimator.pose_covariance,
         yaw_rate_variance=estimator.yaw_rate_variance,
-        slipping=estimator.slipping,
+        blocked=blocked,
     )
 
 

@@ -179,7 +179,7 @@ class GaitStatus(NamedTuple):
         motion: Name of the running motion, or empty.
         pose_covariance: Covariance of `base_footprint_in_odom`.
         yaw_rate_variance: Variance [rad^2/s^2] of the yaw rate in `velocity`.
-        slipping: The soles slip: the robot is blocked, held or pushed.
+        blocked: The robot walks against something.
     """
 
     stamp: int
@@ -204,4 +204,4 @@ class GaitStatus(NamedTuple):
     motion: str = ""
     pose_covariance: PoseCovariance = PoseCovariance()
     yaw_rate_variance: float = 0.0
-    slipping: bool = False
+    blocked: bool = False

@@ -1,89 +1,78 @@
-"""Whether the soles slip: a robot that is blocked, held or pushed walks on in its odometry.
+"""Whether the robot is blocked: its steps fall short of those that it wants to make.
 
-While the support sole at s in the torso frame stands still, joints and gyro tell the lateral
-specific force of the torso, with the height h over the sole:
-
-    f_y = -s_y'' - h w_x' + g (integral of w_x)
-
-The share of the force that this leaves unexplained is small as long as the robot sways freely, and
-grows when it rubs against something. All signals pass one band, so that constant errors and noise
-do not count. Soles that rock leave more unexplained, so a robot is compared with its best walk.
+A robot that walks against something is held back. Its CoM lags, so the feedback shortens the steps,
+and the swing foot has not arrived when it takes over. The joints show both: the steps of the
+odometry are shorter than the wanted ones, for as long as the robot treads on. Those of a free walk
+are so only while the wanted ones change.
 """
 
-from nao_lipm_gait.whole_body.body_model import SolePose
-from robot_core.types import GRAVITY, LEFT
+from collections import deque
+from math import hypot
 
-SMOOTH_TIME, BAND_TIME = 0.02, 0.25
-"""[s] Time constants of the band, each twice."""
-MEMORY = 1.0
-"""[s] Time constant with which the sway is forgotten."""
-LIMIT, TIMES_USUAL = 0.35, 3.0
-"""Share of the force from which on the soles slip, or that share of the robot's usual one. Usual
-are 0.02 to 0.12; rubbing robots reach 0.3 to 4."""
-FORGET_TIME = 60.0
-"""[s] in which the usual share grows by 1 if the robot no longer reaches it."""
+from robot_core.geometry import relative
+from robot_core.types import Point2, Pose2
+
+STEPS = 4
+"""Number of steps over which a mean is taken: two strides."""
+SHORT_SHARE, SHORT = 0.25, 0.003
+"""Share of the wanted step, and length [m] beyond it, by which blocked steps fall short."""
+STEP_MIN = 0.01
+"""Shortest wanted step [m] that tells."""
+RELEASE = 0.5
+"""Share of that limit below which the robot is no longer blocked."""
 
 
-class SlipDetector:
-    """Compares the force of the sway with that by the legs, one tick of a walk after the other.
+class BlockedDetector:
+    """Compares the steps of the odometry with the wanted ones, one step of a walk after the other.
 
     Attributes:
-        slipping: The soles slip.
-        share: Part of the force's power that is unexplained, 0 to 1 and more; 0 = not known.
+        way: Way, forward and to the left [m], in which the robot is blocked; None if it is not.
     """
 
     def __init__(self) -> None:
-        self._usual = float("inf")
         self.restart()
 
     def restart(self) -> None:
         """The walk ends."""
-        self.slipping = False
-        self.share = 0.0
-        self._soles: tuple[SolePose, SolePose] | None = None
-        self._rate = self._angle = self._speed = 0.0
-        self._force_stages = [0.0] * 4
-        self._legs_stages = [0.0] * 4
-        self._power = self._unexplained = self._time = 0.0
+        self.way: Point2 | None = None
+        self._q_in_odom: Pose2 | None = None
+        self._steps: deque[tuple[float, float, float, float]] = deque(maxlen=2 * STEPS)
 
-    def update(
-        self, support: int, soles: tuple[SolePose, SolePose], force: float, rate: float, dt: float
-    ) -> None:
-        """One tick.
+    def step(self, wanted: Pose2, q_in_odom: Pose2) -> None:
+        """The support changes.
 
         Args:
-            support: Support leg, LEFT or RIGHT.
-            soles: Left and right sole in the torso frame.
-            force: Specific force along y of the torso [m/s^2].
-            rate: Rate of roll [rad/s].
-            dt: Time [s] since the last tick.
+            wanted: Size that the step was meant to have, in its Q.
+            q_in_odom: Pose of the new Q by the odometry.
         """
-        if self._soles is None:
-            self._soles, self._rate = soles, rate
-            self._force_stages[:2] = force, force
+        last, self._q_in_odom = self._q_in_odom, q_in_odom
+        if last is None:
             return
-        side = 0 if support == LEFT else 1
-        _, y, z = soles[side].position
-        speed = (self._soles[side].position[1] - y) / dt
-        self._angle += dt * rate
-        legs = (speed - self._speed + z * (rate - self._rate)) / dt + GRAVITY * self._angle
-        self._soles, self._speed, self._rate = soles, speed, rate
-        force = _in_band(self._force_stages, force, dt)
-        rest = force - _in_band(self._legs_stages, legs, dt)
-        keep = 1.0 - min(1.0, dt / MEMORY)
-        self._power = keep * self._power + dt * force * force
-        self._unexplained = keep * self._unexplained + dt * rest * rest
-        self._time += dt
-        if self._time > 2.0 * MEMORY and self._power > 0.0:
-            self.share = self._unexplained / self._power
-            self._usual = min(self.share, self._usual + dt / FORGET_TIME)
-            limit = max(LIMIT, TIMES_USUAL * self._usual)
-            self.slipping = self.share > (0.5 * limit if self.slipping else limit)
+        made = relative(q_in_odom, last)
+        self._steps.append((wanted[0], wanted[1], made[0], made[1]))
+        if len(self._steps) < 2 * STEPS:
+            return
+        steps = list(self._steps)
+        before_x, before_y, _, _ = _mean(steps[:STEPS])
+        x, y, made_x, made_y = _mean(steps[STEPS:])
+        size = hypot(x, y)
+        if size < STEP_MIN:
+            self.way = None
+            return
+        short = size - (made_x * x + made_y * y) / size
+        limit = SHORT + SHORT_SHARE * size + hypot(x - before_x, y - before_y)
+        if short <= (limit if self.way is None else RELEASE * limit):
+            self.way = None
+        elif self.way is None:
+            self.way = x, y
 
 
-def _in_band(stages: list[float], value: float, dt: float) -> float:
-    """The value within the band, whose stages are updated."""
-    for index, time in enumerate((SMOOTH_TIME, SMOOTH_TIME, BAND_TIME, BAND_TIME)):
-        stages[index] += dt / (time + dt) * (value - stages[index])
-        value = stages[index] if time == SMOOTH_TIME else value - stages[index]
-    return value
+def _mean(steps: list[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:
+    x = y = made_x = made_y = 0.0
+    for step in steps:
+        x += step[0]
+        y += step[1]
+        made_x += step[2]
+        made_y += step[3]
+    count = len(steps)
+    return x / count, y / count, made_x / count, made_y / count

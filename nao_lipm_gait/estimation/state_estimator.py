@@ -6,6 +6,7 @@ SensorFrame -> soles and CoM in the torso frame -> torso orientation -> measured
 
 from math import hypot, sin
 
+from nao_lipm_gait.estimation.blocked import BlockedDetector
 from nao_lipm_gait.estimation.com_measurement import (
     LevelFrame,
     level_frame,
@@ -17,7 +18,6 @@ from nao_lipm_gait.estimation.gyro_bias_jump import GyroBiasJump
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.odometry_covariance import OdometryCovariance
-from nao_lipm_gait.estimation.slip import SlipDetector
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
@@ -30,7 +30,7 @@ from nao_lipm_gait.walk_engines import WALKS
 from nao_lipm_gait.walks.base import Expectation
 from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
-from robot_core.geometry import as_point
+from robot_core.geometry import ORIGIN, as_point, compose, relative
 from robot_core.motion.keyframes import Posture
 from robot_core.types import (
     DOWN,
@@ -41,6 +41,7 @@ from robot_core.types import (
     MOTION,
     WALK,
     GaitState,
+    Point2,
     Point3,
     PoseCovariance,
     SensorFrame,
@@ -111,7 +112,7 @@ class StateEstimator:
         self._unseen_slip = UnseenYawSlip()
         self._off_feet = YawOffFeet()
         self._support = 0
-        self._slip = SlipDetector()
+        self._blocked = BlockedDetector()
         self._covariance = OdometryCovariance()
         self._levelling = levelling
         self._alignment = alignment
@@ -186,12 +187,10 @@ class StateEstimator:
             )  # fmt: skip
         else:
             self._levelling.pause()
-        if state is WALK:
-            self._slip.update(support, self._soles, force[1], rate[0], dt)
-        else:
-            self._slip.restart()
+        if state is not WALK or after_loss:
+            self._blocked.restart()  # lost messages make steps fall short too
         if not feet_free:
-            self._update_odometry(support, sole, other, level, rate, settled)
+            self._update_odometry(expected, sole, other, level, rate, settled)
             return
         if state is not MOTION:
             up = self.orientation.up_in_torso
@@ -218,10 +217,11 @@ class StateEstimator:
             self._find_bias_jump(stance_normal, force, dt, after_loss)
 
     def _update_odometry(
-        self, support: int, sole: SolePose, other: SolePose, level: LevelFrame, rate: Point3,
-        settled: bool,
+        self, expected: Expectation, sole: SolePose, other: SolePose, level: LevelFrame,
+        rate: Point3, settled: bool,
     ) -> None:  # fmt: skip
         """The pose by the feet; what they do not see of turns, by the gyro."""
+        support = expected.support
         self._off_feet.interrupt()
         over_sole = self._yaw_over_sole.update(support, level, other)
         velocity, dt = self.odometry.velocity, self._dt
@@ -243,9 +243,12 @@ class StateEstimator:
         self.odometry.update(support, level, other, dt, slip)
         if support != self._support:
             self._support = support
+            sole_in_odom = self.odometry.support_sole_in_odom
+            q_in_odom = compose(sole_in_odom, relative(ORIGIN, expected.sole_in_q))
+            self._blocked.step(expected.wanted_step, q_in_odom)
             base = self.odometry.base_footprint_in_odom
             variance = self._yaw_slip.yaw_variance
-            self._covariance.step(base, variance, slipping=self._slip.slipping)
+            self._covariance.step(base, variance, slipping=self._blocked.way is not None)
 
     @property
     def pose_covariance(self) -> PoseCovariance:
@@ -253,9 +256,9 @@ class StateEstimator:
         return self._covariance.pose
 
     @property
-    def slipping(self) -> bool:
-        """The soles slip, so the robot does not move as the odometry says."""
-        return self._slip.slipping
+    def blocked(self) -> Point2 | None:
+        """Way, forward and to the left, in which the robot walks against something, or None."""
+        return self._blocked.way
 
     @property
     def yaw_rate_variance(self) -> float:

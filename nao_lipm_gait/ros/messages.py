@@ -262,7 +262,7 @@ class StatusWriter:
         covariance[11] = covariance[31] = pose.y_yaw
         vx, vy, _ = status.velocity
         for axis, speed in ((0, vx), (7, vy)):
-            slip = speed if status.slipping else 0.0
+            slip = speed if status.blocked else 0.0
             message.twist.covariance[axis] = SPEED_SIGMA**2 + slip * slip
         # A filter cannot use the 0 of a robot that stands.
         message.twist.covariance[35] = max(status.yaw_rate_variance, 1e-6)

@@ -125,11 +125,11 @@ class Reporter:
         self._status = status
         if status.state is not self._state:
             self._log_change(status)
-        if status.slipping:
-            text = "the soles slip: the robot is blocked, held or pushed; odometry runs ahead of it"
-            self.say.begin(WALK, Level.WARN, "slip", text)
+        if status.blocked:
+            text = "blocked: the robot walks against something; odometry runs ahead of it"
+            self.say.begin(WALK, Level.WARN, "blocked", text)
         else:
-            self.say.end("slip", "the soles no longer slip")
+            self.say.end("blocked", "no longer blocked")
 
     def sent(self, guarded: GuardedTargets) -> None:
         """Report targets that were held or clipped."""

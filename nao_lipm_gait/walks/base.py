@@ -88,14 +88,18 @@ class Expectation:
         support: Supporting leg, LEFT or RIGHT.
         com_in_q: Expected CoM, x and y in Q [m].
         sole_in_q: Pose of the supporting sole in Q; the measured CoM refers to it.
+        wanted_step: Size of the last step before feedback changed it.
     """
 
-    __slots__ = ("com_in_q", "sole_in_q", "support")
+    __slots__ = ("com_in_q", "sole_in_q", "support", "wanted_step")
 
-    def __init__(self, support: int, com_in_q: tuple[float, float], sole_in_q: Pose2):
+    def __init__(
+        self, support: int, com_in_q: tuple[float, float], sole_in_q: Pose2, wanted_step: Pose2
+    ):
         self.support = support
         self.com_in_q = com_in_q
         self.sole_in_q = sole_in_q
+        self.wanted_step = wanted_step
 
 
 class WalkView(Protocol):

@@ -105,6 +105,7 @@ class LipmWalk:
         self._reserve = 1.0
         self._passing = 0.0
         self._pace = Pace()
+        self._last_wanted_step: Pose2 = (0.0, 0.0, 0.0)
         self._step_size: Pose2 = (0.0, 0.0, 0.0)
         self._last_step_size: Pose2 = (0.0, 0.0, 0.0)
         self._origin = (0.0, 0.0)
@@ -154,7 +155,10 @@ class LipmWalk:
             self._followed = self._followed + 1 if self._sent.popleft() else 0
         self._expected = expected = self._observed
         self._unobserved += 1
-        return Expectation(expected.support, (expected.x, expected.y), expected.sole_in_q)
+        # The step that has just been measured ended one delay ago: before the one that is planned.
+        return Expectation(
+            expected.support, (expected.x, expected.y), expected.sole_in_q, self._last_wanted_step
+        )
 
     def observe(
         self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
@@ -299,6 +303,7 @@ class LipmWalk:
         self._stride = approach(self._stride, wanted, p)
         forward_share, _, _ = self._stride.used_shares(p)
         self._sway.watch(forward_share)
+        self._last_wanted_step = self._wanted_step or self._step_size
         self._wanted_step = None
         # What holds the speed must not grow while the sway, not the command, sets the stride.
         self._reserve = 0.0 if sways else 1.0 - limit_share(self._stride, p)

@@ -122,6 +122,7 @@ class ZmpWalk:
         self._q_in_odom = q_in_odom
         self._step_count = 0
         self._stride = STEP_IN_PLACE
+        self._last_step = NOWHERE
         self._stand(Phase.REST, LEFT, home_sole(LEFT, self._p), home_sole(RIGHT, self._p))
         self._predicted = self._expected = self._state()
         self._sent: deque[StrideState] = deque([self._predicted] * self.delay_ticks)
@@ -150,9 +151,11 @@ class ZmpWalk:
 
     def expect(self) -> Expectation:
         """What was sent one delay ago is expected at the measurement."""
-        self._expected = self._sent.popleft() if self._sent else self._state()
-        state = self._expected
-        return Expectation(state.support, (state.x, state.y), state.sole_in_q)
+        before = self._expected
+        self._expected = state = self._sent.popleft() if self._sent else self._state()
+        if state.step_count != before.step_count:
+            self._last_step = relative(state.q_in_odom, before.q_in_odom)
+        return Expectation(state.support, (state.x, state.y), state.sole_in_q, self._last_step)
 
     def observe(
         self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
