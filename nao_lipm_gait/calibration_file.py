@@ -1,5 +1,6 @@
 """Calibration files: written by `nao_gait calibrate`, read by the gait (`calibration`)."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -79,4 +80,4 @@ def load_calibration(path: str | Path, robot: RobotDescription) -> Calibration:
 
 def calibration_of(robot: RobotDescription, path: str = "") -> Calibration:
     """The calibration in a file; that of a robot that was not calibrated if `path` is empty."""
-    return load_calibration(Path(path).expanduser(), robot) if path else NOT_CALIBRATED
+    return load_calibration(Path(os.path.expanduser(path)), robot) if path else NOT_CALIBRATED

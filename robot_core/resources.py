@@ -19,8 +19,9 @@ _KINDS = {
     "scenes": (("config", "scenes"), (".yaml", ".yml")),
     "vision": (("config", "vision"), (".yaml", ".yml")),
     "kicks": (("config", "kicks"), (".yaml", ".yml")),
+    "studies": (("config", "studies"), (".yaml", ".yml")),
 }
-_FIELDS = {"urdf": "robot", "gait": "preset", "vision": "colors"}
+_FIELDS = {"urdf": "robot", "gait": "preset", "vision": "colors", "studies": "study"}
 """What users call a kind; the others are the singular of its key."""
 
 

@@ -34,7 +34,7 @@ LARGEST_FILE = 256 * 1024
 """[bytes] of a YAML file, or characters of a YAML text from a topic."""
 MOST_NODES, DEEPEST, LONGEST_TEXT = 20_000, 32, 10_000
 """Values of a YAML text with its aliases replaced, their depth, characters of one of them."""
-_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+YAML_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """The one in C, where PyYAML has it, is ten times as fast."""
 
 
@@ -441,7 +441,19 @@ def read_text(path: Path, what: str, largest: int = LARGEST_FILE) -> str:
     Raises:
         NaoGaitError: It cannot be read, or is a folder, device or pipe, too large or not UTF-8.
     """
-    where, allowed = f"{what} {path}", "a readable UTF-8 file"
+    try:
+        return read_bytes(path, what, largest).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise NaoGaitError(f"{what} {path}", str(error), "a readable UTF-8 file") from error
+
+
+def read_bytes(path: Path, what: str, largest: int) -> bytes:
+    """Read a regular file of at most `largest` bytes; `what` names its kind in errors.
+
+    Raises:
+        NaoGaitError: It cannot be read, or is a folder, device or pipe, or too large.
+    """
+    where, allowed = f"{what} {path}", "a readable file"
     try:
         # Without O_NONBLOCK, opening a named pipe waits for its writer.
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
@@ -450,10 +462,10 @@ def read_text(path: Path, what: str, largest: int = LARGEST_FILE) -> str:
             data = file.read(largest + 1)
         if len(data) > largest:
             raise NaoGaitError(where, f"more than {largest} bytes", f"at most {largest} bytes")
-        return data.decode("utf-8-sig")
+        return data
     except NaoGaitError:
         raise
-    except (OSError, ValueError) as error:  # not UTF-8, or a path that cannot be one
+    except (OSError, ValueError) as error:  # ValueError: a path that cannot be one
         raise NaoGaitError(where, str(error), allowed) from error
 
 
@@ -466,7 +478,7 @@ def parse_yaml(text: str, where: str) -> Any:
         raise NaoGaitError(where, f"{len(text)} characters", f"at most {LARGEST_FILE}")
     try:
         _check_size(text, where)
-        return yaml.load(text, _Loader)
+        return yaml.load(text, YAML_LOADER)
     except NaoGaitError:
         raise
     except Exception as error:  # PyYAML's constructors raise any: AttributeError of a !!timestamp
@@ -478,7 +490,7 @@ def _check_size(text: str, where: str) -> None:
     """Refuse a YAML text that is too deep or too large once its aliases are replaced."""
     sizes: dict[str, int] = {}
     around: list[tuple[str | None, int]] = []  # anchor and size so far of what is not yet closed
-    for event in yaml.parse(text, _Loader):
+    for event in yaml.parse(text, YAML_LOADER):
         anchor, size = None, 0
         if isinstance(event, yaml.CollectionStartEvent):
             around.append((event.anchor, 1))

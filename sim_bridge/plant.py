@@ -6,6 +6,7 @@ the engine cannot model; it never ignores one.
 """
 
 import contextlib
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -375,7 +376,7 @@ def _base(path: Path, base: Any, above: tuple[Path, ...]) -> Path:
         raise NaoGaitError(where, base, "the name of a plant or the path of a YAML file")
     beside = path.parent / base
     try:
-        found = beside if base.endswith((".yaml", ".yml")) and beside.is_file() else None
+        found = beside if base.endswith((".yaml", ".yml")) and os.path.isfile(beside) else None
         found = found or find("plants", base)
     except NaoGaitError as error:
         raise NaoGaitError(where, base, error.allowed) from error

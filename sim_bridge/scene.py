@@ -4,6 +4,7 @@ One YAML file per scene, in `config/scenes/`. The world has the frame of the fie
 `robot_core.field`). The plant is not part of a scene: it says what floor and robots are made of.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -161,7 +162,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     scene = _checked(values, f"scene {path}: ")
     robots = tuple(
         attrs.evolve(robot, urdf=str(beside))
-        if (beside := path.parent / robot.urdf).is_file()
+        if os.path.isfile(beside := path.parent / robot.urdf)
         else robot
         for robot in scene.robots
     )

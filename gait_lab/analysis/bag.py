@@ -7,7 +7,9 @@ is read from its beginning as far as possible. Reading never writes to a bag. Th
 """
 
 import contextlib
+import io
 import itertools
+import os
 import sqlite3
 import tempfile
 import time
@@ -15,9 +17,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
+import yaml
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -33,6 +36,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 
 from robot_core.errors import NaoGaitError
+from robot_core.schema import YAML_LOADER
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
@@ -40,15 +44,17 @@ SYNC_PERIOD = 0.5
 """[s] of wall time that a killed process may lose."""
 LARGEST_METADATA = 4 * 1024 * 1024
 """[bytes] of metadata.yaml, which is parsed as a whole."""
-LARGEST_CHUNK = 64 * 1024 * 1024
-"""[bytes] of an unpacked chunk of MCAP."""
+LARGEST_CHUNK, PIECE = 64 * 1024 * 1024, 1024 * 1024
+"""[bytes] of a record of MCAP, also unpacked, and of a message; of a piece that is unpacked."""
 LARGEST_UNPACKED, LARGEST_RATIO = 1024**3, 30
 """[bytes] of an unpacked file, or how many times its size: the larger of both."""
 STEP_BACK, STEP_AHEAD = 500_000_000, 10_000_000_000
 """[ns] between two messages of a steady topic beyond which the clock was set, or it paused."""
 _NO_TIME_LIMIT = QosTime(9223372036, 854775807)
 _MAGIC = {".mcap": b"\x89MCAP0\r\n", ".db3": b"SQLite format 3\x00"}
-_ZSTD = ".zstd"
+_ZSTD, _LISTED = ".zstd", "relative_file_paths"
+_TABLES = ("topics", "messages", "schema", "metadata")
+"""What rosbag2 keeps in a database."""
 _PADDING = (0, 4, 8, 12)
 """Bytes that DDS adds to a message ending in empty arrays; rosbags does not expect them."""
 
@@ -231,7 +237,7 @@ def open_bag(
 
     try:
         # An index can be broken in any way, and the reader then raises any exception.
-        found, raw = _whole(path, chosen)
+        found, raw = _whole(path, files, chosen)
     except Exception as error:
         found, raw = _salvaged(path, files, chosen, error, remarks)
     absent: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in names or ()}
@@ -294,7 +300,8 @@ def _deserialised(
     messages: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in found}
     unreadable: dict[str, int] = {}
     for topic, kind, stamp, data in raw:
-        message = _message(kind, data)
+        # A column of sqlite holds values of any type.
+        message = _message(kind, data) if isinstance(stamp, int) else None
         if message is None:
             unreadable[topic] = unreadable.get(topic, 0) + 1
         else:
@@ -307,6 +314,12 @@ def _deserialised(
 
 def _files(path: Path) -> list[Path]:
     """The storage files of a bag; NaoGaitError if there are none that could be one."""
+    try:
+        os.stat(path)
+    except FileNotFoundError as error:
+        raise _no_bag(path, "does not exist") from error
+    except (OSError, ValueError) as error:  # ValueError: a null byte
+        raise _no_bag(path, str(error)) from error
     if path.is_dir():
         # A named pipe in place of a file would be waited for.
         found = (each for each in path.iterdir() if each.is_file())
@@ -317,7 +330,7 @@ def _files(path: Path) -> list[Path]:
     else:
         files = [path] if path.is_file() else []
     if not files:
-        reason = "does not exist"
+        reason = "no file"
         if path.is_dir():
             names = sorted(file.name for file in path.iterdir())
             reason = f"a folder with {', '.join(names[:6])}" if names else "an empty folder"
@@ -336,6 +349,9 @@ def _check_magic(file: Path) -> None:
     if file.suffix == _ZSTD:
         _check_unpacked(file)
         return
+    status = file.stat()
+    if status.st_size > max(LARGEST_UNPACKED, LARGEST_RATIO * 512 * status.st_blocks):
+        raise _no_bag(file, f"{status.st_size} bytes, hardly any of which are stored")
     magic = _MAGIC.get(file.suffix)
     if magic is None:
         raise _no_bag(file, f"a file ending in {file.suffix or 'nothing'}")
@@ -348,42 +364,84 @@ def _check_magic(file: Path) -> None:
         raise _no_bag(file, f"a file that begins with {start[:8]!r}")
     if file.suffix == ".mcap":
         _check_chunks(file)
+    else:
+        with contextlib.closing(_database(file)) as connection:
+            _check_tables(file, connection)
+
+
+def _database(file: Path) -> sqlite3.Connection:
+    """A database that is only read."""
+    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+
+
+def _check_tables(file: Path, connection: sqlite3.Connection) -> None:
+    """Refuse a database that would compute its rows, of which there may be no end."""
+    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_CHUNK)
+    try:
+        for name, sql in connection.execute("SELECT name, sql FROM sqlite_master"):
+            words = str(sql).upper().replace("(", " ").split()
+            if name in _TABLES and (words[:2] != ["CREATE", "TABLE"] or "AS" in words):
+                raise _no_bag(file, f"{name} that are computed")
+        ((size,),) = connection.execute("SELECT max(length(data)) FROM messages")
+        too_large = (size or 0) > LARGEST_CHUNK
+    except sqlite3.DataError:  # a text beyond the limit
+        too_large = True
+    except (sqlite3.Error, UnicodeDecodeError):  # damaged: found when it is read
+        return
+    if too_large:
+        raise _no_bag(file, f"a message of more than {LARGEST_CHUNK} bytes")
 
 
 def _check_unpacked(file: Path) -> None:
     """Refuse a packed file that would fill the disk when it is unpacked."""
+    most = max(LARGEST_UNPACKED, LARGEST_RATIO * file.stat().st_size)
+    with file.open("rb") as packed:
+        if _unpacked_size(packed, "zstd", most) > most:
+            raise _no_bag(file, f"more than {most} bytes unpacked")
+
+
+def _unpacked_size(packed: IO[bytes], kind: str, most: int) -> int:
+    """[bytes] that a packed stream holds, counted until there are more than `most`."""
+    import lz4.frame
     import zstandard
 
-    most = max(LARGEST_UNPACKED, LARGEST_RATIO * file.stat().st_size)
     size = 0
-    with file.open("rb") as packed, contextlib.suppress(zstandard.ZstdError):  # found when read
-        for block in zstandard.ZstdDecompressor().read_to_iter(packed):
+    unpacker: IO[bytes]
+    if kind == "lz4":
+        unpacker = lz4.frame.open(packed)
+    else:
+        unpacker = zstandard.ZstdDecompressor().stream_reader(packed, read_across_frames=True)
+    with contextlib.suppress(zstandard.ZstdError, RuntimeError, EOFError):  # found when it is read
+        while size <= most and (block := unpacker.read(PIECE)):
             size += len(block)
-            if size > most:
-                raise _no_bag(file, f"more than {most} bytes unpacked")
+    return size
 
 
 def _check_chunks(file: Path) -> None:
-    """Refuse an MCAP file with a chunk that would fill the memory when it is unpacked."""
-    import zstandard
-
+    """Refuse an MCAP file with a record that would fill the memory when it is unpacked."""
     length = file.stat().st_size
     with file.open("rb") as stream:
         stream.seek(len(_MAGIC[".mcap"]))
         while len(head := stream.read(9)) == 9:
-            end = stream.tell() + int.from_bytes(head[1:], "little")
-            if head[0] == 6:  # times, size, checksum, name of the compression, length, data
-                begin = stream.read(100)
-                size = int.from_bytes(begin[16:24], "little")
-                data = 40 + int.from_bytes(begin[28:32], "little")
-                if begin[32 : data - 8] == b"zstd":
-                    with contextlib.suppress(zstandard.ZstdError):  # damaged: found when read
-                        size = max(size, zstandard.frame_content_size(begin[data:]))
-                if size > LARGEST_CHUNK:
-                    raise _no_bag(file, f"a chunk of {size} bytes, more than {LARGEST_CHUNK}")
+            size = int.from_bytes(head[1:], "little")
+            end = stream.tell() + size
             if end > length:
                 return  # damaged: found when it is read
+            if size <= LARGEST_CHUNK and head[0] == 6:
+                size = _chunk_size(stream.read(size))
+            if size > LARGEST_CHUNK:
+                raise _no_bag(file, f"a record of {size} bytes, more than {LARGEST_CHUNK}")
             stream.seek(end)
+
+
+def _chunk_size(chunk: bytes) -> int:
+    """[bytes] of a chunk that is unpacked: times, size, checksum, packing, length, data."""
+    size = int.from_bytes(chunk[16:24], "little")
+    data = 40 + int.from_bytes(chunk[28:32], "little")
+    kind = chunk[32 : data - 8].decode("ascii", "replace")
+    if size > LARGEST_CHUNK or kind not in ("zstd", "lz4"):
+        return size
+    return max(size, _unpacked_size(io.BytesIO(chunk[data:]), kind, LARGEST_CHUNK))
 
 
 def _no_bag(path: Path, found: str) -> NaoGaitError:
@@ -392,8 +450,12 @@ def _no_bag(path: Path, found: str) -> NaoGaitError:
     )
 
 
-def _whole(path: Path, wanted: Wanted) -> tuple[dict[str, TopicSummary], list[Raw]]:
+def _whole(
+    path: Path, files: list[Path], wanted: Wanted
+) -> tuple[dict[str, TopicSummary], list[Raw]]:
     """All topics, and the wanted messages."""
+    if path.is_dir():
+        _check_listed(path, files)
     with Reader(path) as reader:
         topics: dict[str, TopicSummary] = {}
         for each in reader.connections:
@@ -405,6 +467,14 @@ def _whole(path: Path, wanted: Wanted) -> tuple[dict[str, TopicSummary], list[Ra
             for connection, stamp, data in (reader.messages(chosen) if chosen else ())
         ]
     return topics, raw
+
+
+def _check_listed(path: Path, files: list[Path]) -> None:
+    """Refuse metadata that names another file than those that were checked."""
+    metadata = yaml.load((path / "metadata.yaml").read_bytes(), YAML_LOADER)
+    names = {Path(name).name for name in metadata["rosbag2_bagfile_information"][_LISTED]}
+    if foreign := sorted(names - {file.name for file in files}):
+        raise NaoGaitError(_LISTED, foreign, "the files of the bag")
 
 
 def _salvaged(
@@ -465,13 +535,12 @@ def _log_times(file: Path, topic: str) -> list[int]:
         with file.open("rb") as stream:
             found = make_reader(stream).iter_messages([topic], log_time_order=False)
             return [message.log_time for _, _, message in found]
-    connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
-    with contextlib.closing(connection):
+    with contextlib.closing(_database(file)) as connection:
         rows = connection.execute(
             "SELECT timestamp FROM messages WHERE topic_id IN "
             "(SELECT id FROM topics WHERE name = ?) ORDER BY id", (topic,),
         )  # fmt: skip
-        return [time for (time,) in rows]
+        return [time for (time,) in rows if isinstance(time, int)]
 
 
 def _mcap_messages(file: Path) -> Iterator[Raw]:
@@ -503,6 +572,7 @@ def _sqlite_messages(file: Path) -> Iterator[Raw]:
         _fill_up(copy)
         connection = sqlite3.connect(copy)
         try:
+            _check_tables(file, connection)
             topics = {
                 key: (name, kind)
                 for key, name, kind in connection.execute("SELECT id, name, type FROM topics")

@@ -30,10 +30,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    from gait_lab.tune.study import METHODS, shipped_studies
+    from gait_lab.tune.study import METHODS
+    from robot_core.resources import names
 
     parser.add_argument("study", metavar="STUDY",
-                        help=f"shipped name ({', '.join(shipped_studies())}) or YAML file; it "
+                        help=f"shipped name ({', '.join(names('studies'))}) or YAML file; it "
                         "names robot, plant and parameters")  # fmt: skip
     parser.add_argument("--method", metavar="M", help=f"{', '.join(METHODS)} (the study's)")
     parser.add_argument("--trials", type=int, metavar="N", help="trials (the study's own)")

@@ -16,7 +16,7 @@ from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from robot_core import schema
 from robot_core.errors import NaoGaitError
-from robot_core.resources import share
+from robot_core.resources import find
 from robot_core.robot import load_robot
 from robot_core.schema import (
     Anything,
@@ -166,11 +166,6 @@ class Study:
         return hashlib.sha256(repr(relevant).encode()).hexdigest()[:16]
 
 
-def shipped_studies() -> list[str]:
-    """Names of the shipped studies."""
-    return sorted(path.stem for path in share("config", "studies").glob("*.yaml"))
-
-
 def load_study(
     name_or_path: str,
     engine: str | None = None,
@@ -188,13 +183,7 @@ def load_study(
     Raises:
         NaoGaitError: The file cannot be read, or a key or value is not allowed.
     """
-    shipped = shipped_studies()
-    path = Path(name_or_path)
-    if name_or_path in shipped:
-        path = share("config", "studies", f"{name_or_path}.yaml")
-    elif not path.is_file():
-        allowed = f"a shipped study ({', '.join(shipped)}) or the path of a YAML file"
-        raise NaoGaitError("study", name_or_path, allowed)
+    path = find("studies", name_or_path)
     values = schema.read_yaml(path, "study")
     if isinstance(values, dict):
         given = {"engine": engine, "trials": trials}

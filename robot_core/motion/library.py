@@ -1,5 +1,6 @@
 """The motions of a robot: the files in config/motions/ROBOT/ and their mirror images."""
 
+import os
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -49,7 +50,7 @@ class MotionLibrary:
 
 def load_library(folder: Path, robot: RobotDescription) -> MotionLibrary:
     """Load every *.yaml of a folder; the first bad file raises NaoGaitError."""
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise NaoGaitError("motions", str(folder), "a folder of motion files")
     return MotionLibrary(
         motion for path in sorted(folder.glob("*.yaml")) for motion in load_motions(path, robot)
@@ -65,4 +66,6 @@ def shipped_library(robot: RobotDescription) -> MotionLibrary:
 
 def library_of(robot: RobotDescription, folder: str = "") -> MotionLibrary:
     """The motions of a folder, or the shipped ones if `folder` is empty."""
-    return load_library(Path(folder).expanduser(), robot) if folder else shipped_library(robot)
+    if not folder:
+        return shipped_library(robot)
+    return load_library(Path(os.path.expanduser(folder)), robot)  # of no such user: as it is

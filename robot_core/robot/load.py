@@ -1,5 +1,6 @@
 """Loads a robot from its URDF and its robot file."""
 
+import os
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -133,7 +134,8 @@ def _urdf_of(file: Path) -> str:
 
 def _beside(file: Path, name: str) -> str:
     """The path of a file that a robot file names, if it is beside it; else the name."""
-    return str(file.parent / name) if (file.parent / name).is_file() else name
+    beside = file.parent / name
+    return str(beside) if os.path.isfile(beside) else name  # false for a name too long for a file
 
 
 def _fitting(model: UrdfModel, path: Path) -> Path | None:

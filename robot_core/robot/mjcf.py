@@ -1,5 +1,6 @@
 """An MJCF model as a URDF; MuJoCo reads it, so that classes, includes and angles are its own."""
 
+import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,13 +10,20 @@ import numpy as np
 
 from robot_core.errors import NaoGaitError
 from robot_core.robot.urdf_model import LARGEST_URDF, MOST_LINKS, limited_xml
-from robot_core.schema import read_text
+from robot_core.schema import read_bytes, read_text
 from robot_core.types import FloatArray
 
 GROWING = {"replicate", "composite", "flexcomp", "hfield", "skin"}
 """Elements that stand for any number of bodies, vertices or heights."""
-LARGEST_SIDE, MOST_FILES = 4096, 50
-"""[px] of a texture; files of a model."""
+UNUSED = ("textures", "sensors", "keys", "numerics", "texts", "tuples", "cameras", "lights")
+"""Elements of a model that no URDF has; textures and sensors may be of any size."""
+SIZES = (
+    "memory", "nstack", "njmax", "nconmax", "nkey", "nuserdata", "nuser_body", "nuser_jnt",
+    "nuser_geom", "nuser_site", "nuser_cam", "nuser_tendon", "nuser_actuator", "nuser_sensor",
+)  # fmt: skip
+"""What a model may ask memory for by a number."""
+MOST_FILES, LARGEST_MESH, MOST_FACES = 50, 32 * 1024 * 1024, 500_000
+"""Files of a model; [bytes] of one mesh; triangles of all its meshes, which take 1 kB each."""
 SPEED = 10.0
 """[rad/s] Speed limit of the joints: an MJCF has none. The `motors` of a robot file know better."""
 
@@ -38,7 +46,11 @@ def urdf_of_mjcf(path: Path) -> str:
         raise NaoGaitError(f"MJCF {path}", "no MuJoCo", "pip install mujoco, or a URDF") from error
     _check_parts(path, path.parent, set())
     try:
-        model = mujoco.MjModel.from_xml_path(str(path))
+        spec = mujoco.MjSpec.from_file(str(path))
+        _reduce(spec, path)
+        model = spec.compile()
+    except NaoGaitError:
+        raise
     except (ValueError, RuntimeError, MemoryError) as error:
         allowed = "a model that MuJoCo can read"
         raise NaoGaitError(f"MJCF {path}", str(error), allowed) from error
@@ -63,6 +75,29 @@ def urdf_of_mjcf(path: Path) -> str:
     return ET.tostring(robot, encoding="unicode")
 
 
+def _reduce(spec: Any, path: Path) -> None:
+    """Take out of a model what no URDF has, before MuJoCo loads its files and takes its memory."""
+    import mujoco
+
+    for kind in UNUSED:
+        for element in getattr(spec, kind):
+            spec.delete(element)
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    usual = mujoco.MjSpec()
+    for name in SIZES:
+        setattr(spec, name, getattr(usual, name))
+    faces = 0
+    for name in {mesh.file for mesh in spec.meshes if mesh.file}:
+        short = Path(name).name if spec.strippath else name
+        for file in {path.parent / spec.meshdir / short, path.parent / short}:
+            if os.path.exists(file):  # MuJoCo says which one does not
+                data = read_bytes(file, "mesh", LARGEST_MESH)
+                faces += data.count(b"f ") if file.suffix.lower() == ".obj" else len(data) // 50
+        if faces > MOST_FACES:
+            raise NaoGaitError(f"MJCF {path}", f"{faces} triangles", f"at most {MOST_FACES}")
+
+
 def _check_parts(path: Path, folder: Path, seen: set[Path]) -> None:
     """Limit a file and those that it includes before MuJoCo reads them.
 
@@ -80,12 +115,7 @@ def _check_parts(path: Path, folder: Path, seen: set[Path]) -> None:
         bodies += element.tag == "body"
         if element.tag in GROWING:
             raise NaoGaitError(where, f"<{element.tag}>", "bodies that are written out")
-        if element.tag == "texture":
-            for side in ("width", "height"):
-                pixels = element.get(side, "0").strip()
-                if not (pixels.isascii() and pixels.isdigit() and int(pixels[:9]) <= LARGEST_SIDE):
-                    raise NaoGaitError(f"texture in {path}", pixels, f"at most {LARGEST_SIDE}")
-        if element.tag == "include":
+        if element.tag in ("include", "model"):
             inner = folder / element.get("file", "")
             if inner not in seen:
                 _check_parts(inner, folder, seen)

@@ -351,7 +351,7 @@ def test_a_chunk_that_unpacks_to_more_than_the_memory_is_refused(tmp_path: Path)
             writer.add_message(channel, time, bytes(10**7), time)
         writer.finish()
     assert file.stat().st_size < 20_000
-    with pytest.raises(NaoGaitError, match="a chunk of 8000"):
+    with pytest.raises(NaoGaitError, match="a record of 8000"):
         open_bag(file)
 
 
