@@ -14,6 +14,10 @@ from robot_core.types import LEFT, Point2, Pose2
 
 REACH = 0.08
 """[m] by which the foot swings beyond its way; slow motors make less of a longer one."""
+HELD, ENOUGH = 0.15, 0.4
+"""Torques of the weakest hip motor over weight and height of the CoM: what a leg that stands alone
+takes about, and what is enough for the whole reach. A Booster T1 (0.25) falls with it, but
+not with twice the torque."""
 BEGIN, END = 0.3, 0.95
 """Shares of the step between which it does so: the foot is up, and fast where it meets the ball."""
 BALL = 0.05
@@ -33,10 +37,12 @@ class StepKick:
 
     Args:
         outline: Corners x, y [m] of the left sole.
+        hip_torque: Of the weakest hip motor, over weight and height of the CoM.
     """
 
-    def __init__(self, outline: Sequence[Point2]) -> None:
+    def __init__(self, outline: Sequence[Point2], hip_torque: float) -> None:
         self._outline = outline
+        self._reach = REACH * min(max((hip_torque - HELD) / (ENOUGH - HELD), 0.0), 1.0)
         self._goal: Pose2 | None = None
         self._radius = BALL
         self._waited = 0.0
@@ -63,7 +69,7 @@ class StepKick:
         touching = self._radius + max(ux * px + uy * py for px, py in self._outline)
         along, across = x * ux + y * uy - touching, x * uy - y * ux
         if -BEFORE < along < BEYOND and abs(across) < BESIDE:
-            self._goal, self._way = None, (REACH * ux, side * REACH * uy)
+            self._goal, self._way = None, (self._reach * ux, side * self._reach * uy)
 
     def apply(
         self, targets: BodyTargets, support: int, time_left: float, dt: float

@@ -2,11 +2,12 @@
 
 import math
 import statistics
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from gait_lab.bench.options import Options
+from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
+from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
 from sim_bridge.trials.kick import (
     AFTERWARDS,
     PLACEMENT,
@@ -16,15 +17,36 @@ from sim_bridge.trials.kick import (
     kick_directions,
 )
 from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.trial import loaded_robot
+
+WAYS = "standing", "walking"
+SPEED = 0.2
+"""[m/s] of a robot as large as a NAO that kicks in the walk; others by Froude's law."""
+IN_THE_WALK = {"walking_left": 1.0, "walking_right": -1.0}
+"""Kicks in the walk, and the side of the foot."""
 
 
 @suite(
     "kick", "Kicks", "how far and where each kick sends the ball, and whether the robot stays up",
-    options={"robots": 20, "attempts": ...}, quick=({"robots": 3},),
-    check=lambda options: kick_directions(options.urdf),
+    options={
+        "robots": 20, "attempts": ...,
+        "ways": Option(
+            WAYS[:1], "kicks of a standing robot, or of one that walks", "WAY", ("--way",),
+            choices=WAYS,
+        ),
+    },
+    quick=({"robots": 3},),
+    check=lambda options: "standing" in options.ways and kick_directions(options.urdf),
 )  # fmt: skip
 def kicks(options: Options) -> Iterator[Row | str]:
     """`options.attempts` of every kick with every robot."""
+    if "standing" in options.ways:
+        yield from _standing(options)
+    if "walking" in options.ways:
+        yield from _walking(options)
+
+
+def _standing(options: Options) -> Iterator[Row | str]:
     directions = kick_directions(options.urdf)
     specs = [
         KickSpec(motion=name, robot_seed=seed, noise_seed=attempt, **options.trial)
@@ -35,22 +57,49 @@ def kicks(options: Options) -> Iterator[Row | str]:
         note=lambda each: f"{each.spec.motion} robot {each.spec.robot_seed}: {each.distance:.2f} m",
     )  # fmt: skip
     for name, intended in directions.items():
-        mine = [each for each in results if each.spec.motion == name]
-        distances = [each.distance for each in mine]
-        # Around the intended direction, so that a kick straight back has a mean.
-        errors = [math.remainder(each.direction - intended, math.tau) for each in mine]
-        mean = math.remainder(intended + statistics.fmean(errors), math.tau)
-        yield from rows_of(
-            name,
-            ("stood", "%", 100.0 * sum(each.stood for each in mine) / len(mine)),
-            ("distance", "m", statistics.fmean(distances)),
-            ("distance_spread", "m", statistics.pstdev(distances)),
-            ("direction", "deg", math.degrees(mean)),
-            ("direction_spread", "deg", math.degrees(statistics.pstdev(errors))),
-        )
+        yield from _rows(name, intended, [each for each in results if each.spec.motion == name])
     yield Row("all", "stood", "%", 100.0 * sum(each.stood for each in results) / len(results))
     yield (
         f"Stood: {AFTERWARDS:g} s after the kick. Mean and standard deviation over robots and "
         f"attempts; the ball is placed within {1000 * PLACEMENT:g} mm (standard deviation) of the "
         "kick's spot and rolls until it lies still. direction: counter-clockwise from the heading."
+    )
+
+
+def _walking(options: Options) -> Iterator[Row | str]:
+    robot = loaded_robot(options.urdf)
+    middle = 0.5 * sum(f(y for _, y in robot.sole_outline) for f in (min, max))
+    across = 0.5 * options.parameters.foot_spacing * robot.size + middle
+    specs = [
+        DribbleSpec(
+            robot_seed=seed, noise_seed=attempt, across=sign * across,
+            speed=SPEED * math.sqrt(robot.size), **options.trial,
+        )
+        for sign in IN_THE_WALK.values() for seed in options.seeds
+        for attempt in range(options.attempts)
+    ]  # fmt: skip
+    results: list[DribbleResult] = parallel_map(
+        dribble, specs, jobs=options.jobs, label="kicks in the walk", show=options.show,
+        note=lambda each: f"robot {each.spec.robot_seed}: {each.distance:.2f} m",
+    )  # fmt: skip
+    count = len(specs) // len(IN_THE_WALK)
+    for index, name in enumerate(IN_THE_WALK):
+        yield from _rows(name, 0.0, results[index * count : (index + 1) * count])
+    yield f"walking: the ball lies before a foot of a robot that walks {SPEED:g} m/s sqrt(size)."
+
+
+def _rows(
+    name: str, intended: float, results: Sequence[KickResult | DribbleResult]
+) -> Iterator[Row]:
+    distances = [each.distance for each in results]
+    # Around the intended direction, so that a kick straight back has a mean.
+    errors = [math.remainder(each.direction - intended, math.tau) for each in results]
+    mean = math.remainder(intended + statistics.fmean(errors), math.tau)
+    yield from rows_of(
+        name,
+        ("stood", "%", 100.0 * sum(each.stood for each in results) / len(results)),
+        ("distance", "m", statistics.fmean(distances)),
+        ("distance_spread", "m", statistics.pstdev(distances)),
+        ("direction", "deg", math.degrees(mean)),
+        ("direction_spread", "deg", math.degrees(statistics.pstdev(errors))),
     )
