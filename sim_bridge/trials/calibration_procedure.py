@@ -225,10 +225,12 @@ class Procedure:
 
     def see_command(self, command: VelocityCommand) -> None:
         """Take a command from `cmd_vel`, which is ours or that of somebody else."""
-        ours = {
-            Phase.STAND: (STANDSTILL,),
-            Phase.STEP: (STEP_ON_THE_SPOT,),
-        }.get(self.phase, (STANDSTILL, STEP_ON_THE_SPOT))  # the last step may arrive late
+        ours: tuple[VelocityCommand, ...] = STANDSTILL, STEP_ON_THE_SPOT
+        # Later on the last one of another phase may arrive late.
+        if self._pose == 0 and self.phase is Phase.STAND:
+            ours = (STANDSTILL,)
+        elif self._pose == 0 and self.phase is Phase.STEP:
+            ours = (STEP_ON_THE_SPOT,)
         if command not in ours:
             raise CalibrationError("somebody else commands the robot on cmd_vel")
 

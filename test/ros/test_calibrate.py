@@ -10,6 +10,7 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
+from rcl_interfaces.srv import GetParameters
 from std_msgs.msg import String
 
 from nao_lipm_gait.calibration_file import load_calibration
@@ -23,6 +24,7 @@ from robot_core.types import LEFT, RIGHT
 from ros_probe import TIMEOUT, Probe
 from sim_bridge.individual import draw_individual
 from sim_bridge.plant import load_plant
+from sim_bridge.trials.calibration_procedure import POSED
 
 FAST = {"lockstep": True, "real_time_factor": 0.0, "engine": "mujoco"}
 ROBOT = 2
@@ -31,9 +33,9 @@ ROBOT = 2
 pytest.importorskip("mujoco")
 
 
-def calibrate(domain: DomainClaim, out: Path) -> subprocess.Popen[str]:
+def calibrate(domain: DomainClaim, out: Path, *options: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "gait_lab.cli", "calibrate", "--out", str(out)],
+        [sys.executable, "-m", "gait_lab.cli", "calibrate", "--out", str(out), *options],
         env=domain.environment(), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
 
@@ -90,6 +92,35 @@ def test_a_calibrated_gait_starts_with_level_soles(probe: Probe, tmp_path: Path)
     assert known is not None
     assert (known.sole_pitch_applied, known.sole_roll_applied) == found
     assert known.soles_level
+
+
+@pytest.mark.slow
+def test_a_wrong_zero_is_named_and_the_gait_has_its_parameters_back(
+    probe: Probe, tmp_path: Path
+) -> None:
+    plant, out = tmp_path / "plant.yaml", tmp_path / "calibration.yaml"
+    plant.write_text(
+        "base: reference\nvariation: {wrong_joint: RKneePitch, wrong_zero: 0.06}\n"
+    )
+    support = probe.subscribe(String, "gait/support", LATCHED)
+    probe.start("gait", urdf="nao_v6")
+    probe.start("sim_bridge", urdf="nao_v6", robot_seed=44, plant=plant, **FAST)
+    probe.wait(lambda: support, "the gait's state")
+
+    def posed() -> list[float]:
+        request = GetParameters.Request(names=list(POSED))
+        values = probe.call(GetParameters, "gait/get_parameters", request).values
+        return [value.double_value for value in values]
+
+    before = posed()
+    tool = calibrate(probe.domain, out, "--zeros")
+    probe.wait(lambda: tool.poll() is not None, "the end of the calibration", 9.0 * TIMEOUT)
+    said, errors = tool.communicate()
+    assert tool.returncode == 0, errors
+    assert "a zero is wrong: that of RKneePitch by +" in said
+    alone = ", or that of " not in said  # by the noise of this run
+    assert len(load_calibration(out, load_robot("nao_v6")).joint_zero) == alone
+    assert posed() == before
 
 
 def test_a_command_of_somebody_else_ends_it_without_a_file(probe: Probe, tmp_path: Path) -> None:

@@ -264,6 +264,9 @@ def test_with_poses_it_steps_and_stands_in_each_of_them() -> None:
     for number, pose in enumerate(poses):
         assert robot.phase is Phase.STEP
         taken.append(robot.procedure.parameters)
+        robot.procedure.see_command(STEP_ON_THE_SPOT)
+        if number > 0:
+            robot.procedure.see_command(STANDSTILL)  # of the stand before, late
         robot.procedure.see_state("walk left")
         sense(LONGEST_STEP_TIME + 0.5 if number == 0 else POSE_STEP_TIME + 0.5, float(number))
         robot.measure(UNKNOWN, sole_pitch=-TILT_MAX)
